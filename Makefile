@@ -1,0 +1,123 @@
+# Everything a user or a developer runs. A machine needs Python >= 3.11, make and a POSIX shell; all else goes into .venv.
+# Another interpreter: make demo PYTHON=python3.13. Other wheels than binary ones: make demo PIP_FLAGS=.
+
+.SUFFIXES:
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+
+PYTHON ?=
+PIP_FLAGS ?= --only-binary=:all:
+PYTEST_FLAGS ?=
+LOCK_FLAGS ?=
+UV_VERSION = 0.13.8
+
+VENV := .venv
+BIN := $(VENV)/bin
+LOCKED := $(VENV)/.locked
+READY := $(VENV)/.ready
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input --quiet
+
+# What a shell set up for something else (ROS 2, a user-wide pip) must not bring in.
+unexport PYTHONPATH PYTHONHOME PIP_USER PIP_TARGET PIP_PREFIX PIP_REQUIRE_VIRTUALENV
+# The pyright that requirements.lock pins, and no word about newer ones.
+unexport PYRIGHT_PYTHON_FORCE_VERSION PYRIGHT_PYTHON_PYLANCE_VERSION
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+# The scripts of a virtual environment hold its path: a copied or moved project makes its own.
+ifneq ($(shell cat $(LOCKED) 2>/dev/null),$(CURDIR))
+MOVED := moved
+endif
+
+.PHONY: help
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-18s%s\n", $$1, $$2 }'
+
+.PHONY: demo
+demo: $(READY) ## see it work: log in, models and report out
+	@$(BIN)/erclutch demo
+
+.PHONY: venv
+venv: $(READY) ## only set up .venv
+
+# --- checks -----------------------------------------------------------------------------------------------------------
+
+.PHONY: test
+test: $(READY) ## the fast tests
+	@$(BIN)/python -m pytest -m "not slow" $(PYTEST_FLAGS)
+
+.PHONY: test-slow
+test-slow: $(READY) ## the slow tests
+	@$(BIN)/python -m pytest -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] && echo "no slow test found"; } || exit $$s
+
+.PHONY: test-all
+test-all: $(READY) ## all tests
+	@$(BIN)/python -m pytest $(PYTEST_FLAGS)
+
+.PHONY: lint
+lint: $(READY) ## style and format
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+.PHONY: format
+format: $(READY) ## put style and format right
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+.PHONY: types
+types: $(READY) ## types
+	@$(BIN)/pyright --pythonpath $(BIN)/python
+
+.PHONY: arrows
+arrows: $(READY) ## which module may import which
+	@$(BIN)/lint-imports --no-cache --no-logo
+
+.PHONY: check
+check: lint types arrows test-all ## lint, types, arrows and all tests
+
+.PHONY: hooks
+hooks: $(READY) ## run the checks at each git commit
+	@$(BIN)/pre-commit install
+
+# --- set-up -----------------------------------------------------------------------------------------------------------
+
+.PHONY: moved
+moved:
+
+$(LOCKED): requirements.lock $(MOVED)
+	@found=; if [ -n "$(PYTHON)" ]; then set -- "$(PYTHON)"; \
+	else set -- python3 python3.14 python3.13 python3.12 python3.11 python; fi; \
+	for python; do \
+	  "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && found=$$python && break; \
+	done; \
+	if [ -z "$$found" ]; then \
+	  echo "erclutch needs Python 3.11 or newer, and none of these is: $$*." >&2; \
+	  echo "Install one, or name it: make demo PYTHON=/path/to/python3.12" >&2; exit 1; \
+	fi; \
+	if ! "$$found" -c 'import ensurepip, venv' 2>/dev/null; then \
+	  echo "$$found has no venv module. Install it (Debian, Ubuntu: apt install python3-venv), then run make again." >&2; \
+	  exit 1; \
+	fi; \
+	echo "Setting up $(VENV) with $$("$$found" -V) (once, about a minute) ..." >&2; \
+	"$$found" -m venv --clear $(VENV)
+	@$(PIP) install --require-hashes $(PIP_FLAGS) -r requirements.lock
+	@printf '%s\n' "$(CURDIR)" > $@
+
+$(READY): $(LOCKED) pyproject.toml src/erclutch/_version.py
+	@$(PIP) install --no-deps --no-build-isolation --no-index --editable .
+	@touch $@
+
+# uv resolves for all systems and Python versions at once; nothing else uses it.
+.PHONY: lock
+lock: $(READY) ## requirements.lock anew from pyproject.toml (newest of all: LOCK_FLAGS=--upgrade)
+	@$(BIN)/python -m venv --clear .venv-lock
+	@.venv-lock/bin/python -m pip --disable-pip-version-check --no-input --quiet install uv==$(UV_VERSION)
+	@.venv-lock/bin/uv --no-config pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
+	  --generate-hashes --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
+	  $(LOCK_FLAGS) --group dev --output-file requirements.lock pyproject.toml
+	@! grep -nE '://|^--' requirements.lock || { echo "requirements.lock must name no address." >&2; exit 1; }
+
+.PHONY: clean
+clean: ## remove .venv and all caches (runs and reports stay)
+	@rm -rf $(VENV) .venv-lock build dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,169 @@
+"""The gate before a fit: what the data can support, said before any number is.
+
+An error stops the fit; a warning means that figures may mislead; a note is good to know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dataset import Dataset
+from erclutch.errors import CheckError
+
+Array = NDArray[np.float64]
+
+_FEWEST_ROWS = 50
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a check saw.
+
+    Attributes:
+        level: "warning" or "note".
+        subject: what it is about.
+        message: what was seen, with value and limit.
+        remedy: what to do.
+    """
+
+    level: Literal["warning", "note"]
+    subject: str
+    message: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.message}. {self.remedy}."
+
+
+def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
+    """Look at a data set before it is fitted.
+
+    Args:
+        data: all rows.
+        test: mask of the rows that are held out.
+
+    Raises:
+        CheckError: too few rows, or field, slip or effort do not vary.
+    """
+    train = data.take(~test)
+    where = data.sources[0] if len(data.sources) == 1 else f"{len(data.sources)} logs"
+    _must_vary(train, where)
+    checks: tuple[Callable[[], Finding | None], ...] = (
+        lambda: _both_fields(data),
+        lambda: _sign(train),
+        lambda: _saturation(train),
+        lambda: _quantised(train),
+        lambda: _coverage(train, data, test),
+        lambda: _zero_field(train),
+    )
+    return tuple(finding for finding in (look() for look in checks) if finding is not None)
+
+
+def steady_command(train: Dataset) -> bool:
+    """Whether the field never changes inside any stretch of rows: then no lag can be identified."""
+    moves = (
+        np.ptp(e.field[s.start : s.stop]) > 1e-6 * np.abs(e.field).max()
+        for e in train.elements
+        for s in train.clock.spans
+    )
+    return not any(moves)
+
+
+def _must_vary(train: Dataset, where: str) -> None:
+    if train.rows < _FEWEST_ROWS:
+        raise CheckError(
+            f"{train.rows} rows to train on, at least {_FEWEST_ROWS} are needed",
+            where=where,
+            remedy="Log for longer, or hold out less with --test",
+        )
+    fields = np.concatenate([e.field for e in train.elements])
+    if np.ptp(fields) <= 1e-9 * (abs(float(fields[0])) + 1e-300):
+        raise CheckError(
+            f"the field is constant at {fields[0]:g} over {train.rows} training rows; a law needs at least two fields",
+            where=where,
+            remedy="Log with a changing field, give several logs at once, or use erclutch flowcurve for one field",
+        )
+    for name, values in (("slip", np.concatenate([e.slip for e in train.elements])), ("effort", train.effort)):
+        if np.ptp(values) <= 1e-12 * (abs(float(values[0])) + 1e-300):
+            raise CheckError(
+                f"the {name} is constant at {values[0]:g} over {train.rows} training rows",
+                where=where,
+                remedy=f"Check that the right column is mapped to {name}",
+            )
+
+
+def _both_fields(data: Dataset) -> Finding | None:
+    if len(data.elements) < 2:
+        return None
+    first, second = (np.abs(e.field) > 1e-6 * np.abs(e.field).max() for e in data.elements)
+    both = int(np.count_nonzero(first & second))
+    if not both:
+        return None
+    message = f"both clutches are under field in {both} rows ({both / data.rows:.1%})"
+    return Finding("warning", "fields", message, "The models assume one at a time (section III of the paper)")
+
+
+def _sign(train: Dataset) -> Finding | None:
+    """A passive element dissipates: effort and slip have the same sign on the whole."""
+    power = float(
+        np.mean([np.mean((train.effort - train.effort.mean()) * e.slip * _weight(e.field)) for e in train.elements])
+    )
+    if power >= 0:
+        return None
+    message = "effort opposes slip on average, so the device would deliver energy"
+    return Finding("warning", "sign", message, "Turn a sign, for example --effort '-F [N]'")
+
+
+def _weight(field: Array) -> Array:
+    return np.abs(field) + 1e-3 * float(np.abs(field).max())
+
+
+def _saturation(train: Dataset) -> Finding | None:
+    for end, name in ((train.effort.max(), "largest"), (train.effort.min(), "smallest")):
+        share = float(np.mean(train.effort == end))
+        if share > 0.005:
+            message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
+            return Finding("warning", "effort", message, "Leave those rows out, or use a sensor with more range")
+    return None
+
+
+def _quantised(train: Dataset) -> Finding | None:
+    for element in train.elements:
+        levels = np.unique(element.slip)
+        if 2 < levels.size <= 64 < train.rows / 10:
+            step = float(np.median(np.diff(levels)))
+            message = f"the slip takes only {levels.size} values, {step:g} apart: a differenced encoder"
+            return Finding("warning", "slip", message, "Map the position and try --derivative kalman or savgol")
+    return None
+
+
+def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
+    """Test rows in cells of field and slip that hold no training row."""
+    outside = np.zeros(int(test.sum()), np.bool_)
+    for seen, whole in zip(train.elements, data.elements, strict=True):
+        edges = [np.linspace(v.min(), v.max(), 13) for v in (whole.field, whole.slip)]
+        counts = np.histogram2d(seen.field, seen.slip, bins=edges)[0]
+        cells = [
+            np.clip(np.searchsorted(e, v[test], "right") - 1, 0, 11)
+            for e, v in zip(edges, (whole.field, whole.slip), strict=True)
+        ]
+        outside |= counts[cells[0], cells[1]] == 0
+    share = float(outside.mean()) if outside.size else 0.0
+    if share < 0.01:
+        return None
+    message = f"{share:.1%} of the test rows have a field and slip that no training row comes near"
+    return Finding("warning", "coverage", message, "Figures there are inter- or extrapolated; log that region too")
+
+
+def _zero_field(train: Dataset) -> Finding | None:
+    for element in train.elements:
+        strength = np.abs(element.field)
+        if float(strength.min()) > 0.05 * float(strength.max()):
+            message = f"the field never falls below {strength.min():g}, so effort at zero field is extrapolated"
+            return Finding("note", "coverage", message, "Log some time without field")
+    return None

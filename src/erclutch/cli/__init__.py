@@ -1,0 +1,68 @@
+"""The command line. Commands import what they need when they run, so that ``erclutch --help`` answers at once."""
+
+from __future__ import annotations
+
+import sys
+
+from cyclopts import App, CycloptsError
+
+from erclutch._version import __version__
+from erclutch.errors import ErclutchError
+
+app = App(
+    name="erclutch",
+    help="From a test-bench log of a clutch, brake or damper whose fluid answers to a field, to a checked torque model.",
+    version=__version__,
+    help_format="plaintext",
+    result_action="return_value",
+)
+_COMMANDS = {
+    "demo": "See it work: make a small synthetic log, fit all models, print the table.",
+    "inspect": "Show what is in a log and what each column is taken for.",
+    "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "flowcurve": "Fit laws of shear stress to flow curves.",
+    "laws": "List the laws.",
+}
+for _order, (_name, _help) in enumerate(_COMMANDS.items()):
+    app.command(f"erclutch.cli.{_name}:{_name}", name=_name, help=_help, sort_key=_order)
+
+_FIRST = """erclutch: from a log of an electro- or magnetorheological clutch, brake or damper to a checked torque model.
+
+What to do first:
+  erclutch demo                 see it work, on a small log that it makes itself
+  erclutch inspect LOG          what is in your file, and what it is taken for
+  erclutch fit LOG              fit and rank all models; --out RUN keeps the result
+  erclutch laws                 the models
+
+erclutch COMMAND --help tells all about a command.
+"""
+
+
+@app.default
+def first() -> None:
+    """Say what to do first."""
+    sys.stdout.write(_FIRST)
+
+
+def main() -> int:
+    """Run the command line; returns the exit code: 0 done, 1 usage, 2 bad input, 130 interrupted."""
+    try:
+        result = app(exit_on_error=False, print_error=True)
+    except CycloptsError:
+        return 1
+    except ErclutchError as error:
+        return _failed(str(error), error.exit_code)
+    except KeyboardInterrupt:
+        return _failed("interrupted; nothing was left half-written", 130)
+    except BrokenPipeError:
+        # The reader of our output went away (``| head``): that is no error of ours.
+        sys.stderr.close()
+        return 0
+    return result if isinstance(result, int) else 0
+
+
+def _failed(message: str, code: int) -> int:
+    from rich.console import Console
+
+    Console(stderr=True, soft_wrap=True).print(f"error: {message}", style="red", markup=False, highlight=False)
+    return code

@@ -1,0 +1,142 @@
+"""``erclutch fit``: the main job."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+
+from erclutch.cli.options import LogOptions
+from erclutch.errors import SettingError
+
+if TYPE_CHECKING:
+    from erclutch.comparison import Comparison, Settings
+
+_MODELS = Group("Models and figures", sort_key=1)
+
+
+def fit(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    models: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = ("all",),
+    lag: Annotated[Literal["auto", "none", "lag", "rise-fall"], Parameter(group=_MODELS)] = "auto",
+    test: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=())] = ("0.3",),
+    blocks: Annotated[int, Parameter(group=_MODELS)] = 0,
+    friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
+    seed: Annotated[int, Parameter(group=_MODELS)] = 0,
+    workers: Annotated[int, Parameter(group=_MODELS)] = 2,
+    out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
+    force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    reading: LogOptions = LogOptions(),
+) -> None:
+    """Fit all models to a log, score them on rows held out, rank them, and recommend one.
+
+    Args:
+        logs: One log or several of the same device; a folder stands for the logs in it.
+        models: Names from `erclutch laws`, for example 'bingham hem/square rbfm-10'; 'all' is the whole ladder.
+        lag: Stage between command and field: 'none', 'lag' (delay and one time constant), 'rise-fall' (two), or 'auto':
+            without and with one, and two for the best law if the data ask for it.
+        test: Held out from fitting: a share (the end of each log), or a pattern of logs' names; may be repeated.
+        blocks: Also cross-validate over this many blocks in time of the training rows.
+        friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
+        offset: A constant effort. Default: as for friction.
+        seed: Seed of the bootstrap that gives the bands.
+        workers: Models fitted side by side; changes no figure.
+        out: Folder to keep the run in.
+        force: Replace a run that is already there.
+        json: Print everything as JSON instead of tables.
+        reading: How to read the log.
+    """
+    from erclutch.runs import run_to_dict, write_run
+
+    began = time.perf_counter()
+    settings = _settings(models, lag, test, blocks, friction, offset, seed, workers)
+    recordings = reading.read(logs)
+    data = reading.dataset(recordings)
+    comparison = compare_with_progress(data, settings)
+    if out is not None:
+        write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
+    if json:
+        from json import dumps
+
+        print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
+        return
+    from erclutch.cli import show
+
+    screen = show.console()
+    screen.print("\n".join(show.recording_lines(recordings)), markup=False)
+    print_comparison(comparison)
+    screen.print(f"{len(comparison.entries)} models in {time.perf_counter() - began:.1f} s", markup=False)
+    screen.print(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.", markup=False, soft_wrap=True)
+
+
+def _settings(
+    models: tuple[str, ...],
+    lag: Literal["auto", "none", "lag", "rise-fall"],
+    test: tuple[str, ...],
+    blocks: int,
+    friction: bool | None,
+    offset: bool | None,
+    seed: int,
+    workers: int,
+) -> Settings:
+    from erclutch.comparison import Settings
+
+    names = tuple(name for word in models for name in word.split(",") if name)
+    if workers < 1 or seed < 0 or blocks < 0:
+        raise SettingError(
+            f"--workers {workers} --seed {seed} --blocks {blocks}",
+            remedy="Give --workers 1 or more, the others 0 or more",
+        )
+    return Settings(names, lag, _held_out(test), blocks, friction, offset, seed, workers)
+
+
+def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
+    if len(test) == 1:
+        try:
+            return float(test[0].removesuffix("%")) / (100.0 if test[0].endswith("%") else 1.0)
+        except ValueError:
+            return test
+    return test
+
+
+def compare_with_progress(data: object, settings: Settings) -> Comparison:
+    """Compare, with a progress bar on a terminal's standard error."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from erclutch.comparison import compare
+    from erclutch.dataset import Dataset
+
+    assert isinstance(data, Dataset)
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        task = bar.add_task("fitting", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=f"fitted {what}")
+
+        return compare(data, settings, show)
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Findings, ranking, recommendation and the recommended model's parameters."""
+    from erclutch.cli import show
+
+    screen = show.console()
+    held = int(comparison.test.sum())
+    screen.print(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out", markup=False)
+    for finding in comparison.findings:
+        screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
+    screen.print()
+    screen.print(show.ranking(comparison))
+    for line in show.model_notes(comparison.entries):
+        screen.print(line, style="dim", markup=False)
+    screen.print()
+    screen.print(show.verdict(comparison), style="bold", markup=False)
+    screen.print()
+    screen.print(show.parameters(comparison.entry(comparison.recommended).outcome))

@@ -1,0 +1,63 @@
+"""``erclutch flowcurve``: laws of shear stress on measured flow curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def flowcurve(
+    files: Annotated[tuple[Path, ...], Parameter(name="FILE", negative=())],
+    *,
+    laws: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())] = (),
+    parameters: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Fit laws of shear stress to flow curves (shear rate [1/s] and shear stress [Pa]) and say which wins where.
+
+    Args:
+        files: CSV: pairs of columns with a label over each pair, or one column of rates and one of stresses a curve.
+        laws: Which laws; default: all that have a meaning at one field.
+        parameters: Also print the best law's parameters with intervals.
+        json: Print everything as JSON.
+    """
+    from collections import Counter
+    from json import dumps
+
+    import numpy as np
+
+    from erclutch.cli import show
+    from erclutch.flowcurve import FLOW_LAWS, FlowCurve, FlowFit, ranked
+    from erclutch.logs.flow_table import read_flow_curves
+
+    chosen = laws or FLOW_LAWS
+    found: list[tuple[str, str, int, list[FlowFit]]] = []
+    for path in files:
+        for label, rates, stresses in read_flow_curves(path):
+            fits = ranked(FlowCurve(label, np.array(rates), np.array(stresses)), chosen)
+            found.append((path.name, label, len(rates), fits))
+    if json:
+        body = [
+            {"file": file, "curve": label, "points": n, "fits": [fit.to_dict() for fit in fits]}
+            for file, label, n, fits in found
+        ]
+        print(dumps(body, indent=1, allow_nan=False))
+        return
+    screen = show.console()
+    names = sorted({fit.law for *_, fits in found for fit in fits}, key=FLOW_LAWS.index)
+    rows: list[list[str]] = []
+    for file, label, n, fits in found:
+        errors = {fit.law: fit.log_rmse for fit in fits}
+        rows.append([file, label, str(n), *(f"{errors[name]:.4f}" for name in names), fits[0].law])
+    title = "Root mean square residual of log10(shear stress)"
+    table = show.table(title, ["file", "curve", "points", *names, "best by AICc"], rows, left=2)
+    screen.print(table)
+    wins = Counter(fits[0].law for *_, fits in found)
+    screen.print(
+        "Best on: " + ", ".join(f"{law} {count} of {len(found)}" for law, count in wins.most_common()), markup=False
+    )
+    if parameters:
+        for file, label, _, fits in found:
+            screen.print(show.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))

@@ -1,0 +1,100 @@
+"""``erclutch inspect``: what is in a log, and what it is taken for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli.options import LogOptions
+from erclutch.errors import ErclutchError, MappingError
+
+
+def inspect(
+    log: Annotated[Path, Parameter(name="LOG")],
+    *,
+    json: Annotated[bool, Parameter(negative=())] = False,
+    reading: LogOptions = LogOptions(),
+) -> None:
+    """Show a log's columns, sampling, gaps and coverage, and what each column is taken for.
+
+    Args:
+        log: The log.
+        json: Print as JSON instead of tables.
+        reading: How to read the log.
+    """
+    from erclutch.logs import read_table
+
+    raw = read_table(log, variable=reading.variable)
+    problem: ErclutchError | None = None
+    recording = None
+    try:
+        recording = reading.read([log])[0]
+    except MappingError as error:
+        problem = error
+    if json:
+        _print_json(raw, recording, problem)
+        return
+    from erclutch.cli import show
+
+    screen = show.console()
+    screen.print(f"{log.name}: {raw.rows:,} rows, {len(raw.columns)} columns", markup=False)
+    rows = [
+        [name, raw.units.get(name) or "-", *(show.number(v) for v in _figures(values))]
+        for name, values in raw.columns.items()
+    ]
+    screen.print(show.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
+    for note in raw.notes:
+        screen.print(f"  {note}", markup=False)
+    if recording is None:
+        screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
+        return
+    screen.print("\n".join(show.recording_lines([recording], most=50)), markup=False)
+    screen.print(show.coverage(reading.dataset([recording])))
+
+
+def _figures(values: object) -> tuple[float, float, float, float]:
+    import numpy as np
+
+    array = np.asarray(values, np.float64)
+    finite = array[np.isfinite(array)]
+    missing = float(array.size - finite.size)
+    if not finite.size:
+        return float("nan"), float("nan"), float("nan"), missing
+    return float(finite.min()), float(finite.max()), float(finite.mean()), missing
+
+
+def _print_json(raw: object, recording: object, problem: ErclutchError | None) -> None:
+    from json import dumps
+
+    from erclutch.logs import Table
+    from erclutch.signals import Recording
+
+    assert isinstance(raw, Table)
+    body: dict[str, object] = {
+        "columns": {
+            name: {
+                "unit": raw.units.get(name),
+                **dict(zip(("min", "max", "mean", "missing"), map(_or_null, _figures(v)), strict=True)),
+            }
+            for name, v in raw.columns.items()
+        },
+        "notes": list(raw.notes),
+        "problem": str(problem) if problem else None,
+    }
+    if isinstance(recording, Recording):
+        body |= {
+            "signals": dict(recording.units),
+            "rows": recording.rows,
+            "period_s": recording.period,
+            "uniform": recording.uniform,
+            "segments": [list(s) for s in recording.segments],
+            "sha256": recording.digest,
+            "reading": list(recording.notes),
+        }
+    print(dumps(body, indent=1, allow_nan=False))
+
+
+def _or_null(value: float) -> float | None:
+    return value if value == value else None

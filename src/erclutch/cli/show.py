@@ -1,0 +1,178 @@
+"""Tables and sentences of the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from erclutch.comparison import Comparison, Entry
+    from erclutch.dataset import Dataset
+    from erclutch.evaluate import Figure
+    from erclutch.fit import Estimate, FitOutcome
+    from erclutch.signals import Recording
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:
+    """A plain table: the first ``left`` columns to the left, numbers to the right."""
+    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for i, name in enumerate(columns):
+        made.add_column(name, justify="left" if i < left else "right", no_wrap=i >= left)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number to a few digits, infinities and gaps as words."""
+    if np.isnan(value):
+        return "-"
+    return ("inf" if value > 0 else "-inf") if np.isinf(value) else f"{value:.{digits}g}"
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A heading with its unit in brackets; unknown units say so."""
+    return name if unit == "" else f"{name} [{'as logged' if unit == '?' else unit}]"
+
+
+def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]:
+    """What was read, and what was decided on the way."""
+    first = recordings[0]
+    rows = sum(r.rows for r in recordings)
+    seconds = sum(r.duration for r in recordings)
+    cuts = sum(len(r.segments) - 1 for r in recordings)
+    what = first.name if len(recordings) == 1 else f"{len(recordings)} logs, {first.name} ... {recordings[-1].name}"
+    periods = sorted({round(r.period, 9) for r in recordings})
+    rate = " and ".join(f"{1 / p:.6g} Hz" for p in periods[:3])
+    gaps = f", {cuts} gap{'s' if cuts > 1 else ''}" if cuts else ""
+    lines = [f"{what}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
+    notes = dict.fromkeys(note for r in recordings for note in r.notes)
+    lines += [f"  {note}" for note in list(notes)[: most * 2]]
+    if len(notes) > most * 2:
+        lines.append(f"  ... {len(notes) - most * 2} notes more; erclutch inspect shows all of one log")
+    return lines
+
+
+def _band(figure: Figure) -> str:
+    return f"{number(figure.low, 3)} - {number(figure.high, 3)}"
+
+
+def _percent(figure: Figure) -> str:
+    value, low, high = (100.0 * v for v in figure.to_list())
+    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e4 else "far worse"
+
+
+def ranking(comparison: Comparison) -> Table:
+    """Models, best test error first."""
+    unit = comparison.data.units.effort
+    columns = ["", "model", "par.", with_unit("test RMSE", unit), "95 % band", "over the best", "of std"]
+    columns += ["R2", "max", "train RMSE", "cond."]
+    folds = any(e.folds for e in comparison.entries)
+    if folds:
+        columns.insert(10, f"{len(comparison.entries[0].folds)}-block RMSE")
+    rows: list[list[str | Text]] = []
+    for entry in comparison.entries:
+        mark = "*" if entry.name == comparison.recommended else ("1" if entry.name == comparison.best else "")
+        row: list[str | Text] = [
+            mark,
+            Text(entry.name, style="bold" if mark == "*" else ""),
+            str(entry.outcome.parameters),
+            number(entry.test.rmse.value),
+            _band(entry.test.rmse),
+            "" if entry.name == comparison.best else _percent(entry.excess),
+            f"{100 * entry.test.share.value:.1f} %",
+            number(entry.test.r2.value, 3),
+            number(entry.test.largest.value, 3),
+            number(entry.train.rmse.value),
+            f"{entry.outcome.condition:.0e}",
+        ]
+        if folds:
+            row.insert(10, number(float(np.sqrt(np.mean(np.square(entry.folds))))))
+        rows.append(row)
+    return table("Models on the rows held out (* recommended)", columns, rows, left=2)
+
+
+def verdict(comparison: Comparison) -> str:
+    """The recommendation as a sentence."""
+    best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
+    unit = comparison.data.units.effort.replace("?", "")
+    if best.name == chosen.name:
+        return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
+    return (
+        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as the best "
+        f"one, {best.name} ({best.outcome.parameters} parameters): inside its 95 % band, {_band(best.test.rmse)} {unit}, "
+        f"with an error {_percent(chosen.excess)} over its own."
+    )
+
+
+def parameters(outcome: FitOutcome) -> Table:
+    """Parameters of a model with their intervals, and the published symbols where they differ."""
+    made = estimates(f"Parameters of {outcome.model.name}", outcome.estimates)
+    for name, value in outcome.paper_form.items():
+        made.add_row(name, "as published", number(value), "", "")
+    return made
+
+
+def estimates(title: str, values: Sequence[Estimate]) -> Table:
+    """Values with 95 % intervals and units."""
+    rows = [[e.name, e.meaning, number(e.value), _interval(e), e.unit] for e in values]
+    made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
+    made.columns[4].justify = "left"
+    return made
+
+
+def _interval(estimate: Estimate) -> str:
+    if estimate.at_bound:
+        return f"at its {estimate.at_bound} bound"
+    if np.isinf(estimate.high - estimate.low):
+        return "not identified"
+    return f"{number(estimate.low)} - {number(estimate.high)}"
+
+
+def model_notes(entries: Sequence[Entry]) -> list[str]:
+    """What to worry about, a line a model."""
+    return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]
+
+
+def coverage(data: Dataset) -> Table:
+    """Share of the rows over field and slip, as a picture of characters; a dot where there is none."""
+    shades = " ░▒▓█"
+    made = Table(title="Coverage: rows over field and slip", title_justify="left", title_style="bold", box=None)
+    made.add_column("field", justify="right")
+    for i, element in enumerate(data.elements):
+        made.add_column(f"slip{'' if len(data.elements) == 1 else i + 1} {_span(element.slip)}", no_wrap=True)
+    grids, fields = [], []
+    for element in data.elements:
+        field_edges = np.linspace(element.field.min(), element.field.max() or 1.0, 9)
+        slip_edges = np.linspace(element.slip.min(), element.slip.max(), 41)
+        if np.ptp(field_edges) == 0 or np.ptp(slip_edges) == 0:
+            continue
+        grids.append(np.histogram2d(element.field, element.slip, bins=[field_edges, slip_edges])[0])
+        fields.append(field_edges)
+    for row in reversed(range(8)):
+        cells = [_shaded(grid, row, shades) for grid in grids]
+        if cells:
+            made.add_row(f"{(fields[0][row] + fields[0][row + 1]) / 2:.3g}", *cells)
+    return made
+
+
+def _shaded(grid: np.ndarray, row: int, shades: str) -> str:
+    share = np.log1p(grid[row]) / np.log1p(grid.max())
+    steps = np.clip(np.ceil(share * (len(shades) - 1)).astype(int), 0, len(shades) - 1)
+    return "".join("·" if count == 0 else shades[step] for count, step in zip(grid[row], steps, strict=True))
+
+
+def _span(values: np.ndarray) -> str:
+    return f"{values.min():.3g} .. {values.max():.3g}"
+
+
+def console() -> Console:
+    """Standard output; wide enough for the tables where it is not a terminal."""
+    made = Console(highlight=False)
+    return made if made.is_terminal else Console(highlight=False, width=150)

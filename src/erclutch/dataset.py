@@ -1,0 +1,224 @@
+"""From recordings to the rows that models are fitted to: fields, slips and effort on one clock, and splits in time."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
+from erclutch.differentiate import Derivative, differentiate
+from erclutch.dynamics import Clock, Span, cut_spans
+from erclutch.errors import MappingError, SettingError
+from erclutch.signals import Recording
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Rows of one device, of one or several logs.
+
+    Attributes:
+        device: "single" or "coaxial".
+        elements: field and slip of each element, each (n,).
+        effort: measured torque or force, (n,).
+        clock: time stamps and gapless spans; time restarts with each log.
+        units: units of effort, field and slip.
+        sources: names of the logs, in order.
+        source_rows: rows of each log, [start, stop).
+        notes: what was done on the way, for the user.
+    """
+
+    device: DeviceName
+    elements: tuple[Element, ...]
+    effort: Array
+    clock: Clock
+    units: Units
+    sources: tuple[str, ...] = ("log",)
+    source_rows: tuple[tuple[int, int], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.source_rows:
+            object.__setattr__(self, "source_rows", ((0, self.rows),))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self.effort.size)
+
+    @property
+    def duration(self) -> float:
+        """Seconds recorded, gaps left out."""
+        t = self.clock.time
+        return float(sum(t[s.stop - 1] - t[s.start] for s in self.clock.spans))
+
+    def take(self, mask: Mask) -> Dataset:
+        """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
+        pieces = [(a, b, cut_spans(self.clock.spans, a, b)) for a, b in _stretches(mask)]
+        keep = np.zeros(self.rows, np.bool_)
+        spans: list[Span] = []
+        for start, _, cut in pieces:
+            for span in cut:
+                offset = int(np.count_nonzero(keep))
+                keep[start + span.start : start + span.stop] = True
+                spans.append(Span(offset, offset + span.stop - span.start, span.period))
+        bounds = [(int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows]
+        return replace(
+            self,
+            elements=tuple(Element(e.field[keep], e.slip[keep]) for e in self.elements),
+            effort=self.effort[keep],
+            clock=Clock(self.clock.time[keep], tuple(spans)),
+            source_rows=tuple(bounds),
+        )
+
+
+def _stretches(mask: Mask) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def build_dataset(
+    recordings: Recording | Sequence[Recording], *, device: DeviceName = "single", derivative: Derivative | None = None
+) -> Dataset:
+    """Join recordings of one device into a data set, differentiating positions where speeds are not logged.
+
+    Args:
+        recordings: one log or several of the same device, with the same units.
+        device: how signals become elements.
+        derivative: filter for positions; None is the central difference.
+
+    Raises:
+        MappingError: a signal is missing, or the logs' units differ.
+        SettingError: an unknown device, or a filter that does not fit the sampling.
+    """
+    if device not in DEVICES:
+        raise SettingError(f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}")
+    logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not logs:
+        raise SettingError("no log was given", remedy="Give at least one log file")
+    parts = [_one(log, device, derivative or Derivative()) for log in logs]
+    units = parts[0].units
+    for part in parts[1:]:
+        if part.units != units:
+            raise MappingError(
+                f"units differ between logs: {part.units} against {units} in {parts[0].sources[0]}",
+                where=part.sources[0],
+                remedy="Give the units of each column, on the command line or in a mapping file",
+            )
+    return _join(parts)
+
+
+def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
+    spans = tuple(Span(a, b, log.period if log.uniform else None) for a, b in log.segments)
+    clock = Clock(log.time, spans)
+    signals, units, notes = dict(log.signals), dict(log.units), list(log.notes)
+    for position, speed in SPEED_OF.items():
+        if position in signals and speed not in signals:
+            signals[speed] = differentiate(signals[position], clock, derivative)
+            units[speed] = f"{units[position]}/s" if units.get(position, "?") not in ("", "?") else "?"
+            notes.append(f"{speed} <- {position} by the {derivative.name} derivative")
+    effort = EFFORT_OF[device]
+    needed = ("field", "slip") if device == "single" else ("theta_dot", "alpha_dot")
+    missing = [name for name in (*needed, effort) if name not in signals]
+    if missing:
+        raise MappingError(
+            f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}",
+            where=log.name,
+            remedy="Map a column to it, for example --effort 'F [N]'",
+        )
+    field = "field" if device == "single" else ("E1" if "E1" in signals else "E")
+    slip = "slip" if device == "single" else "theta_dot"
+    return Dataset(
+        device=device,
+        elements=elements_of(device, signals),
+        effort=signals[effort],
+        clock=clock,
+        units=Units(units.get(effort, "?"), units.get(field, "?"), units.get(slip, "?")),
+        sources=(log.name,),
+        notes=tuple(notes),
+    )
+
+
+def _join(parts: list[Dataset]) -> Dataset:
+    if len(parts) == 1:
+        return parts[0]
+    offsets = np.cumsum([0, *(part.rows for part in parts)])
+    spans = [
+        Span(int(offset) + s.start, int(offset) + s.stop, s.period)
+        for part, offset in zip(parts, offsets, strict=False)
+        for s in part.clock.spans
+    ]
+    count = len(parts[0].elements)
+    notes = dict.fromkeys(note for part in parts for note in part.notes)
+    return Dataset(
+        device=parts[0].device,
+        elements=tuple(
+            Element(
+                np.concatenate([p.elements[i].field for p in parts]),
+                np.concatenate([p.elements[i].slip for p in parts]),
+            )
+            for i in range(count)
+        ),
+        effort=np.concatenate([p.effort for p in parts]),
+        clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
+        units=parts[0].units,
+        sources=tuple(p.sources[0] for p in parts),
+        source_rows=tuple((int(a), int(b)) for a, b in zip(offsets, offsets[1:], strict=False)),
+        notes=tuple(notes),
+    )
+
+
+def hold_out(dataset: Dataset, test: float | Sequence[str]) -> Mask:
+    """Rows that are kept from fitting: the last share in time, or whole logs by the pattern of their names.
+
+    Args:
+        dataset: the rows.
+        test: a share above 0 and below 0.9 (of each log: its last rows), or shell patterns such as ``*0x5A.txt``.
+
+    Returns:
+        Mask (n,), true for test rows.
+
+    Raises:
+        SettingError: the share is out of range, a pattern matches no log, or nothing is left to train on.
+    """
+    mask = np.zeros(dataset.rows, np.bool_)
+    if isinstance(test, (int, float)):
+        if not 0 < test < 0.9:
+            raise SettingError(f"a test share of {test}", remedy="Give a share above 0 and below 0.9, for example 0.3")
+        for start, stop in dataset.source_rows:
+            mask[start + round((1 - test) * (stop - start)) : stop] = True
+        return mask
+    for pattern in test:
+        hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
+        if not hits:
+            raise SettingError(
+                f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs",
+                remedy=f"Logs are called for example {dataset.sources[0]!r}",
+            )
+        for i in hits:
+            mask[slice(*dataset.source_rows[i])] = True
+    if mask.all():
+        raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
+    return mask
+
+
+def blocks(dataset: Dataset, count: int) -> list[Mask]:
+    """Masks of ``count`` contiguous blocks of rows, for cross-validation over time; each row is in one block.
+
+    Raises:
+        SettingError: fewer than 2 blocks, or blocks of fewer than 20 rows.
+    """
+    if count < 2 or dataset.rows // count < 20:
+        raise SettingError(
+            f"{count} blocks of {dataset.rows} rows", remedy="Give 2 blocks or more, of at least 20 rows each"
+        )
+    edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
+    row = np.arange(dataset.rows)
+    return [(row >= a) & (row < b) for a, b in zip(edges, edges[1:], strict=False)]

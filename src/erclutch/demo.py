@@ -1,0 +1,83 @@
+"""A small log to try things on: a made-up ER clutch, labelled SYNTHETIC. It is neither a measurement nor the digital twin.
+
+It is no law of the ladder: chains strain elastically before they yield (a Dahl-type state), the yield torque follows the
+critical-field form, the viscosity thins with slip and rises with the field, and the field lags behind the command.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+RATE = 1000.0
+LABEL = "SYNTHETIC"
+_TAU, _DEAD_ROWS = 4.0e-3, 2
+
+
+def synthetic_log(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, Array]]:
+    """Columns of the demonstration log: name -> (unit, samples).
+
+    Args:
+        seconds: length of the log; sampled at 1 kHz.
+        seed: of the random command, motion and noise.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(seconds * RATE)
+    command, slip = _steps(rng, n), _motion(rng, n)
+    field = np.empty(n)
+    torque = np.empty(n)
+    x = bend = 0.0
+    for k in range(n):
+        x += -np.expm1(-1.0 / (RATE * _TAU)) * (command[max(k - _DEAD_ROWS, 0)] - x)
+        field[k] = x
+        strength = x / 1500.0
+        yield_torque = 0.02 + 0.45 * strength**1.5 * np.tanh(strength**0.5)
+        # Pre-yield strain of the chains: elastic at first, then sliding (Dahl's model, implicit in the strain).
+        rate = slip[k] / 0.01
+        bend = (bend + rate / RATE) / (1.0 + abs(rate) / RATE)
+        viscosity = 4.0e-3 * (1.0 + 1.5 * strength) / (1.0 + abs(slip[k]) / 60.0) ** 0.3
+        torque[k] = yield_torque * bend + viscosity * slip[k]
+    measured = np.round((torque + 2.0e-3 * rng.standard_normal(n)) / 1e-4) * 1e-4
+    return {
+        "time": ("s", np.arange(n) / RATE),
+        "field": ("V", command),
+        "slip": ("rad/s", slip),
+        "torque": ("N*m", measured),
+    }
+
+
+def _steps(rng: np.random.Generator, n: int) -> Array:
+    """Square field of random height (0 in a third of the cases) and duration, 10 - 250 ms."""
+    out = np.empty(n)
+    at = 0
+    while at < n:
+        width = int(rng.integers(10, 250))
+        out[at : at + width] = 0.0 if rng.random() < 1 / 3 else rng.uniform(0.0, 2000.0)
+        at += width
+    return out
+
+
+def _motion(rng: np.random.Generator, n: int) -> Array:
+    """A sum of sines between 0.3 and 8 Hz, through zero slip both ways."""
+    t = np.arange(n) / RATE
+    hertz, phase = rng.uniform(0.3, 8.0, 8), rng.uniform(0.0, 2 * np.pi, 8)
+    return 12.0 * np.sin(2 * np.pi * hertz[:, None] * t + phase[:, None]).sum(axis=0)
+
+
+def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> None:
+    """Write the demonstration log as CSV with units in its header and its label in the first line."""
+    columns = synthetic_log(seconds, seed)
+    header = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
+    rows = np.column_stack([values for _, values in columns.values()])
+    np.savetxt(
+        path,
+        rows,
+        delimiter=",",
+        fmt="%.6g",
+        header=f"# {LABEL}: made by erclutch demo, seed {seed}\n{header}",
+        comments="",
+    )

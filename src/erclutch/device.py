@@ -1,0 +1,66 @@
+"""How elements combine into a device: from signals to the field and slip of each element.
+
+coaxial: two clutches driven in opposite directions by one motor, efforts added (equations 5 - 7 of Huang and Ishikawa):
+    w1 = theta_dot - alpha_dot,   w2 = -theta_dot - alpha_dot,   T = T1 + T2
+single: one clutch, brake or damper: field and slip in, effort out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DeviceName = Literal["single", "coaxial"]
+DEVICES: tuple[DeviceName, ...] = ("single", "coaxial")
+
+#: Position signal -> the speed that it is differentiated to where that is not logged.
+SPEED_OF = {"position": "slip", "theta": "theta_dot", "alpha": "alpha_dot"}
+EFFORT_OF: Mapping[DeviceName, str] = {"single": "effort", "coaxial": "T"}
+
+
+@dataclass(frozen=True)
+class Element:
+    """One gap full of fluid.
+
+    Attributes:
+        field: command, shape (n,).
+        slip: relative speed, shape (n,).
+    """
+
+    field: Array
+    slip: Array
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of a device's signals, as text; "" is dimensionless, "?" unknown (as logged)."""
+
+    effort: str
+    field: str
+    slip: str
+
+
+def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Element, ...]:
+    """Field and slip of each element of a device.
+
+    Args:
+        device: "single" or "coaxial".
+        signals: for single ``field, slip``; for coaxial ``E1, E2`` or the signed ``E``, and ``theta_dot, alpha_dot``.
+
+    Returns:
+        One element for a single device, (CH1, CH2) for the coaxial pair.
+    """
+    if device == "single":
+        return (Element(signals["field"], signals["slip"]),)
+    if "E1" in signals:
+        first, second = signals["E1"], signals["E2"]
+    else:
+        first, second = np.maximum(signals["E"], 0.0), np.maximum(-signals["E"], 0.0)
+    theta_dot, alpha_dot = signals["theta_dot"], signals["alpha_dot"]
+    return Element(first, theta_dot - alpha_dot), Element(second, -theta_dot - alpha_dot)

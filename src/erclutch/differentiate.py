@@ -1,0 +1,152 @@
+"""Speed from position: filters to choose from, causal ones among them that run live as they run here.
+
+A 13-bit encoder differenced at 1 kHz moves in steps of 0.77 rad/s, so the filter decides on the slip's noise and delay.
+
+central     (x[k+1] - x[k-1]) / 2 dt; no delay, not causal
+savgol      Savitzky-Golay, quadratic over a window; no delay, not causal
+difference  (x[k] - x[k-1]) / dt; causal, half a sample late, noisy
+lowpass     difference through a first-order low-pass at a cutoff; causal
+kalman      steady-state Kalman filter of position and speed with white acceleration; causal
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dynamics import Clock, Span
+from erclutch.errors import SettingError
+
+Array = NDArray[np.float64]
+
+DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
+DERIVATIVES: tuple[DerivativeName, ...] = ("central", "savgol", "difference", "lowpass", "kalman")
+CAUSAL: tuple[DerivativeName, ...] = ("difference", "lowpass", "kalman")
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """A choice of filter.
+
+    Attributes:
+        name: which one.
+        cutoff: bandwidth in Hz of lowpass and kalman.
+        window: rows of the Savitzky-Golay window, odd, at least 5.
+    """
+
+    name: DerivativeName = "central"
+    cutoff: float = 150.0
+    window: int = 9
+
+    def __post_init__(self) -> None:
+        if self.name not in DERIVATIVES:
+            raise SettingError(f"unknown derivative {self.name!r}", remedy=f"Choose one of {', '.join(DERIVATIVES)}")
+        if not (np.isfinite(self.cutoff) and self.cutoff > 0):
+            raise SettingError(f"a cutoff of {self.cutoff} Hz", remedy="Give a frequency above 0 Hz")
+        if self.window < 5 or self.window % 2 == 0:
+            raise SettingError(f"a window of {self.window} rows", remedy="Give an odd number, 5 or more")
+
+
+@dataclass
+class LiveDerivative:
+    """A causal filter, one sample at a time: two states, two numbers; the recursion that the loop in C repeats.
+
+    position' = position + dt speed, corrected by the innovation with gains (g, h / dt). With g = 1 and h = 1 this is the plain
+    difference; with g = 1 and h = 1 - exp(-2 pi fc dt) the low-passed one; the Kalman gains are in between.
+    """
+
+    period: float
+    g: float
+    h: float
+    position: float | None = None
+    speed: float = 0.0
+
+    def step(self, measured: float) -> float:
+        """Take one position, return the speed."""
+        if self.position is None:
+            self.position = measured
+            return 0.0
+        predicted = self.position + self.period * self.speed
+        innovation = measured - predicted
+        self.position = predicted + self.g * innovation
+        self.speed += self.h * innovation / self.period
+        return self.speed
+
+
+def live(derivative: Derivative, period: float) -> LiveDerivative:
+    """The causal filter as it runs sample by sample.
+
+    Raises:
+        SettingError: a filter that looks ahead.
+    """
+    if derivative.name not in CAUSAL:
+        raise SettingError(
+            f"{derivative.name} needs samples of the future", remedy=f"Choose one of {', '.join(CAUSAL)} for live use"
+        )
+    g, h = _gains(derivative, period)
+    return LiveDerivative(period, g, h)
+
+
+def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
+    if derivative.name == "difference":
+        return 1.0, 1.0
+    if derivative.name == "lowpass":
+        return 1.0, -float(np.expm1(-2.0 * np.pi * derivative.cutoff * period))
+    # Steady-state gains of the position-speed Kalman filter follow from one number, the ratio of acceleration to
+    # measurement noise (Kalata's tracking index); it is set so that the estimator's natural frequency is the cutoff.
+    index = (2.0 * np.pi * derivative.cutoff * period) ** 2
+    r = (4.0 + index - np.sqrt(8.0 * index + index**2)) / 4.0
+    g = 1.0 - r**2
+    return float(g), float(2.0 * (2.0 - g) - 4.0 * np.sqrt(1.0 - g))
+
+
+def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
+    """Speed of a position.
+
+    Args:
+        x: positions, shape (n,).
+        clock: the rows' clock; segments are differentiated one by one.
+        derivative: the filter.
+
+    Returns:
+        Speeds, shape (n,), in units of x per second.
+
+    Raises:
+        SettingError: a window longer than a segment, or a filter that needs equal steps on a log that has none.
+    """
+    out = np.empty_like(x)
+    for span in clock.spans:
+        at = slice(span.start, span.stop)
+        out[at] = _span(x[at], clock.time[at], span, derivative)
+    return out
+
+
+def _span(x: Array, t: Array, span: Span, derivative: Derivative) -> Array:
+    if derivative.name == "central":
+        return np.gradient(x, t if span.period is None else span.period)
+    if span.period is None:
+        raise SettingError(
+            f"{derivative.name} needs equal time steps, this log has none",
+            remedy="Use --derivative central, or resample the log",
+        )
+    if derivative.name == "savgol":
+        from scipy.signal import savgol_filter
+
+        if x.size < derivative.window:
+            raise SettingError(
+                f"a window of {derivative.window} rows on a segment of {x.size}", remedy="Give a shorter --window"
+            )
+        return savgol_filter(x, derivative.window, 2, deriv=1, delta=span.period)
+    return _run(x, *_gains(derivative, span.period), span.period)
+
+
+def _run(x: Array, g: float, h: float, period: float) -> Array:
+    """`LiveDerivative` over a whole segment, as the second-order filter that it is."""
+    from scipy.signal import lfilter
+
+    # Speed over measured position: V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
+    relative = x - x[0]
+    return lfilter([h / period, -h / period], [1.0, g + h - 2.0, 1.0 - g], relative)

@@ -1,0 +1,56 @@
+"""One tree of exceptions. Each message names the value, the limit and the remedy.
+
+The command line prints ``str(error)`` and exits with ``error.exit_code``; nothing here is ever a bug report.
+"""
+
+from __future__ import annotations
+
+
+class ErclutchError(Exception):
+    """Base of every error that a user can cause and mend.
+
+    Args:
+        problem: what is wrong, with the value and the limit that it missed.
+        remedy: what to do about it, as an imperative sentence.
+        where: the file (and row or column) or the option at fault.
+    """
+
+    exit_code = 2
+
+    def __init__(self, problem: str, *, remedy: str, where: str = "") -> None:
+        self.problem = problem
+        self.remedy = remedy
+        self.where = where
+        super().__init__(problem)
+
+    def __str__(self) -> str:
+        place = f"{self.where}: " if self.where else ""
+        return f"{place}{self.problem}. {self.remedy}."
+
+
+class LogError(ErclutchError):
+    """A log file cannot be read as a table of numbers."""
+
+
+class MappingError(ErclutchError):
+    """The columns of a log cannot be matched to the signals that a device needs."""
+
+
+class UnitError(MappingError):
+    """A unit is unknown or does not fit the signal that it is given for."""
+
+
+class TimingError(LogError):
+    """Time stamps that cannot be put right: running backwards, none at all, a single row."""
+
+
+class CheckError(ErclutchError):
+    """The data cannot support the fit that was asked for."""
+
+
+class SettingError(ErclutchError):
+    """A command-line option or an API argument is outside what it may be."""
+
+
+class RunError(ErclutchError):
+    """A run folder or a saved model cannot be written or read back."""

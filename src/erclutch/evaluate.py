@@ -1,0 +1,196 @@
+"""How good a model is, on rows that it has not seen, with the band that a figure of so few independent rows can have.
+
+Bands are 95 % intervals of a moving-block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are drawn,
+as long as the squared residuals are correlated, and the same blocks for every model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.intervals import bandwidth_of, correlated_rows
+
+Array = NDArray[np.float64]
+
+_RESAMPLES = 1000
+_MOST_BLOCKS = 1000
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure with its 95 % band."""
+
+    value: float
+    low: float
+    high: float
+
+    def to_list(self) -> list[float]:
+        """Value, low, high."""
+        return [self.value, self.low, self.high]
+
+
+@dataclass(frozen=True)
+class Score:
+    """Figures of a model on some rows.
+
+    Attributes:
+        rows: number of rows.
+        mse: mean squared error, in the effort's unit squared.
+        rmse: its root.
+        share: rmse over the standard deviation of the measured effort on these rows.
+        r2: 1 - mse over the variance.
+        largest: largest absolute error.
+        bias: mean error (measured minus predicted); no band.
+    """
+
+    rows: int
+    mse: Figure
+    rmse: Figure
+    share: Figure
+    r2: Figure
+    largest: Figure
+    bias: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        figures = {name: getattr(self, name).to_list() for name in ("mse", "rmse", "share", "r2", "largest")}
+        return {"rows": self.rows, "bias": self.bias, **figures}
+
+
+def block_rows(residuals: Sequence[Array]) -> int:
+    """Length of a bootstrap block: the longest correlation of the squared residuals of any model, in rows."""
+    n = residuals[0].size
+    longest = max(bandwidth_of((e * e - np.mean(e * e))[:, None]) for e in residuals)
+    return int(np.clip(longest, max(1, -(-n // _MOST_BLOCKS)), max(1, n // 4)))
+
+
+def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
+    """First rows of the blocks of each resample, shape (resamples, blocks)."""
+    rng = np.random.default_rng(seed)
+    return rng.integers(0, rows - block + 1, size=(_RESAMPLES, max(1, round(rows / block))))
+
+
+def score(measured: Array, predicted: Array, *, block: int | None = None, seed: int = 0) -> Score:
+    """Figures with bands.
+
+    Args:
+        measured: effort, shape (n,).
+        predicted: effort of the model, shape (n,).
+        block: rows of a bootstrap block; None takes it from these residuals.
+        seed: of the resampling.
+    """
+    error = measured - predicted
+    if not np.all(np.isfinite(error)):
+        nothing = Figure(np.inf, np.inf, np.inf)
+        return Score(error.size, nothing, nothing, nothing, Figure(-np.inf, -np.inf, -np.inf), nothing, np.inf)
+    length = block or block_rows([error])
+    starts = block_starts(error.size, length, seed)
+    # Around the mean: sums of squares of a far-off effort would cancel.
+    y = measured - measured.mean()
+    squares, first, second = (_resampled(v, length, starts) for v in (error * error, y, y * y))
+    variance = np.maximum(second - first * first, np.finfo(float).tiny)
+    mse, spread = float(np.mean(error * error)), float(np.mean(y * y)) or np.finfo(float).tiny
+    largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
+    return Score(
+        rows=error.size,
+        mse=_figure(mse, squares),
+        rmse=_figure(mse**0.5, np.sqrt(squares)),
+        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance)),
+        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance),
+        largest=_figure(float(np.abs(error).max()), largest),
+        bias=float(error.mean()),
+    )
+
+
+def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
+    """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
+
+    Args:
+        error, best: residuals of the two on the same rows, shape (n,).
+        block: rows of a bootstrap block.
+        seed: of the resampling.
+    """
+    starts = block_starts(error.size, block, seed)
+    mine, theirs = (_resampled(e * e, block, starts) for e in (error, best))
+    ratio = float(np.sum(error * error) / max(float(np.sum(best * best)), np.finfo(float).tiny))
+    return _figure(ratio**0.5 - 1.0, np.sqrt(mine / np.maximum(theirs, np.finfo(float).tiny)) - 1.0)
+
+
+def _figure(value: float, resampled: Array) -> Figure:
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    return Figure(value, float(low), float(high))
+
+
+def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
+    """Mean of the values in each resample."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.mean(total[starts + block] - total[starts], axis=1) / block
+
+
+def _block_maxima(values: Array, block: int) -> Array:
+    """Largest value of each block that starts at a row."""
+    from scipy.ndimage import maximum_filter1d
+
+    padded = maximum_filter1d(values, block, origin=-(block // 2), mode="nearest")
+    return padded[: values.size - block + 1]
+
+
+def independent_rows(residual: Array) -> float:
+    """How many independent rows carry the information of these correlated ones."""
+    return residual.size / correlated_rows(residual)
+
+
+def information_criteria(cost: float, rows: int, independent: float, parameters: int) -> dict[str, float]:
+    """AIC and BIC of Gaussian residuals, as printed everywhere and for the number of independent rows.
+
+    Args:
+        cost: sum of squared residuals.
+        rows: number of rows n.
+        independent: number of independent rows, the same for all models that are compared.
+        parameters: number of fitted parameters.
+
+    Returns:
+        aic, bic: with n rows; they prefer too many parameters wherever residuals are correlated. aic_independent,
+        bic_independent: with the number of independent rows.
+    """
+    log_mse = float(np.log(max(cost / rows, np.finfo(float).tiny)))
+    return {
+        "aic": rows * log_mse + 2 * parameters,
+        "bic": rows * log_mse + parameters * float(np.log(rows)),
+        "aic_independent": independent * log_mse + 2 * parameters,
+        "bic_independent": independent * log_mse + parameters * float(np.log(max(independent, 2.0))),
+    }
+
+
+#: A simpler model is worth this much more error; docs/decisions/0004-recommendation.md.
+TOLERATED = 0.05
+
+
+def recommend(
+    scores: Mapping[str, Score], excesses: Mapping[str, Figure], parameters: Mapping[str, int]
+) -> tuple[str, str]:
+    """The best model, and the simplest one that is as good for all these rows can tell.
+
+    As good: the test error lies within the best one's band, and on the same blocks of rows it is not more than 5 % larger or
+    cannot be told from it.
+
+    Args:
+        scores: test score by model.
+        excesses: how much larger the test error is than the best one's, by model.
+        parameters: number of parameters by model.
+
+    Returns:
+        (best, recommended); among equally simple ones the more accurate.
+    """
+    best = min(scores, key=lambda name: scores[name].rmse.value)
+    good = [
+        name
+        for name, s in scores.items()
+        if s.rmse.value <= scores[best].rmse.high and (excesses[name].value <= TOLERATED or excesses[name].low <= 0.0)
+    ]
+    return best, min(good or [best], key=lambda name: (parameters[name], scores[name].rmse.value))

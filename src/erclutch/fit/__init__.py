@@ -1,0 +1,189 @@
+"""Fitting a structure to a data set: scan, then variable projection on few rows, then on all rows.
+
+The scan looks at the whole box of the nonlinear parameters on a few thousand rows; the best points are refined on those
+rows and the best of them polished on all rows, so the figures reported are always those of the full data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dataset import Dataset
+from erclutch.dual import Dual
+from erclutch.fit.intervals import uncertainty
+from erclutch.fit.lm import Minimum, minimise
+from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.starts import scan_points, thinned, windows
+from erclutch.fit.varpro import Projection, Separable, jacobian, outer_problem, parameters, project
+from erclutch.laws import Shape
+from erclutch.model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
+
+Array = NDArray[np.float64]
+
+__all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
+
+_SCAN_ROWS, _ROUGH_ROWS = 1500, 6000
+_SCAN_POINTS = 48
+_ROUGH_STARTS = 3
+
+
+def reference_of(data: Dataset) -> Reference:
+    """What normalises a model that is trained on this data."""
+    field = max(float(np.max(np.abs(e.field))) for e in data.elements)
+    slip = float(np.sqrt(np.mean([np.mean(e.slip**2) for e in data.elements])))
+    steps = [s.period for s in data.clock.spans if s.period is not None]
+    period = float(np.median(steps)) if steps else float(np.median(np.diff(data.clock.time)))
+    return Reference(field or 1.0, slip or 1.0, period)
+
+
+def fit_structure(
+    data: Dataset,
+    structure: Structure,
+    *,
+    starts: Sequence[Sequence[float]] = (),
+    scan: int = _SCAN_POINTS,
+    ordered: bool = True,
+) -> FitOutcome:
+    """Fit a structure's parameters by least squares.
+
+    Args:
+        data: training rows.
+        structure: device, law and dynamics.
+        starts: normalised nonlinear parameters to try besides the scan.
+        scan: points of the scan for each nonlinear parameter beyond the first two, at least.
+        ordered: whether rows follow in time (decides on how intervals are made).
+
+    Returns:
+        The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
+    """
+    reference = reference_of(data)
+    shapes = structure.shapes(reference.period)
+    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more.
+    some = data if structure.dynamics == "none" else data.take(windows(data.rows, 2 * _ROUGH_ROWS))
+    few, rough = (
+        _separable(some, structure, reference, shapes, thinned(some.rows, most)) for most in (_SCAN_ROWS, _ROUGH_ROWS)
+    )
+    best = _search(few, rough, starts, scan)
+    full = _separable(data, structure, reference, shapes, slice(None)) if data.rows > _ROUGH_ROWS else rough
+    found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
+    return _outcome(data, structure, reference, full, found, ordered)
+
+
+def _separable(
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[Shape, ...], rows: slice
+) -> Separable:
+    """The problem on some rows. The dynamics always run over all rows: what the fluid feels depends on the whole command."""
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        return structure.columns(data.elements, data.clock, reference, q, rows)
+
+    return Separable(columns, data.effort[rows], shapes, structure.gains())
+
+
+def _search(few: Separable, rough: Separable, starts: Sequence[Sequence[float]], scan: int) -> Array:
+    """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more."""
+    lower, upper = few.bounds
+    given = [np.clip(_coordinates(few.shapes, q), lower, upper) for q in starts]
+    points = [*given, *scan_points(lower, upper, scan * max(1, lower.size - 1))]
+    costs = [project(few, parameters(few.shapes, u)).cost for u in points]
+    candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:_ROUGH_STARTS]]
+    minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
+    return min(minima, key=lambda m: m.cost).point
+
+
+def _coordinates(shapes: tuple[Shape, ...], q: Sequence[float]) -> Array:
+    return np.array([np.log(max(v, s.lower)) if s.scale == "log" else v for s, v in zip(shapes, q, strict=True)])
+
+
+def _outcome(
+    data: Dataset, structure: Structure, reference: Reference, full: Separable, found: Minimum, ordered: bool
+) -> FitOutcome:
+    columns, slopes, projection = jacobian(full, found.point)
+    residual = full.target - columns @ projection.gains
+    moving = ~(found.at_lower | found.at_upper)
+    free = np.column_stack([slopes[:, moving], columns[:, ~projection.held]])
+    spread = uncertainty(free, residual, ordered=ordered)
+    q = parameters(full.shapes, found.point)
+    widths = spread.quantile * spread.errors
+    shape_widths, gain_widths = np.full(len(q), np.nan), np.full(projection.gains.size, np.nan)
+    shape_widths[moving] = widths[: int(moving.sum())]
+    gain_widths[~projection.held] = widths[int(moving.sum()) :]
+    gain_widths[projection.dead] = np.inf
+    model = TorqueModel(
+        structure=structure,
+        reference=reference,
+        shape=dict(zip((s.name for s in full.shapes), q, strict=True)),
+        gains=dict(zip((g.name for g in full.gains), projection.gains.tolist(), strict=True)),
+        units=data.units,
+        trained_on=_range_of(data),
+    )
+    estimates = (
+        *_shape_estimates(model, full.shapes, found, shape_widths),
+        *_gain_estimates(model, full, projection, gain_widths),
+    )
+    return FitOutcome(
+        model=model,
+        stop=found.stop,
+        iterations=found.iterations,
+        estimates=estimates,
+        paper_form=_paper_form(model, estimates),
+        rank=spread.rank,
+        unknowns=free.shape[1],
+        condition=spread.condition,
+        bandwidth=spread.bandwidth,
+        train_cost=float(residual @ residual),
+        train_rows=data.rows,
+    )
+
+
+def _range_of(data: Dataset) -> Range:
+    def span(arrays: Sequence[Array]) -> tuple[float, float]:
+        return min(float(a.min()) for a in arrays), max(float(a.max()) for a in arrays)
+
+    return Range(span([e.field for e in data.elements]), span([e.slip for e in data.elements]), span([data.effort]))
+
+
+def _shape_estimates(model: TorqueModel, shapes: tuple[Shape, ...], found: Minimum, widths: Array) -> list[Estimate]:
+    estimates: list[Estimate] = []
+    for i, shape in enumerate(shapes):
+        u, width = float(found.point[i]), float(widths[i])
+        ends = (np.exp(u - width), np.exp(u + width)) if shape.scale == "log" else (u - width, u + width)
+        value, low, high = (
+            in_user_units(v, shape.dimension, model.reference) for v in (model.shape[shape.name], *ends)
+        )
+        bound = "lower" if found.at_lower[i] else "upper" if found.at_upper[i] else None
+        unit = unit_text(shape.dimension, model.units)
+        estimates.append(Estimate(shape.name, shape.meaning, unit, value, float(low), float(high), bound))
+    return estimates
+
+
+def _gain_estimates(model: TorqueModel, full: Separable, projection: Projection, widths: Array) -> list[Estimate]:
+    estimates: list[Estimate] = []
+    for i, gain in enumerate(full.gains):
+        c, width = float(projection.gains[i]), float(widths[i])
+        value, low, high = (in_user_units(v, gain.dimension, model.reference) for v in (c, c - width, c + width))
+        bound = "lower" if projection.held[i] and not projection.dead[i] else None
+        estimates.append(
+            Estimate(gain.name, gain.meaning, unit_text(gain.dimension, model.units), value, low, high, bound)
+        )
+    return estimates
+
+
+def _paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, float]:
+    """Published symbols in the data's units, an element at a time."""
+    if model.structure.law.paper_form is None:
+        return {}
+    values = {e.name: e.value for e in estimates}
+    names = [gain.name for gain in model.structure.law.gains]
+    published: dict[str, float] = {}
+    for i in range(model.structure.elements):
+        tail = f"_{i + 1}" if model.structure.elements > 1 else ""
+        gains = {name: values[f"{name}{tail}"] for name in names}
+        for symbol, value in model.structure.law.paper_form(values, gains).items():
+            published[f"{symbol}{tail}"] = value
+    return published

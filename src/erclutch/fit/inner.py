@@ -1,0 +1,63 @@
+"""Linear least squares with some coefficients bounded by zero, on a triangle: the inner problem of variable projection."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Array, Mask]:
+    """Minimise |vector - triangle c| with c >= 0 where asked: active sets after Lawson and Hanson (1974), from a full start.
+
+    Args:
+        triangle: shape (p, p), from a QR decomposition of the columns.
+        vector: shape (p,).
+        nonnegative: which coefficients are bounded, shape (p,).
+
+    Returns:
+        Coefficients (p,), and the mask of those held at zero.
+    """
+    scale = np.linalg.norm(triangle, axis=0)
+    scale[scale == 0] = 1.0
+    a = triangle / scale
+    held = np.zeros(scale.size, np.bool_)
+    c = _solve(a, vector, ~held)
+    # Drop what is negative, until nothing is; then let back in what the gradient asks for. Finite: each pass with a lower
+    # residual has another active set.
+    for _ in range(3 * scale.size + 3):
+        negative = ~held & nonnegative & (c < 0)
+        if negative.any():
+            held |= negative
+            c = _solve(a, vector, ~held)
+            continue
+        gradient = a.T @ (vector - a @ c)
+        wanting = np.where(held, gradient, -np.inf)
+        enter = int(np.argmax(wanting))
+        if wanting[enter] <= 1e-12 * (np.linalg.norm(vector) + np.finfo(float).tiny):
+            break
+        held[enter] = False
+        c, held = _enter(a, vector, c, held, nonnegative)
+    return c / scale, held
+
+
+def _enter(a: Array, vector: Array, c: Array, held: Mask, nonnegative: Mask) -> tuple[Array, Mask]:
+    """Step toward the solution of the enlarged set, stopping where a coefficient reaches zero."""
+    while True:
+        target = _solve(a, vector, ~held)
+        negative = ~held & nonnegative & (target < 0)
+        if not negative.any():
+            return target, held
+        share = np.min(c[negative] / (c[negative] - target[negative]))
+        c = c + share * (target - c)
+        held = held | (~held & nonnegative & (c <= 1e-15))
+        c[held] = 0.0
+
+
+def _solve(a: Array, vector: Array, free: Mask) -> Array:
+    c = np.zeros(free.size)
+    if free.any():
+        c[free] = np.linalg.lstsq(a[:, free], vector, rcond=1e-14)[0]
+    return c

@@ -1,0 +1,115 @@
+"""Confidence intervals of parameters whose residuals may be correlated in time.
+
+The sandwich of R^-1 around the long-run covariance of the scores (Newey and West 1987, doi 10.2307/1913610), Bartlett
+kernel, bandwidth after Andrews (1991, doi 10.2307/2938229), critical values for that bandwidth after Kiefer and Vogelsang
+(2005, doi 10.1017/S0266466605050565). Without an order in time (flow curves) the classical covariance and Student's t.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard errors of the columns of a Jacobian.
+
+    Attributes:
+        errors: standard error a parameter, shape (p,); infinite where the data do not identify it.
+        covariance: shape (p, p); rows of unidentified parameters are infinite.
+        quantile: half width of the 95 % interval in standard errors.
+        rank: numerical rank of the Jacobian, columns scaled to one.
+        condition: ratio of its largest and smallest singular value.
+        bandwidth: rows over which residuals were taken as correlated; 1 for none.
+    """
+
+    errors: Array
+    covariance: Array
+    quantile: float
+    rank: int
+    condition: float
+    bandwidth: int
+
+
+def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertainty:
+    """Standard errors of parameters from the Jacobian and the residual at the optimum.
+
+    Args:
+        jacobian: derivatives of the prediction by the parameters, shape (n, p).
+        residual: measured minus predicted, shape (n,).
+        ordered: whether rows follow in time, so that neighbours may be correlated.
+    """
+    n, p = jacobian.shape
+    norms = np.linalg.norm(jacobian, axis=0)
+    usable = np.where(norms > 0, norms, 1.0)
+    q, r = np.linalg.qr(jacobian / usable)
+    _, s, right = np.linalg.svd(r)
+    solid = s > s[0] * max(n, p) * np.finfo(float).eps if s.size and s[0] > 0 else s > 0
+    rank = int(np.count_nonzero(solid))
+    condition = float(s[0] / s[-1]) if s.size and s[-1] > 0 else np.inf
+    freedom = max(n - p, 1)
+    bandwidth = bandwidth_of(q * residual[:, None]) if ordered and n > 4 * p + 40 else 1
+    if bandwidth > 1:
+        middle = _long_run(q * residual[:, None], bandwidth) * n / freedom
+    else:
+        middle = np.eye(r.shape[0]) * float(residual @ residual) / freedom
+    # Pseudo-inverse over the identified directions; a parameter with a part outside of them is not identified.
+    inverse = (right.T[:, : s.size] * np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)) @ np.linalg.svd(r)[0].T
+    covariance = inverse @ middle @ inverse.T / np.outer(usable, usable)
+    lost = (np.linalg.norm(right[~solid], axis=0) > 1e-6) | (norms == 0)
+    covariance[lost, :] = covariance[:, lost] = np.inf
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return Uncertainty(errors, covariance, _quantile(freedom, bandwidth / n), rank, condition, bandwidth)
+
+
+def bandwidth_of(scores: Array) -> int:
+    """Rows over which the columns of an array (n, p) are correlated: Andrews' plug-in for the Bartlett kernel, from an
+    autoregression of order one of each.
+    """
+    before, after = scores[:-1], scores[1:]
+    power = np.sum(before * before, axis=0)
+    keep = power > 0
+    if not keep.any():
+        return 1
+    rho = np.clip(np.sum(before * after, axis=0)[keep] / power[keep], -0.97, 0.9999)
+    weight = np.var(after[:, keep] - rho * before[:, keep], axis=0) ** 2
+    alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(weight / (1 - rho) ** 4)
+    return int(np.clip(np.ceil(1.1447 * (alpha * scores.shape[0]) ** (1 / 3)), 1, max(scores.shape[0] // 5, 1)))
+
+
+def _long_run(scores: Array, bandwidth: int) -> Array:
+    """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows: linear in the rows."""
+    padded = np.concatenate(
+        [np.zeros((bandwidth, scores.shape[1])), scores, np.zeros((bandwidth - 1, scores.shape[1]))]
+    )
+    total = np.cumsum(padded, axis=0)
+    windows = total[bandwidth:] - total[:-bandwidth]
+    return windows.T @ windows / bandwidth
+
+
+def _quantile(freedom: int, share: float) -> float:
+    from scipy.special import stdtrit
+
+    fixed = 1.9600 + 2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3
+    return float(stdtrit(freedom, 0.975)) * fixed / 1.9600
+
+
+def correlated_rows(residual: Array) -> float:
+    """How many rows carry the information of one independent row: 1 for white residuals."""
+    centred = residual - residual.mean()
+    variance = float(centred @ centred)
+    if variance == 0.0 or residual.size < 50:
+        return 1.0
+    column = centred[:, None]
+    return float(max(_long_run(column, bandwidth_of(column))[0, 0] / variance, 1.0))
+
+
+def as_json(value: float) -> Any:
+    """A number for JSON, which has no infinity: None stands for "not identified"."""
+    return value if np.isfinite(value) else None

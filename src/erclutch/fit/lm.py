@@ -1,0 +1,183 @@
+"""Levenberg-Marquardt with bounds on the parameters, on a triangular linearisation.
+
+The problem hands over, at a point u, the triangle R and vector z of its linear model: the cost of a step d is
+|z - R d|**2 + rest. Whoever makes R and z (a full Jacobian, or a variable projection) does so by orthogonal
+transformations, so nothing here squares a condition number. Trust region and scaling after Moré (1978, doi
+10.1007/BFb0067700). Bounds: coordinates on a bound with the descent pointing outward are held; steps are clipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+Stop = Literal["converged", "stalled", "iterations"]
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Local model of a sum of squares.
+
+    Attributes:
+        cost: the sum of squares at the point.
+        triangle: R, shape (k, k); the cost of a step d is cost - |z|**2 + |z - R d|**2.
+        vector: z, shape (k,).
+    """
+
+    cost: float
+    triangle: Array
+    vector: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A sum of squares over k coordinates.
+
+    Attributes:
+        cost: sum of squares at a point; inf or nan where it cannot be evaluated.
+        linearise: the local model at a point.
+        lower, upper: bounds, shape (k,); infinite where there is none.
+    """
+
+    cost: Callable[[Array], float]
+    linearise: Callable[[Array], Linearisation]
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Outcome of a minimisation.
+
+    Attributes:
+        point: shape (k,).
+        cost: sum of squares there.
+        stop: "converged" (a tolerance was met), "stalled" (no step reduces the cost any more), "iterations".
+        iterations: accepted and refused steps.
+        at_lower, at_upper: which coordinates lie on a bound, shape (k,).
+    """
+
+    point: Array
+    cost: float
+    stop: Stop
+    iterations: int
+    at_lower: NDArray[np.bool_]
+    at_upper: NDArray[np.bool_]
+
+
+def minimise(
+    problem: Problem, start: Array, *, tolerance: float = 1e-10, max_iterations: int = 100, reach: float = 100.0
+) -> Minimum:
+    """Minimise a sum of squares from a start.
+
+    Args:
+        problem: cost, linearisation and bounds.
+        start: shape (k,); clipped into the bounds.
+        tolerance: relative; stops when predicted and actual reduction of the cost, or the step, fall below it.
+        max_iterations: steps tried at most.
+        reach: first trust radius, as a multiple of the start's scaled norm.
+    """
+    u = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
+    model = problem.linearise(u)
+    scale = np.linalg.norm(model.triangle, axis=0)
+    scale[scale == 0] = 1.0
+    radius = reach * (float(np.linalg.norm(scale * u)) or 1.0)
+    stop: Stop = "iterations"
+    tries = 0
+    while tries < max_iterations:
+        tries += 1
+        step = _bounded_step(model, problem, u, scale, radius)
+        trial = np.clip(u + step, problem.lower, problem.upper)
+        step = trial - u
+        if not step.any():
+            stop = "converged" if _stationary(model, problem, u) else "stalled"
+            break
+        length = float(np.linalg.norm(scale * step))
+        radius = min(radius, length) if tries == 1 else radius
+        predicted, cost = _predicted(model, step), problem.cost(trial)
+        actual = model.cost - cost if np.isfinite(cost) else -np.inf
+        ratio = actual / predicted if predicted > 0 else 0.0
+        radius = _next_radius(radius, length, ratio)
+        flat = predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
+        if ratio > 1e-4:
+            u, model = trial, problem.linearise(trial)
+            scale = np.maximum(scale, np.linalg.norm(model.triangle, axis=0))
+        if flat or model.cost == 0.0 or radius <= tolerance * float(np.linalg.norm(scale * u)):
+            stop = "converged"
+            break
+    lower, upper = _edges(problem)
+    return Minimum(u, model.cost, stop, tries, u <= lower, u >= upper)
+
+
+def _next_radius(radius: float, length: float, ratio: float) -> float:
+    """Moré's rule: shrink after a poor step, grow after a good one that was not cut short by the radius' own slack."""
+    if ratio < 0.25:
+        return max(0.25 if np.isfinite(ratio) and ratio > -10.0 else 0.1, 0.1) * min(radius, 10.0 * length)
+    return max(radius, 2.0 * length) if ratio > 0.75 else radius
+
+
+def _edges(problem: Problem) -> tuple[Array, Array]:
+    """Bounds, widened inward by a millionth of their distance: nearer than that counts as on the bound."""
+    distance = problem.upper - problem.lower
+    edge = np.where(np.isfinite(distance), 1e-6 * np.where(np.isfinite(distance), distance, 0.0), 0.0)
+    return problem.lower + edge, problem.upper - edge
+
+
+def _free(model: Linearisation, problem: Problem, u: Array) -> NDArray[np.bool_]:
+    descent = model.triangle.T @ model.vector
+    return ~(((u <= problem.lower) & (descent <= 0)) | ((u >= problem.upper) & (descent >= 0)))
+
+
+def _bounded_step(model: Linearisation, problem: Problem, u: Array, scale: Array, radius: float) -> Array:
+    """Step over the free coordinates; those that would leave their bounds are put on them and the rest re-solved."""
+    free = _free(model, problem, u)
+    step = np.zeros(u.size)
+    while free.any():
+        vector = model.vector - model.triangle @ np.where(free, 0.0, step)
+        step[free] = _trusted(model.triangle[:, free], vector, scale[free], radius)
+        out = free & ((u + step < problem.lower) | (u + step > problem.upper))
+        if not out.any():
+            break
+        step[out] = (np.clip(u + step, problem.lower, problem.upper) - u)[out]
+        free &= ~out
+    return step
+
+
+def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Array:
+    """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by the singular values of R / D."""
+    left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
+    z = left.T @ vector
+    solid = s > s[0] * np.finfo(float).eps if s[0] > 0 else s > 0
+
+    def scaled(mu: float) -> Array:
+        return np.where(solid, s * z / np.where(solid, s * s + mu, 1.0), 0.0)
+
+    d = scaled(0.0)
+    if np.linalg.norm(d) <= 1.1 * radius:
+        return (right.T @ d) / scale
+    mu = 0.0
+    for _ in range(50):  # Newton on 1 / |D d|, monotone from the left
+        length = float(np.linalg.norm(d))
+        if abs(length - radius) <= 0.1 * radius:
+            break
+        slope = -float(np.sum(np.where(solid, d * d / np.where(solid, s * s + mu, 1.0), 0.0))) / length
+        mu = max(mu - (length - radius) / radius * length / slope, 0.0)
+        d = scaled(mu)
+    return (right.T @ d) / scale
+
+
+def _predicted(model: Linearisation, step: Array) -> float:
+    return float(model.vector @ model.vector - np.sum((model.vector - model.triangle @ step) ** 2))
+
+
+def _stationary(model: Linearisation, problem: Problem, u: Array) -> bool:
+    free = _free(model, problem, u)
+    gradient = model.triangle.T @ model.vector
+    norms = np.linalg.norm(model.triangle, axis=0) * np.sqrt(model.cost) + np.finfo(float).tiny
+    return bool(np.all(np.abs(gradient / norms)[free] < 1e-6))

@@ -1,0 +1,104 @@
+"""The outcome of a fit is a value: the model, how the solver ended, and each parameter with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from erclutch.fit.intervals import as_json
+from erclutch.fit.lm import Stop
+from erclutch.model import TorqueModel
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter in the user's units.
+
+    Attributes:
+        name, meaning, unit: what it is.
+        value: the estimate.
+        low, high: 95 % interval; -inf and inf where the data do not identify it; nan where it is held on a bound.
+        at_bound: the bound that it lies on.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    at_bound: Literal["lower", "upper"] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values; an unidentified interval is null."""
+        return {
+            "name": self.name,
+            "meaning": self.meaning,
+            "unit": self.unit,
+            "value": self.value,
+            "low": as_json(self.low),
+            "high": as_json(self.high),
+            "at_bound": self.at_bound,
+        }
+
+
+@dataclass(frozen=True)
+class FitOutcome:
+    """What came out of a fit.
+
+    Attributes:
+        model: the fitted model.
+        stop: how the solver ended; "converged" is good.
+        iterations: steps of the last solver run.
+        estimates: all parameters, nonlinear ones first.
+        paper_form: the same numbers in the published symbols, where those differ; by element for a pair.
+        rank, unknowns: numerical rank of the Jacobian against the number of free parameters.
+        condition: its condition number, columns scaled to one.
+        bandwidth: rows over which the residuals are correlated, as used for the intervals.
+        train_cost: sum of squared residuals on the training rows.
+        train_rows: number of training rows.
+    """
+
+    model: TorqueModel
+    stop: Stop
+    iterations: int
+    estimates: tuple[Estimate, ...]
+    paper_form: Mapping[str, float]
+    rank: int
+    unknowns: int
+    condition: float
+    bandwidth: int
+    train_cost: float
+    train_rows: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether the solver met its tolerance."""
+        return self.stop == "converged"
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters of the model, those on a bound included."""
+        return len(self.estimates)
+
+    @property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Names of the parameters that lie on a bound."""
+        return tuple(e.name for e in self.estimates if e.at_bound)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "model": self.model.to_dict(),
+            "converged": self.converged,
+            "stop": self.stop,
+            "iterations": self.iterations,
+            "parameters": [e.to_dict() for e in self.estimates],
+            "paper_form": {name: as_json(value) for name, value in self.paper_form.items()},
+            "rank": self.rank,
+            "unknowns": self.unknowns,
+            "condition": as_json(self.condition),
+            "correlated_rows": self.bandwidth,
+            "train_rows": self.train_rows,
+        }

@@ -1,0 +1,36 @@
+"""Where the local solver starts: a scan of the nonlinear parameters on few rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def scan_points(lower: Array, upper: Array, count: int) -> Array:
+    """Points that fill a box evenly: the additive recurrence of Roberts (2018), shape (count, k). Deterministic.
+
+    Its k-th direction is a power of the root of x**(k+1) = x + 1, the golden ratio for k = 1.
+    """
+    k = lower.size
+    root = 2.0
+    for _ in range(40):
+        root = (1.0 + root) ** (1.0 / (k + 1))
+    steps = root ** -np.arange(1.0, k + 1)
+    unit = (0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0
+    return lower + unit * (upper - lower)
+
+
+def thinned(rows: int, most: int) -> slice:
+    """Every so-many-th row, so that at most ``most`` are left."""
+    return slice(None, None, max(1, -(-rows // most)))
+
+
+def windows(rows: int, most: int, count: int = 12) -> NDArray[np.bool_]:
+    """Mask of ``count`` stretches of neighbouring rows, evenly spread, of at most ``most`` rows together."""
+    mask = np.zeros(rows, np.bool_)
+    length = max(1, most // count)
+    for start in np.linspace(0, max(rows - length, 0), count).round().astype(int):
+        mask[start : start + length] = True
+    return mask

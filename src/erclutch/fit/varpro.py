@@ -1,0 +1,167 @@
+"""Variable projection: a separable least-squares problem over its nonlinear parameters alone.
+
+    min over q, c of | y - sum_j c_j a_j(q) |**2,   some c_j >= 0,   bounds on q
+
+For each q the gains c follow from a small bounded linear problem; the outer solver sees the residual with the columns'
+space projected out (Golub and Pereyra 1973, doi 10.1137/0710036; in Kaufman's form, doi 10.1007/BF01932995). Derivatives of
+the columns are exact, by duals. Everything is done on triangles of QR decompositions, never on normal equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dual import Dual, partial_of, value_of
+from erclutch.fit.inner import solve_bounded
+from erclutch.fit.lm import Linearisation, Problem
+from erclutch.laws import Gain, Shape
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: ``columns(q)`` gives one column (n,) a gain for nonlinear parameters q, numbers or duals.
+ColumnsOf = Callable[[Sequence[Any]], Sequence[Any]]
+
+
+@dataclass(frozen=True)
+class Separable:
+    """A separable problem.
+
+    Attributes:
+        columns: the columns for given nonlinear parameters.
+        target: y, shape (n,).
+        shapes: the nonlinear parameters, for bounds and scales.
+        gains: the linear parameters, for bounds.
+    """
+
+    columns: ColumnsOf
+    target: Array
+    shapes: tuple[Shape, ...]
+    gains: tuple[Gain, ...]
+
+    @property
+    def nonnegative(self) -> Mask:
+        """Which gains are bounded by zero, shape (p,)."""
+        return np.array([gain.nonnegative for gain in self.gains], np.bool_)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the coordinates."""
+        return coordinates(self.shapes, [s.lower for s in self.shapes]), coordinates(
+            self.shapes, [s.upper for s in self.shapes]
+        )
+
+
+def coordinates(shapes: Sequence[Shape], q: Sequence[float]) -> Array:
+    """The solver's coordinates: logarithms where a parameter spans decades."""
+    return np.array([np.log(v) if s.scale == "log" else v for s, v in zip(shapes, q, strict=True)], np.float64)
+
+
+def parameters(shapes: Sequence[Shape], u: Sequence[float] | Array) -> list[float]:
+    """Back from coordinates."""
+    values = (float(np.exp(v)) if s.scale == "log" else float(v) for s, v in zip(shapes, u, strict=True))
+    return [min(max(v, s.lower), s.upper) for s, v in zip(shapes, values, strict=True)]
+
+
+#: Columns are of order one where they are excited. One whose norm over all rows is less than this share of a single such row
+#: is not: its gain would be noise, and blow up wherever a later log does excite it.
+_UNEXCITED = 0.01
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Best gains for given nonlinear parameters.
+
+    Attributes:
+        gains: c, shape (p,).
+        held: which gains are held at zero: by their bound, or because nothing excites their column.
+        dead: which of them nothing excites.
+        cost: sum of squared residuals.
+    """
+
+    gains: Array
+    held: Mask
+    dead: Mask
+    cost: float
+
+
+def project(separable: Separable, q: Sequence[float]) -> Projection:
+    """Best gains and their cost at nonlinear parameters ``q``."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+        return _gains(_stack(separable.columns(q), separable.target), separable.nonnegative)
+
+
+def _stack(columns: Sequence[Any], target: Array) -> Array:
+    matrix = np.empty((target.size, len(columns) + 1), order="F")
+    for j, column in enumerate(columns):
+        matrix[:, j] = value_of(column)
+    matrix[:, -1] = target
+    return matrix
+
+
+def triangle_of(matrix: Array) -> Array:
+    """R of a QR decomposition, shape (k, k) also where there are fewer rows than columns.
+
+    A tall matrix goes in slices that stay in the cache, whose triangles are then decomposed together: the same R to
+    rounding, several times as fast (Demmel, Grigori, Hoemmen and Langou 2012, doi 10.1137/080731992).
+    """
+    rows, wide = matrix.shape
+    slices = rows // _SLICE
+    if slices > 1 and rows * wide > 200_000:
+        tops = np.linalg.qr(np.ascontiguousarray(matrix[: slices * _SLICE]).reshape(slices, _SLICE, wide), mode="r")
+        matrix = np.concatenate([tops.reshape(-1, wide), matrix[slices * _SLICE :]])
+    r = np.linalg.qr(matrix, mode="r")
+    return r if r.shape[0] == wide else np.vstack([r, np.zeros((wide - r.shape[0], wide))])
+
+
+_SLICE = 1024
+
+
+def _gains(matrix: Array, nonnegative: Mask) -> Projection:
+    p = matrix.shape[1] - 1
+    if not np.isfinite(matrix.sum()):
+        return Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
+    r = triangle_of(matrix)
+    dead = np.linalg.norm(r[:, :p], axis=0) < _UNEXCITED
+    gains, held = np.zeros(p), dead.copy()
+    gains[~dead], held[~dead] = solve_bounded(r[:p, :p][:, ~dead], r[:p, p], nonnegative[~dead])
+    cost = float(r[p, p] ** 2 + np.sum((r[:p, p] - r[:p, :p] @ gains) ** 2))
+    return Projection(gains, held, dead, cost)
+
+
+def seeded(shapes: Sequence[Shape], u: Array) -> list[Dual]:
+    """Nonlinear parameters as duals with derivatives by the solver's coordinates."""
+    values = parameters(shapes, u)
+    return [Dual(v, {i: v if s.scale == "log" else 1.0}) for i, (s, v) in enumerate(zip(shapes, values, strict=True))]
+
+
+def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
+    """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+        columns = separable.columns(seeded(separable.shapes, u))
+        stacked = _stack(columns, separable.target)
+        projection = _gains(stacked, separable.nonnegative)
+        slopes = np.zeros((separable.target.size, u.size), order="F")
+        for gain, column in zip(projection.gains, columns, strict=True):
+            for i in range(u.size):
+                slopes[:, i] += gain * partial_of(column, i)
+    return stacked[:, :-1], slopes, projection
+
+
+def outer_problem(separable: Separable) -> Problem:
+    """The problem that `fit.lm.minimise` solves over the coordinates."""
+    lower, upper = separable.bounds
+
+    def linearise(u: Array) -> Linearisation:
+        columns, slopes, projection = jacobian(separable, u)
+        free = columns[:, ~projection.held]
+        p, k = free.shape[1], u.size
+        r = triangle_of(np.asfortranarray(np.column_stack([free, slopes, separable.target])))
+        return Linearisation(projection.cost, r[p : p + k, p : p + k], r[p : p + k, p + k])
+
+    return Problem(lambda u: project(separable, parameters(separable.shapes, u)).cost, linearise, lower, upper)

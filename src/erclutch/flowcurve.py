@@ -1,0 +1,263 @@
+"""Flow curves: shear stress against shear rate at one field (or none), and which law describes them.
+
+Shear stress spans decades, so what is minimised is the residual of its logarithm. The laws are those of the clutches at a
+constant field, so one definition serves both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dual import Dual, partial_of, value_of
+from erclutch.errors import CheckError, SettingError
+from erclutch.fit.intervals import as_json, uncertainty
+from erclutch.fit.lm import Linearisation, Minimum, Problem, minimise
+from erclutch.fit.outcome import Estimate
+from erclutch.fit.starts import scan_points
+from erclutch.fit.varpro import Separable, coordinates, parameters, project, triangle_of
+from erclutch.laws import Dimension, Law, Shape, law_from_name
+
+Array = NDArray[np.float64]
+
+#: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
+FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
+_SCAN, _STARTS = 400, 8
+_STIFF = 1e-9
+_FAINTEST = 1e-6
+
+
+@dataclass(frozen=True)
+class FlowCurve:
+    """One measured flow curve.
+
+    Attributes:
+        label: what the file calls it.
+        rate: shear rate in 1/s, positive, shape (n,).
+        stress: shear stress in Pa, positive, shape (n,).
+    """
+
+    label: str
+    rate: Array
+    stress: Array
+
+
+@dataclass(frozen=True)
+class FlowFit:
+    """A law on a flow curve.
+
+    Attributes:
+        law: name of the law.
+        stop: how the solver ended.
+        estimates: parameters with 95 % intervals (of their logarithms, so never below zero).
+        log_rmse: root mean square residual of log10(stress).
+        rmse: root mean square residual in Pa.
+        aicc: Akaike's criterion for few points, on the logarithms; lower is better; inf where there are too few points.
+        predicted: stress at the curve's rates, shape (n,).
+    """
+
+    law: str
+    stop: str
+    estimates: tuple[Estimate, ...]
+    log_rmse: float
+    rmse: float
+    aicc: float
+    predicted: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "law": self.law,
+            "stop": self.stop,
+            "log_rmse": self.log_rmse,
+            "rmse_Pa": self.rmse,
+            "aicc": as_json(self.aicc),
+            "parameters": [e.to_dict() for e in self.estimates],
+        }
+
+
+def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
+    """Fit a law to a flow curve by least squares of log(stress).
+
+    Args:
+        curve: at least 4 points.
+        law_name: one of `FLOW_LAWS`.
+
+    Raises:
+        SettingError: not a law of shear stress.
+        CheckError: too few points, or rates or stresses that are not positive.
+    """
+    law = _law(law_name)
+    _check(curve)
+    reference = float(curve.rate.min())
+    x = curve.rate / reference
+    shapes = _bounded(law, float(x.max()))
+    target = np.log(curve.stress)
+    problem = _problem(law, shapes, x, target)
+    found = min(
+        (minimise(problem, u, tolerance=1e-12, max_iterations=300) for u in _starts(law, shapes, x, curve.stress)),
+        key=lambda m: m.cost,
+    )
+    return _fit(curve, law, shapes, x, problem, found, reference)
+
+
+def _law(name: str) -> Law:
+    law = law_from_name(f"{name}/square")
+    if law.name not in FLOW_LAWS:
+        raise SettingError(
+            f"{name} is no law of shear stress at one field", remedy=f"Choose from {', '.join(FLOW_LAWS)}"
+        )
+    return law
+
+
+def _check(curve: FlowCurve) -> None:
+    if curve.rate.size < 4:
+        raise CheckError(
+            f"{curve.rate.size} points, at least 4 are needed", where=curve.label, remedy="Measure more rates"
+        )
+    for name, values in (("shear rate", curve.rate), ("shear stress", curve.stress)):
+        bad = ~(np.isfinite(values) & (values > 0))
+        if bad.any():
+            raise CheckError(
+                f"the {name} of point {int(np.argmax(bad)) + 1} is {values[bad][0]:g}, it must be above 0",
+                where=curve.label,
+                remedy="Remove the point, or give magnitudes",
+            )
+
+
+def _bounded(law: Law, highest: float) -> tuple[Shape, ...]:
+    """The law's own shape parameters, times and rates as wide as the data's rates (normalised from 1 to ``highest``)."""
+    wide = [
+        replace(s, lower=1e-3 / highest, upper=1e3) if s.dimension == Dimension(slip=-1) else s for s in law.shape[1:]
+    ]
+    return tuple(wide)
+
+
+def _stress(law: Law, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:
+    # At a constant field all rates are positive, so the sign is taken as stiff and its width is no parameter.
+    columns = law.columns(np.ones_like(x), x, _STIFF, *shape)
+    total = gains[0] * columns[0]
+    for gain, column in zip(gains[1:], columns[1:], strict=True):
+        total = total + gain * column
+    return total
+
+
+def _problem(law: Law, shapes: tuple[Shape, ...], x: Array, target: Array) -> Problem:
+    """Over the coordinates of the shape parameters, then the logarithms of the gains."""
+    k = len(shapes)
+    ends = [coordinates(shapes, [getattr(s, end) for s in shapes]) for end in ("lower", "upper")]
+    top = float(target.max()) + 3.0
+    lower = np.concatenate(
+        [ends[0], np.full(len(law.gains), float(target.min()) + np.log(_FAINTEST) - np.log(x.max()))]
+    )
+    upper = np.concatenate([ends[1], np.full(len(law.gains), top)])
+
+    def log_stress(values: Sequence[Any]) -> Any:
+        return np.log(_stress(law, x, values[:k], values[k:]))
+
+    def numbers(u: Array) -> list[float]:
+        return [*parameters(shapes, u[:k]), *np.exp(u[k:]).tolist()]
+
+    def cost(u: Array) -> float:
+        with np.errstate(all="ignore"):
+            residual = target - log_stress(numbers(u))
+        total = float(residual @ residual)
+        return total if np.isfinite(total) else np.inf
+
+    def linearise(u: Array) -> Linearisation:
+        slopes = [1.0 if i < k and shapes[i].scale == "linear" else v for i, v in enumerate(numbers(u))]
+        duals = [Dual(v, {i: s}) for i, (v, s) in enumerate(zip(numbers(u), slopes, strict=True))]
+        with np.errstate(all="ignore"):
+            model = log_stress(duals)
+        residual = target - value_of(model)
+        jacobian = np.column_stack([np.broadcast_to(partial_of(model, i), x.shape) for i in range(u.size)])
+        r = triangle_of(np.column_stack([jacobian, residual]))
+        return Linearisation(float(residual @ residual), r[:-1, :-1], r[:-1, -1])
+
+    return Problem(cost, linearise, lower, upper)
+
+
+def _starts(law: Law, shapes: tuple[Shape, ...], x: Array, stress: Array) -> list[Array]:
+    """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
+
+    def columns(q: Sequence[Any]) -> list[Any]:
+        return [c / stress for c in law.columns(np.ones_like(x), x, _STIFF, *q)]
+
+    relative = Separable(columns, np.ones_like(x), shapes, law.gains)
+    lower, upper = relative.bounds
+    points = list(scan_points(lower, upper, _SCAN)) if shapes else [np.zeros(0)]
+    costed = sorted(
+        ((project(relative, parameters(shapes, u)), tuple(u)) for u in points), key=lambda pair: pair[0].cost
+    )
+    faintest = _FAINTEST * float(stress.min()) / float(x.max())
+    return [np.concatenate([u, np.log(np.maximum(p.gains, 10.0 * faintest))]) for p, u in costed[:_STARTS]]
+
+
+def _fit(
+    curve: FlowCurve, law: Law, shapes: tuple[Shape, ...], x: Array, problem: Problem, found: Minimum, reference: float
+) -> FlowFit:
+    k, n = len(shapes), x.size
+    gains = np.exp(found.point[k:])
+    predicted = np.asarray(_stress(law, x, parameters(shapes, found.point[:k]), gains.tolist()))
+    residual = np.log(curve.stress) - np.log(predicted)
+    unknowns = found.point.size
+    cost = float(residual @ residual)
+    spare = n - unknowns - 2
+    aicc = n * np.log(cost / n) + 2 * (unknowns + 1) * n / spare if spare > 0 else np.inf
+    return FlowFit(
+        law=law.name,
+        stop=found.stop,
+        estimates=_estimates(law, shapes, problem, found, reference, n),
+        log_rmse=float(np.sqrt(cost / n) / np.log(10.0)),
+        rmse=float(np.sqrt(np.mean((curve.stress - predicted) ** 2))),
+        aicc=float(aicc),
+        predicted=predicted,
+    )
+
+
+def _estimates(
+    law: Law, shapes: tuple[Shape, ...], problem: Problem, found: Minimum, reference: float, n: int
+) -> tuple[Estimate, ...]:
+    model = problem.linearise(found.point)
+    moving = ~(found.at_lower | found.at_upper)
+    # The triangle has the Jacobian's column space; a residual of the right length gives the right variance.
+    rows = model.triangle[:, moving]
+    padded = np.vstack([rows, np.zeros((max(n - rows.shape[0], 0), rows.shape[1]))])
+    spread = uncertainty(padded, np.full(padded.shape[0], np.sqrt(found.cost / padded.shape[0])), ordered=False)
+    everything = (*shapes, *law.gains)
+    widths = np.full(len(everything), np.nan)
+    widths[moving] = spread.quantile * spread.errors
+    covariance = np.full((len(everything), len(everything)), 0.0)
+    covariance[np.ix_(moving, moving)] = spread.covariance
+    estimates: list[Estimate] = []
+    for i, item in enumerate(everything):
+        u, width = float(found.point[i]), float(widths[i])
+        logarithmic = not isinstance(item, Shape) or item.scale == "log"
+        unit, factor = _unit(item.dimension, reference)
+        if item.name == "K":
+            # Consistency at 1 1/s instead of at the reference rate: ln K_1 = ln K - m ln(reference).
+            m = next(j for j, s in enumerate(shapes) if s.name == "m")
+            shift = -float(np.log(reference))
+            variance = covariance[i, i] + shift**2 * covariance[m, m] + 2 * shift * covariance[i, m]
+            u, width, unit = u + float(found.point[m]) * shift, spread.quantile * float(np.sqrt(variance)), "Pa*s^m"
+        ends = np.array([u, u - width, u + width])
+        value, low, high = (np.exp(ends) if logarithmic else ends) * factor
+        bound = "lower" if found.at_lower[i] else "upper" if found.at_upper[i] else None
+        estimates.append(Estimate(item.name, item.meaning, unit, float(value), float(low), float(high), bound))
+    return tuple(estimates)
+
+
+def _unit(dimension: Dimension, reference: float) -> tuple[str, float]:
+    """Unit of a parameter of shear stress, and the factor from normalised rates."""
+    names = {(1, 0): "Pa", (1, -1): "Pa*s", (0, -1): "s", (0, 0): "1", (0, 1): "1/s"}
+    return names[dimension.effort, dimension.slip], reference**dimension.slip
+
+
+def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
+    """All laws on a curve, best corrected criterion first (by log-RMSE where there are too few points for it)."""
+    fits = [fit_flow_curve(curve, name) for name in laws]
+    return sorted(fits, key=lambda f: (f.aicc, f.log_rmse))

@@ -1,0 +1,39 @@
+"""Casson: sqrt(T) = sqrt(T_y y(E)) + sqrt(eta |w|), squared and signed. Casson 1959.
+
+Written T = T_y (y + r |w| + 2 sqrt(y r |w|)) sgn(w) with r = eta / T_y, so that one gain is linear and the others few.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from erclutch.laws.law import PER_SLIP, YIELD, Law, Shape
+from erclutch.laws.smooth import TRANSITION_SLIP, direction, power
+from erclutch.laws.yield_stress import YieldForm
+
+_RATIO = Shape("r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log")
+
+
+def _paper_form(shape: dict[str, float], gains: dict[str, float]) -> dict[str, float]:
+    return {"tau_y": gains["T_y"], "eta": gains["T_y"] * shape["r"]}
+
+
+def casson(yield_form: YieldForm) -> Law:
+    """Casson's law with the given yield stress against field."""
+
+    def columns(E: Any, w: Any, w_s: Any, r: Any, *field: Any) -> tuple[Any, ...]:
+        strength = yield_form.factor(E, *field)
+        viscous = r * np.abs(w)
+        return ((strength + viscous + 2.0 * power(strength * viscous, 0.5)) * direction(w, w_s),)
+
+    return Law(
+        name="casson",
+        title="Casson",
+        source="Casson 1959, in Mill (ed.), Rheology of Disperse Systems",
+        columns=columns,
+        shape=(TRANSITION_SLIP, _RATIO, *yield_form.shape),
+        gains=(YIELD,),
+        paper_form=_paper_form,
+    )

@@ -1,0 +1,102 @@
+"""What a law is: a plain NumPy function that returns columns, and the names, units and bounds of its numbers.
+
+The effort of one element is the columns times their gains. Fields and slips come in normalised (field by the largest
+field of the training data, slip by its typical size), so bounds hold for any device; `Dimension` turns a number back
+into the user's units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+#: Columns of one element: ``columns(E, w, *shape)`` gives one array (n,) a gain. Branch-free; arrays, duals or symbols.
+Columns = Callable[..., tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """Exponents of effort, field, slip and time in a parameter's unit."""
+
+    effort: int = 0
+    field: int = 0
+    slip: int = 0
+    time: int = 0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter that enters a law nonlinearly; shared by all elements of a device.
+
+    Attributes:
+        name: identifier, the argument's name in the law.
+        meaning: one phrase.
+        lower, upper: bounds in normalised units.
+        dimension: exponents of the units, to convert to the user's units.
+        scale: "log" for a positive number that may span decades: searched, and given its interval, in its logarithm.
+    """
+
+    name: str
+    meaning: str
+    lower: float
+    upper: float
+    dimension: Dimension = Dimension()
+    scale: Literal["linear", "log"] = "linear"
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A parameter that multiplies a column; one for each element.
+
+    Attributes:
+        name: identifier; element numbers are appended for a device with several elements.
+        meaning: one phrase.
+        dimension: exponents of the units.
+        nonnegative: whether physics bounds it by zero from below.
+    """
+
+    name: str
+    meaning: str
+    dimension: Dimension
+    nonnegative: bool = True
+
+
+@dataclass(frozen=True)
+class Law:
+    """Closed-form effort of one element.
+
+    Attributes:
+        name: identifier on the command line, for example ``bingham``.
+        title: name for people.
+        source: equation number and doi.
+        columns: the equation.
+        shape: nonlinear parameters, in the order of the arguments of `columns` after E and w.
+        gains: one for each column.
+        stimulus: static map of the command ahead of the dynamics, ``stimulus(E, *shape)``; None is the identity.
+            A law with a stimulus gets its result as E and none of the `stimulus_shape` parameters.
+        stimulus_shape: parameters of the stimulus.
+        paper_form: gives the published symbols from (shape, gains of one element) where they differ from ours.
+    """
+
+    name: str
+    title: str
+    source: str
+    columns: Columns
+    shape: tuple[Shape, ...]
+    gains: tuple[Gain, ...]
+    stimulus: Callable[..., Any] | None = None
+    stimulus_shape: tuple[Shape, ...] = ()
+    paper_form: Callable[[dict[str, float], dict[str, float]], dict[str, float]] | None = None
+
+
+EFFORT = Dimension(effort=1)
+VISCOUS = Dimension(effort=1, slip=-1)
+PER_SLIP = Dimension(slip=-1)
+PER_FIELD = Dimension(field=-1)
+FIELD = Dimension(field=1)
+SLIP = Dimension(slip=1)
+NUMBER = Dimension()
+
+YIELD = Gain("T_y", "yield effort at the reference field", EFFORT)
+VISCOSITY = Gain("eta", "viscous effort per slip", VISCOUS)

@@ -1,0 +1,80 @@
+"""A law's equation as SymPy sees it: the same function that is fitted, run on symbols. Imported only where it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import sympy
+
+from erclutch.laws.law import Law
+from erclutch.laws.smooth import TINY
+from erclutch.operand import Operand
+
+_FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {
+    np.add: lambda x, y: x + y,
+    np.subtract: lambda x, y: x - y,
+    np.multiply: lambda x, y: x * y,
+    np.true_divide: lambda x, y: x / y,
+    np.negative: lambda x: -x,
+    np.square: lambda x: x**2,
+    np.power: lambda x, y: x**y,
+    np.exp: sympy.exp,
+    np.expm1: lambda x: sympy.exp(x) - 1,
+    np.tanh: sympy.tanh,
+    np.sqrt: sympy.sqrt,
+    np.log: sympy.log,
+    np.absolute: sympy.Abs,
+}
+
+
+class Symbolic(Operand):
+    """A SymPy expression that NumPy's ufuncs act on."""
+
+    __slots__ = ("expression",)
+
+    def __init__(self, expression: Any) -> None:
+        self.expression = expression
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        rule = _FUNCTIONS.get(ufunc)
+        if rule is None or method != "__call__" or kwargs:
+            return NotImplemented
+        return Symbolic(rule(*(_expression(x) for x in inputs)))
+
+
+def _expression(x: Any) -> Any:
+    if isinstance(x, Symbolic):
+        return x.expression
+    # The regularisation at zero is no part of the published equation.
+    return sympy.Integer(0) if x == TINY else sympy.nsimplify(x, rational=True)
+
+
+def equation(law: Law) -> Any:
+    """Effort of one element for w > 0 as a SymPy expression in E, w and the law's parameters.
+
+    Made by running the law's own function on symbols. The regularisation at zero is left out, so that the equation reads
+    as published; the transition slip stays. All laws are odd in w.
+    """
+    E, w = sympy.Symbol("E", positive=True), sympy.Symbol("w", positive=True)
+    shape = [sympy.Symbol(s.name, real=True, positive=(s.lower >= 0) or None) for s in law.shape]
+    stimulus = [sympy.Symbol(s.name, positive=True) for s in law.stimulus_shape]
+    field: Any = Symbolic(E)
+    if law.stimulus is not None:
+        field = law.stimulus(field, *(Symbolic(s) for s in stimulus))
+    columns = law.columns(field, Symbolic(w), *(Symbolic(s) for s in shape))
+    total: Any = sympy.Integer(0)
+    for gain, column in zip(law.gains, columns, strict=True):
+        total += sympy.Symbol(gain.name) * _tidy(_expression(column))
+    return total
+
+
+def _tidy(expression: Any) -> Any:
+    return sympy.powsimp(sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True), force=True)
+
+
+def equation_text(law: Law) -> str:
+    """The equation as one line of text, powers as ``^``; awkward fractions to four digits."""
+    short = equation(law).replace(lambda e: e.is_Rational and e.q > 1000, lambda e: e.n(4))
+    return str(short).replace("**", "^")

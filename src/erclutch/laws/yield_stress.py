@@ -1,0 +1,58 @@
+"""Yield stress against field, each form scaled to one at the reference field (normalised field 1).
+
+Sources: power law, Huang and Ishikawa equation (1) with exponents 1 - 2; critical-field form, Choi, Cho, Kim and Jhon
+2001, tau_y ~ E**2 tanh(sqrt(E / E_c)) / sqrt(E / E_c), checked in docs/decisions/0003-sources-of-ss-and-ccj.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.laws.law import FIELD, Shape
+from erclutch.laws.smooth import power
+
+
+@dataclass(frozen=True)
+class YieldForm:
+    """How the yield stress grows with the field.
+
+    Attributes:
+        name: identifier on the command line: square, power or critical.
+        label: how tables show it.
+        factor: ``factor(E, *shape)``, 0 at E = 0 and 1 at E = 1.
+        shape: its parameters.
+    """
+
+    name: str
+    label: str
+    factor: Callable[..., Any]
+    shape: tuple[Shape, ...]
+
+
+def _square(E: Any) -> Any:
+    return E * E
+
+
+def _power(E: Any, n: Any) -> Any:
+    return power(E, n)
+
+
+def _critical(E: Any, E_c: Any) -> Any:
+    # E**2 tanh(sqrt x) / sqrt x with x = E / E_c is E**1.5 tanh(sqrt x) up to a constant, taken up by the gain.
+    return power(E, 1.5) * np.tanh(power(E / E_c, 0.5)) / np.tanh(E_c**-0.5)
+
+
+SQUARE = YieldForm("square", "E^2", _square, ())
+POWER = YieldForm("power", "E^n", _power, (Shape("n", "exponent of the field in the yield effort", 0.2, 4.0),))
+CRITICAL = YieldForm(
+    "critical",
+    "Choi",
+    _critical,
+    (Shape("E_c", "critical field, where the exponent turns from 2 to 1.5", 0.05, 20.0, FIELD, scale="log"),),
+)
+
+YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL)}

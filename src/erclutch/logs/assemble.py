@@ -1,0 +1,351 @@
+"""From a table and a mapping to a Recording: choose, convert, put on a clock, cut, refuse what is not finite."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch import units
+from erclutch.errors import LogError, MappingError, SettingError, UnitError
+from erclutch.logs import guess, name_pattern, timing
+from erclutch.logs.mapping import ColumnMap, columns_listed, locate
+from erclutch.logs.table import Table
+from erclutch.signals import SIGNALS, Array, Recording
+
+DeviceName = Literal["single", "coaxial"]
+Invalid = Literal["error", "drop"]
+
+#: What a device needs: each group is satisfied by one of its alternatives, each of which is a set of signals.
+NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
+    "single": ((("field",),), (("slip",), ("position",)), (("effort",),)),
+    "coaxial": (
+        (("E1", "E2"), ("E",)),
+        (("theta_dot",), ("theta",)),
+        (("alpha_dot",), ("alpha",), ("alpha_raw",)),
+        (("T",),),
+    ),
+}
+_COUNTER = "samplenumber"
+
+
+@dataclass
+class _Draft:
+    """A recording in the making; rows are those of the table."""
+
+    table: Table
+    device: DeviceName
+    signals: dict[str, Array] = field(default_factory=dict[str, Array])
+    units: dict[str, str] = field(default_factory=dict[str, str])
+    columns: dict[str, str] = field(default_factory=dict[str, str])
+    constants: dict[str, float] = field(default_factory=dict[str, float])
+    notes: list[str] = field(default_factory=list[str])
+
+    def present(self, signals: tuple[str, ...]) -> bool:
+        return all(signal in self.signals for signal in signals)
+
+
+def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid = "error") -> Recording:
+    """Make a Recording of a table.
+
+    Args:
+        table: columns as in the file.
+        chosen: what the user said; the rest is guessed from names and units.
+        device: "single" or "coaxial"; decides which signals are needed.
+        invalid: "error" refuses values that are not finite, "drop" cuts the log there.
+
+    Raises:
+        MappingError: a signal without a column, or with several; UnitError: a unit that does not fit.
+        LogError: values that are not finite; TimingError: time that cannot be put right.
+        SettingError: another device or way with invalid values than these.
+    """
+    if device not in NEEDS:
+        raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
+    if invalid not in ("error", "drop"):
+        raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
+    draft = _Draft(table, device, constants=dict(table.constants), notes=list(table.notes))
+    _take_chosen(draft, chosen)
+    _take_constants(draft, chosen)
+    _take_guesses(draft, chosen)
+    if "alpha_raw" in draft.signals:
+        _turn_screw(draft, chosen.lead)
+    rows = np.arange(table.rows)
+    bad_time = _bad_stamps(draft, chosen, invalid)
+    clock = _clock(draft, chosen, rows[~bad_time])
+    bad = _invalid_rows(draft, invalid)
+    return _recording(draft, clock, rows[~bad_time], bad)
+
+
+def _take_chosen(draft: _Draft, chosen: ColumnMap) -> None:
+    """The columns that the user named."""
+    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    for signal, choice in chosen.columns.items():
+        if signal not in allowed:
+            problem = f"'{signal}' is no signal of a {draft.device} device (it has: {', '.join(sorted(allowed))})"
+            raise MappingError(problem, remedy="Use one of these, or set --device", where=draft.table.name)
+        name, unit, factor = locate(draft.table, choice, signal)
+        _add(draft, signal, name, unit, factor, choice.source)
+
+
+def _add(draft: _Draft, signal: str, name: str, unit: str | None, factor: float, source: str) -> None:
+    """Convert one column to SI and take it as a signal; the note says all that was done to it."""
+    table = draft.table
+    values = table.columns[name]
+    asked = table.units.get(name)
+    if unit is None:
+        si, how = _assumed_unit(draft.device, signal, values)
+    else:
+        scale, si = units.conversion(unit, SIGNALS[signal], name, table.name)
+        factor *= scale
+        how = f", converted to {si or 'a plain number'}" if scale != 1.0 else ""
+        how += f" (the file says {asked})" if asked and asked != unit else ""
+    if factor < 0:
+        how += ", sign turned"
+    draft.signals[signal] = values if factor == 1.0 else values * factor
+    draft.units[signal] = si
+    draft.columns[signal] = name
+    label = f"{name} [{unit}]" if unit else name
+    draft.notes.append(f"{signal} <- column {label}{how} ({source})")
+
+
+def _assumed_unit(device: DeviceName, signal: str, values: Array) -> tuple[str, str]:
+    """The unit of a column that has none: unknown for a single device, SI for the coaxial pair."""
+    kind = SIGNALS[signal]
+    if device == "single":
+        return units.UNKNOWN, ", no unit: taken as logged"
+    if kind.si_units[0] == "":
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        if largest > 0.5:
+            return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
+        return "", ", no unit and within 0.5: taken as a plain number"
+    return kind.si_units[0], f", no unit: assumed {kind.si_units[0]}"
+
+
+def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
+    """Numbers of the mapping and of the file's name; one that is called like a signal becomes a constant signal."""
+    table = draft.table
+    given: dict[str, tuple[float, str | None, str]] = {}
+    if chosen.name_pattern:
+        for key, (number, unit) in name_pattern.constants_of(chosen.name_pattern, table.name).items():
+            given[key] = (number, unit, "from the file's name")
+    for key, text in chosen.constants.items():
+        try:
+            given[key] = (*units.quantity(text), chosen.source)
+        except UnitError as error:
+            raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy, where=table.name) from error
+    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    for key, (number, unit, source) in given.items():
+        text = f"{number:g} {unit}" if unit else f"{number:g}"
+        if key not in allowed:
+            draft.constants[key] = number
+            draft.notes.append(f"{key} = {text} ({source})")
+        elif key in draft.signals:
+            draft.notes.append(f"{key} = {text} ({source}) not used: column {draft.columns.get(key, '?')} was chosen")
+        else:
+            values = np.full(table.rows, number)
+            if unit:
+                factor, si = units.conversion(unit, SIGNALS[key], key, table.name)
+            else:
+                factor, si = 1.0, _assumed_unit(draft.device, key, values)[0]
+            draft.signals[key], draft.units[key] = values * factor, si
+            draft.constants[key] = number * factor
+            draft.notes.append(f"{key} <- constant {text} ({source})")
+
+
+def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
+    """Guess what the device needs and nobody chose; raise where nothing or too much would do."""
+    taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+    for group in NEEDS[draft.device]:
+        settled = any(draft.present(option) for option in group)
+        failure: MappingError | None = None
+        for option in group:
+            for signal in option:
+                if signal in draft.signals or (settled and _conflicts(draft, group, option)):
+                    continue
+                try:
+                    found = guess.guess(draft.table, signal, taken)
+                except MappingError as error:
+                    failure = failure or error
+                    continue
+                if found is not None:
+                    name, unit, factor = locate(draft.table, found, signal)
+                    _add(draft, signal, name, unit, factor, found.source)
+                    taken.append(name)
+            settled = settled or draft.present(option)
+        if not settled:
+            names = " or ".join(" and ".join(option) for option in group)
+            needed = next(signal for signal in group[0] if signal not in draft.signals)
+            raise failure or guess.missing(draft.table, needed, taken, names)
+
+
+def _conflicts(draft: _Draft, group: tuple[tuple[str, ...], ...], option: tuple[str, ...]) -> bool:
+    """Whether an alternative says the same as one that is there (E beside E1 and E2), not something more (theta)."""
+    return "E" in {signal for other in group for signal in other} or (
+        option == ("alpha_raw",) and "alpha" in draft.signals
+    )
+
+
+def _reserved(draft: _Draft, chosen: ColumnMap) -> list[str]:
+    """Columns that are no signals: the time, the sample counter."""
+    counters = [name for name in draft.table.columns if name.replace(" ", "").lower() == _COUNTER]
+    if chosen.time is not None:
+        return [locate(draft.table, chosen.time, "time")[0], *counters]
+    time = guess.time_column(draft.table, draft.columns.values())
+    return [*counters, *([time] if time else [])]
+
+
+def _turn_screw(draft: _Draft, lead: float | None) -> None:
+    """Replace alpha_raw: alpha = alpha_raw 2 pi / lead, equation 4 of Huang and Ishikawa."""
+    if lead is None:
+        problem = "alpha_raw is the position on a screw whose lead is not given"
+        raise MappingError(problem, remedy='Give the lead, such as --lead "10 mm"', where=draft.table.name)
+    raw = draft.signals.pop("alpha_raw")
+    del draft.units["alpha_raw"]
+    column = draft.columns.pop("alpha_raw", "")
+    if "alpha" in draft.signals:
+        draft.notes.append(f"column {column} (alpha_raw) not used: alpha itself is logged")
+        return
+    draft.signals["alpha"], draft.units["alpha"], draft.columns["alpha"] = raw * (2 * pi / lead), "rad", column
+    draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {lead:g} m")
+
+
+def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, float, str] | None:
+    """Name, unit, factor and source of the time column, if there is one to use."""
+    if chosen.rate is not None:
+        return None
+    if chosen.time is not None:
+        return *locate(draft.table, chosen.time, "time"), chosen.time.source
+    name = guess.time_column(draft.table, draft.columns.values())
+    return None if name is None else (name, draft.table.units.get(name), 1.0, "guessed from its name or unit")
+
+
+def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> NDArray[np.bool_]:
+    """Rows without a finite time stamp; an error unless they are to be dropped."""
+    column = _stamp_column(draft, chosen)
+    if column is None:
+        return np.zeros(draft.table.rows, dtype=np.bool_)
+    bad = ~np.isfinite(draft.table.columns[column[0]])
+    if bad.any():
+        _refuse_or_note(draft, {column[0]: bad}, invalid)
+    return bad
+
+
+def _invalid_rows(draft: _Draft, invalid: Invalid) -> NDArray[np.bool_]:
+    """Rows where a signal is not finite; an error unless they are to be dropped."""
+    each = {draft.columns.get(signal, signal): ~np.isfinite(values) for signal, values in draft.signals.items()}
+    each = {name: bad for name, bad in each.items() if bad.any()}
+    if each:
+        _refuse_or_note(draft, each, invalid)
+    return np.logical_or.reduce([*each.values(), np.zeros(draft.table.rows, dtype=np.bool_)])
+
+
+def _refuse_or_note(draft: _Draft, each: Mapping[str, NDArray[np.bool_]], invalid: Invalid) -> None:
+    name, bad = next(iter(each.items()))
+    row, count = int(np.argmax(bad)), int(bad.sum())
+    values = draft.table.columns.get(name)
+    shown = "nan" if values is None or np.isnan(values[row]) else "infinity" if values[row] > 0 else "-infinity"
+    many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
+    text = f"column {name} has {many}, the first ({shown}) in data row {row + 1}"
+    if invalid == "error":
+        raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop", where=draft.table.name)
+    total = int(np.logical_or.reduce(list(each.values())).sum())
+    draft.notes.append(f"{text}: {total} rows dropped, the log cut there")
+
+
+def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.Clock:
+    """The best clock there is: a rate, a time column, a date column, the header's period."""
+    table, notes = draft.table, draft.notes
+    if chosen.rate is not None:
+        notes.append(f"time from the sampling rate of {chosen.rate:g} Hz ({chosen.source})")
+        return timing.from_rate(rows.size, 1.0 / chosen.rate, table.name)
+    hint = table.sample_period or _header_rate(table)
+    column = _stamp_column(draft, chosen)
+    if column is not None:
+        name, unit, factor, source = column
+        scale = _seconds(unit, name, table.name)
+        how = f", converted from {unit}" if scale != 1.0 else "" if unit else ", no unit: taken as s"
+        notes.append(f"time <- column {name}{how} ({source})")
+        stamps = table.columns[name][rows] * (factor * scale)
+    elif table.clock is not None:
+        name, stamps = table.clock_name, table.clock
+        notes.append(f"time <- date and time in column {name}")
+    elif hint is not None:
+        counter = next((label for label in table.columns if label.replace(" ", "").lower() == _COUNTER), None)
+        notes.append(f"time from the sampling period in the header: {hint:g} s")
+        if counter is None or not np.isfinite(table.columns[counter]).all():
+            return timing.from_rate(rows.size, hint, table.name)
+        name, stamps = counter, (table.columns[counter] - table.columns[counter][0]) * hint
+    else:
+        problem = f"no time column and no sampling rate; the file has: {columns_listed(table)}"
+        raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ', where=table.name)
+    return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint, where=table.name)
+
+
+def _seconds(unit: str | None, name: str, where: str) -> float:
+    if unit is None:
+        return 1.0
+    found = units.fits(unit, ("s",)) if units.is_unit(unit) else None
+    if found is None:
+        problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
+        raise UnitError(problem, remedy=f'Give its unit, such as --time "{name} [ms]"', where=where)
+    return found[0]
+
+
+def _header_rate(table: Table) -> float | None:
+    """The period of a header constant such as ``fs``."""
+    for name, value in table.constants.items():
+        plain = name.lower().replace("_", "")
+        if plain in {"fs", "rate", "samplerate", "samplingrate"} and 0 < value < float("inf"):
+            return 1.0 / value
+    return None
+
+
+def _same_as_before(table: Table, time: str, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether a row equals the one before in all columns but the time."""
+    same = np.ones(rows.size, dtype=np.bool_)
+    same[:1] = False
+    for name, values in table.columns.items():
+        if name != time and name.replace(" ", "").lower() != _COUNTER:
+            kept = values[rows]
+            same[1:] &= (kept[1:] == kept[:-1]) | (np.isnan(kept[1:]) & np.isnan(kept[:-1]))
+    return same
+
+
+def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad: NDArray[np.bool_]) -> Recording:
+    """Take the rows that are left and cut the segments where rows are missing."""
+    kept = rows[clock.keep]
+    first = np.zeros(kept.size, dtype=np.bool_)
+    first[list(clock.starts)] = True
+    part = np.cumsum(first)  # which segment of the clock a row is in
+    fine = ~bad[kept]
+    timing.require_rows(int(fine.sum()), draft.table.name)
+    place = np.flatnonzero(fine)
+    starts = np.flatnonzero(np.concatenate(([True], (np.diff(place) > 1) | (np.diff(part[fine]) > 0))))
+    stops = np.append(starts[1:], place.size)
+    signals: dict[str, Array] = {}
+    for name, values in draft.signals.items():
+        signals[name] = _frozen(values[kept[fine]])
+    time = _frozen(clock.time[fine])
+    return Recording(
+        name=draft.table.name,
+        signals=MappingProxyType(signals),
+        units=MappingProxyType(dict(draft.units)),
+        time=time,
+        period=clock.period,
+        segments=tuple((int(start), int(stop)) for start, stop in zip(starts, stops, strict=True)),
+        uniform=clock.uniform,
+        digest=draft.table.digest,
+        constants=MappingProxyType(dict(draft.constants)),
+        notes=(*draft.notes, *clock.notes),
+    )
+
+
+def _frozen(values: Array) -> Array:
+    values = np.ascontiguousarray(values, dtype=np.float64).copy()
+    values.setflags(write=False)
+    return values

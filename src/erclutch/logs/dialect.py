@@ -1,0 +1,240 @@
+"""What a text log looks like: delimiter, decimal mark, header, units, first row of data. Decided on its first lines."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from erclutch import units
+from erclutch.errors import LogError
+from erclutch.logs.labels import header_pairs, name_columns
+
+SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
+# Lines at the end of the sample, where data is purest; few, for short tables under long prose.
+_TAILS = (60, 10, 1)
+_COMMENT = ("#", "%", "//")
+_WORDS = {
+    "",
+    *[
+        "nan",
+        "-nan",
+        "+nan",
+        "inf",
+        "-inf",
+        "+inf",
+        "infinity",
+        "-infinity",
+        "na",
+        "n/a",
+        "null",
+        "1.#qnan",
+        "-1.#qnan",
+        "1.#ind",
+        "-1.#ind",
+    ],
+}
+_CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
+_NUMBER = {
+    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?"),
+}
+LINE_END = re.compile(r"\r\n|\n|\r")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How to read the rows of a text log.
+
+    Attributes:
+        delimiter: one character, or None for runs of white space.
+        decimal: "." or ",".
+        names: column names, one a cell of a full row.
+        units: units in the order of the names.
+        first: index of the first data line, counted from 0.
+        trailing: whether each row ends in a delimiter with nothing behind it.
+        numeric: which columns hold numbers in the sample.
+        metadata: the ``Key: value`` lines above the header.
+        notes: sentences on names and headers.
+    """
+
+    delimiter: str | None
+    decimal: str
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    first: int
+    trailing: bool
+    numeric: tuple[bool, ...]
+    metadata: dict[str, str] = field(default_factory=dict[str, str])
+    notes: tuple[str, ...] = ()
+
+
+def is_comment(line: str) -> bool:
+    """Whether the line starts with ``#``, ``%`` or ``//``."""
+    return line.lstrip().startswith(_COMMENT)
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Cells of one line, stripped; quotes are honoured."""
+    if '"' in line:
+        plain = line.strip().replace("\t", " ") if delimiter is None else line
+        try:
+            rows = list(csv.reader([plain], delimiter=delimiter or " ", skipinitialspace=True))
+            return [cell.strip() for cell in rows[0]] if rows else []
+        except csv.Error:
+            pass  # an unfinished quote: the plain split below shows the row as it is
+    return line.split() if delimiter is None else [cell.strip() for cell in line.split(delimiter)]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether the cell is a finite decimal number with that decimal mark."""
+    return _NUMBER[decimal].fullmatch(cell) is not None
+
+
+def sniff(text: str, name: str) -> Dialect:
+    """Find the dialect of a text log from its first 256 K characters.
+
+    Raises:
+        LogError: no line reads as a row of numbers under any dialect.
+    """
+    lines = LINE_END.split(text[:SAMPLE])
+    if len(text) > SAMPLE and len(lines) > 1:
+        lines.pop()
+    full = [line for line in lines if line.strip() and not is_comment(line)]
+    for size in _TAILS:
+        delimiter, decimal = _separators(full[-size:])
+        rows = [cells_of(line, delimiter) for line in full[-size:]]
+        kinds = _kinds(rows, decimal)
+        first = _first_row(lines, delimiter, decimal, kinds)
+        if first is not None:
+            rows = [row for row in rows if _is_data(row, decimal, kinds)]
+            return _with_header(lines, first, delimiter, decimal, rows, name)
+    shown = f" (it begins with {full[0].strip()[:60]!r})" if full else ""
+    remedy = "Give a table of numbers with one row a sample, or check the file's format"
+    raise LogError(f"no row of numbers in {len(lines)} lines{shown}", remedy=remedy, where=name)
+
+
+def _separators(tail: Sequence[str]) -> tuple[str | None, str]:
+    """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
+    best, found = (0.0, 0.0), (",", ".")
+    for delimiter in ("\t", ";", "|", ",", None):
+        rows = [cells_of(line, delimiter) for line in tail]
+        filled = sum(1 for row in rows for cell in row if cell)
+        for decimal in (".", ","):
+            count = sum(1 for row in rows for cell in row if is_number(cell, decimal))
+            score = (round(count / max(filled, 1), 2), count / max(len(rows), 1))
+            if score > best:
+                best, found = score, (delimiter, decimal)
+    return found
+
+
+def _kinds(rows: Sequence[Sequence[str]], decimal: str) -> list[bool]:
+    """Which columns are numbers in most rows of the sample."""
+    width = max((len(row) for row in rows), default=0)
+    kinds: list[bool] = []
+    for column in range(width):
+        filled = [row[column] for row in rows if len(row) > column and row[column].lower() not in _WORDS]
+        kinds.append(2 * sum(is_number(cell, decimal) for cell in filled) > len(filled))
+    return kinds
+
+
+def _is_data(row: Sequence[str], decimal: str, kinds: Sequence[bool]) -> bool:
+    """Whether more than half of the number columns hold a number (or nan) here and at least one does."""
+    cells = [cell for cell, kind in zip(row, kinds, strict=False) if kind]
+    numbers = sum(is_number(cell, decimal) for cell in cells)
+    words = sum(cell.lower() in _WORDS for cell in cells)
+    return numbers > 0 and 2 * (numbers + words) > sum(kinds)
+
+
+def _first_row(lines: Sequence[str], delimiter: str | None, decimal: str, kinds: Sequence[bool]) -> int | None:
+    for index, line in enumerate(lines):
+        if line.strip() and not is_comment(line) and _is_data(cells_of(line, delimiter), decimal, kinds):
+            return index
+    return None
+
+
+def _with_header(
+    lines: Sequence[str], first: int, delimiter: str | None, decimal: str, rows: Sequence[Sequence[str]], name: str
+) -> Dialect:
+    """Complete the dialect with names, units and header block from the lines above the first row."""
+    begin = cells_of(lines[first], delimiter)
+    width = max(len(begin), Counter(map(len, rows)).most_common(1)[0][0])
+    trailing = delimiter is not None and width > 1 and all(len(row) < width or not row[-1] for row in (begin, *rows))
+    above = [index for index in range(first) if lines[index].strip()]
+    header, used = _header(lines, above, delimiter, decimal, width, trailing) if above else (None, 0)
+    notes: list[str] = []
+    labels, own = header or ([""] * (width - trailing), None)
+    if header is None:
+        if above:
+            _refuse_bad_first_row(lines[above[-1]], above[-1], delimiter, decimal, width, name)
+        notes.append(f"no header row: the columns are called c1 .. c{len(labels)}")
+    elif len(labels) > 1 and not labels[-1] and (trailing or len(labels) > width):
+        labels, own = labels[:-1], own and own[:-1]
+    trailing = trailing and len(labels) == width - 1
+    names, found, renamed = name_columns(labels, own)
+    numeric = _kinds(rows, decimal) + [False] * len(names)
+    metadata = header_pairs(lines[index].lstrip("#%/ ") for index in above[: len(above) - used])
+    return Dialect(
+        delimiter,
+        decimal,
+        tuple(names),
+        tuple(found),
+        first,
+        trailing,
+        tuple(numeric[: len(names)]),
+        metadata,
+        (*notes, *renamed),
+    )
+
+
+def _header(
+    lines: Sequence[str], above: Sequence[int], delimiter: str | None, decimal: str, width: int, trailing: bool
+) -> tuple[tuple[list[str], list[str | None] | None] | None, int]:
+    """Labels and units of the one or two header lines right above the data, and how many lines they take."""
+    last = _labels(lines[above[-1]], delimiter, decimal, width, trailing)
+    if last is None:
+        return None, 0
+    inner = [cell.strip("[]() ") for cell in last]
+    clear = any(cell in _CLEAR_UNITS or re.search(r"[/^°%*]", cell) for cell in inner)
+    if len(above) > 1 and clear and all(not cell or units.is_unit(cell) for cell in inner):
+        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing)
+        if names is not None and len(names) == len(last):
+            return (names, [unit or None for unit in inner]), 2
+    return (last, None), 1
+
+
+def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing: bool) -> list[str] | None:
+    """Cells of a header line, or None if their number or kind is not that of a header."""
+    if is_comment(line):
+        line = line.lstrip("#%/ \t")
+    splits = [cells_of(line, delimiter)]
+    if delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
+        splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
+        splits.append(re.split(r"\t|\s{2,}", line.strip()))
+    for cells in splits:
+        # One name more than cells is a column filled in its first rows only (events); one fewer, a trailing delimiter.
+        fitting = {width, width - 1 if trailing else width, width + 1 if delimiter is not None else width}
+        if len(cells) in fitting and any(cells) and not any(is_number(cell, decimal) for cell in cells):
+            return cells
+    return None
+
+
+def _refuse_bad_first_row(line: str, index: int, delimiter: str | None, decimal: str, width: int, name: str) -> None:
+    """Right above the data, a line of half as many names or of numbers and text is a fault, not a comment."""
+    cells = cells_of(line, delimiter)
+    if delimiter == "," and 2 * len(cells) == width and not is_comment(line) and all(cells):
+        raise LogError(
+            f"line {index + 1} names {len(cells)} columns but the rows have {width} cells (commas in the numbers?)",
+            remedy="Export it with a decimal point, or with a semicolon between the columns",
+            where=name,
+        )
+    bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not is_number(cell, decimal)]
+    if not is_comment(line) and len(cells) == width > 1 and bad and len(bad) < len(cells):
+        number, cell = bad[0]
+        raise LogError(
+            f"line {index + 1}, column {number} is '{cell}' where a number is expected",
+            remedy="Correct or delete that line, or put a complete header row above the data",
+            where=name,
+        )

@@ -1,0 +1,135 @@
+"""Guesses of signals from the names and units of columns, and the errors where a guess would be a bet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from erclutch import units
+from erclutch.errors import MappingError, UnitError
+from erclutch.logs.mapping import ColumnChoice, columns_listed
+from erclutch.logs.table import Table
+from erclutch.signals import SIGNALS
+
+# Names in small letters without signs; a column of another unit than the signal's is no candidate whatever its name.
+_NAMES = {
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation",
+    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed",
+    "position": "position pos x d displacement disp stroke travel angle slipangle",
+    "effort": "effort force torque f m load moment shearstress tau t",
+    "E1": "e1 field1 ech1",
+    "E2": "e2 field2 ech2",
+    "E": "e field",
+    "theta": "theta motorangle",
+    "theta_dot": "thetadot dtheta motorspeed",
+    "alpha": "alpha outputangle",
+    "alpha_dot": "alphadot dalpha outputspeed",
+    "alpha_raw": "alpharaw screwposition tableposition",
+    "T": "torque effort t",
+}
+_NEED_UNIT = {"v", "t", "m", "d", "n", "u", "b", "x", "tau", "load"}  # short names that mean several things
+_TIME = re.compile(
+    r"t|time|zeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|seconds|sec|tsec|times|timems", re.IGNORECASE
+)
+_EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).lower()
+
+
+def _fits(table: Table, name: str, signal: str) -> bool | None:
+    """Whether the column's unit fits the signal; None where it has no unit."""
+    unit = table.units.get(name)
+    if not unit:
+        return None
+    try:
+        return units.fits(unit, SIGNALS[signal].si_units) is not None
+    except UnitError:
+        return False
+
+
+def candidates(table: Table, signal: str, taken: Iterable[str]) -> tuple[list[str], str]:
+    """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``."""
+    free = [name for name in table.columns if name not in set(taken)]
+    exact = [name for name in free if name == signal and _fits(table, name, signal) is not False]
+    if exact:
+        return exact, "name"
+    allowed = set(_NAMES[signal].split())
+    named: list[str] = []
+    for name in free:
+        fit, plain = _fits(table, name, signal), _plain(name)
+        if plain in allowed and (fit or (fit is None and plain not in _NEED_UNIT)):
+            named.append(name)
+    if named:
+        return named, "name"
+    dimensionless = {"", "-", "1", "%"}
+    by_unit = [name for name in free if _fits(table, name, signal) and table.units.get(name) not in dimensionless]
+    return (by_unit if signal in _EXAMPLES else []), "unit"
+
+
+def guess(table: Table, signal: str, taken: Iterable[str]) -> ColumnChoice | None:
+    """The one column that a signal's name or unit points to, or None.
+
+    Raises:
+        MappingError: several columns would do.
+    """
+    found, reason = candidates(table, signal, taken)
+    if len(found) > 1:
+        problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
+        raise MappingError(
+            problem, remedy=f'Say which, such as --{signal} "{_label(table, found[0], signal)}"', where=table.name
+        )
+    return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
+
+
+def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str = "") -> MappingError:
+    """The error for a signal that no column was found for."""
+    doubtful = [
+        name
+        for name in table.columns
+        if name not in set(taken)
+        and not table.units.get(name)
+        and _plain(name) in _NEED_UNIT & set(_NAMES[signal].split())
+    ]
+    if doubtful:
+        meaning = " (voltage or velocity)" if _plain(doubtful[0]) == "v" else ""
+        doubt = f"; {doubtful[0]} may be it, but its name alone can mean several things{meaning}"
+    else:
+        doubt = ""
+    problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
+    example = (
+        _label(table, doubtful[0], signal)
+        if doubtful
+        else _EXAMPLES.get(signal, f"NAME [{SIGNALS[signal].si_units[0] or '-'}]")
+    )
+    return MappingError(problem, remedy=f'Give it with its unit, such as --{signal} "{example}"', where=table.name)
+
+
+def _label(table: Table, name: str, signal: str) -> str:
+    """The column with its unit, or with a likely one."""
+    example = _EXAMPLES.get(signal, "")
+    if signal == "field" and _plain(name) == "v":
+        example = "V [V]"
+    unit = table.units.get(name) or (
+        example[example.find("[") + 1 : -1] if example else SIGNALS[signal].si_units[0] or "-"
+    )
+    return f"{name} [{unit}]"
+
+
+def time_column(table: Table, taken: Iterable[str]) -> str | None:
+    """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time."""
+    free = [name for name in table.columns if name not in set(taken)]
+    timed = {name: _is_time(table.units.get(name)) for name in free}
+    named = [name for name in free if name != "T" and _TIME.fullmatch(_plain(name)) and timed[name] is not False]
+    by_unit = [name for name in free if timed[name]]
+    return named[0] if named else by_unit[0] if len(by_unit) == 1 else None
+
+
+def _is_time(unit: str | None) -> bool | None:
+    if not unit:
+        return None
+    try:
+        return units.fits(unit, ("s",)) is not None
+    except UnitError:
+        return False

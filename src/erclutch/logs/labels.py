@@ -1,0 +1,85 @@
+"""Names and units out of column headers and of ``Key: value`` header blocks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from erclutch import units
+from erclutch.errors import UnitError
+
+_SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
+_ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)
+_SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
+_PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
+_PERIOD = re.compile(
+    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
+)
+_RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
+
+
+def split_label(label: str) -> tuple[str, str | None]:
+    """Name and unit of ``V [cm/s]``, ``Force (N)`` or ``time / s``; the whole label and None where no unit is.
+
+    Text in square brackets is taken as a unit even if unknown (an index such as ``u[0]`` apart); round brackets and
+    the slash only where pint knows the unit. Underscores are never read as units: ``N_m`` may be a name.
+    """
+    label = label.strip()
+    if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
+        return match.group(1), match.group(2).strip()
+    for pattern in (_ROUND, _SLASH):
+        if (match := pattern.fullmatch(label)) and units.is_unit(match.group(2)):
+            return match.group(1), match.group(2).strip()
+    return label, None
+
+
+def name_columns(
+    labels: Sequence[str], own_units: Sequence[str | None] | None = None
+) -> tuple[list[str], list[str | None], list[str]]:
+    """Unique names, units and notes for header labels; unnamed columns become c1, c2, ... by position.
+
+    Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
+    """
+    split = [split_label(label) for label in labels]
+    if own_units is not None:
+        split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
+    bare = [name for name, _ in split]
+    names: list[str] = []
+    notes: list[str] = []
+    for number, (label, (name, _)) in enumerate(zip(labels, split, strict=True), start=1):
+        name = (name if bare.count(name) == 1 else label.strip()) or f"c{number}"
+        unique, copy = name, 1
+        while unique in names:
+            copy += 1
+            unique = f"{name} ({copy})"
+        if copy > 1:
+            notes.append(f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'")
+        names.append(unique)
+    return names, [unit or None for _, unit in split], notes
+
+
+def header_pairs(lines: Iterable[str]) -> dict[str, str]:
+    """``Key: value`` lines of a header block as texts, the first 200 of them."""
+    pairs: dict[str, str] = {}
+    for line in lines:
+        match = _PAIR.fullmatch(line)
+        if match and len(pairs) < 200:
+            pairs.setdefault(match.group(1).strip(), match.group(2).strip().strip('"'))
+    return pairs
+
+
+def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
+    """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
+    for pattern, unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
+        for key, value in pairs.items():
+            name, own = split_label(key)
+            if not pattern.fullmatch(name.strip()):
+                continue
+            try:
+                number, after = units.quantity(value)
+                given = units.parse(after or own or unit)
+            except UnitError:
+                continue
+            if number > 0 and given.dimension == (("second", float(power)),):
+                return (number * given.factor) ** power, key
+    return None

@@ -1,0 +1,256 @@
+"""Which column is which signal, as the user says it: labels of the command line, a TOML file beside the log.
+
+The TOML file is ``<log>.toml`` (``run1.csv.toml``), ``<stem>.toml`` (``run1.toml``) or ``erclutch.toml`` in the folder
+of the log; the first that exists is read. Its keys, all optional::
+
+    time = "t [ms]"                  # time column: a label, or its number in the file
+    rate = 3004.8                    # sampling rate in Hz instead of a time column
+    lead = "10 mm"                   # lead of the screw (alpha_raw); a plain number is in m
+    name_pattern = "{amplitude}mm{frequency}Hz{field}A"   # numbers in the file's name; x is the decimal point: 0x25
+    variable = "rec001"              # which recording of a MATLAB file
+    invalid = "drop"                 # cut the log where values are missing, instead of an error
+
+    [columns]                        # signal = label, number, or a table
+    slip = "V [cm/s]"
+    effort = {column = 4, unit = "N", scale = -1}
+
+    [constants]                      # signals that are the same all through the log, and other numbers
+    field = "0.5 A"
+
+A label is a column's name, with the unit in brackets where the file does not give it or gives it wrongly; a minus
+before it turns the sign (``-F [N]``). What the command line says wins over the file, and the file over guesses.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+from erclutch.errors import MappingError, UnitError
+from erclutch.logs.labels import split_label
+from erclutch.logs.table import Table
+from erclutch.signals import SIGNALS
+
+_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "columns", "constants")
+_CHOICE_KEYS = ("column", "unit", "scale")
+
+
+@dataclass(frozen=True)
+class ColumnChoice:
+    """One column, chosen for a signal.
+
+    Attributes:
+        column: its label (``V``, ``V [cm/s]``, ``-F [N]``) or its number in the file, counted from 1.
+        unit: its unit; wins over the label's and the file's.
+        scale: factor before the unit is converted; -1 turns the sign.
+        source: who chose it, for the notes.
+    """
+
+    column: str | int
+    unit: str | None = None
+    scale: float = 1.0
+    source: str = "given"
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """How the columns of a log become signals.
+
+    Attributes:
+        columns: signal -> column.
+        time: the time column.
+        rate: sampling rate in Hz, instead of a time column.
+        lead: lead of the screw in m, for alpha_raw.
+        constants: name -> number with unit (``0.5 A``), as text; a signal's name makes a constant signal.
+        name_pattern: template on the file's name (see the module).
+        variable: recording of a MATLAB file.
+        invalid: "error" or "drop" for values that are not finite.
+        source: who said so, for the notes.
+    """
+
+    columns: Mapping[str, ColumnChoice] = field(default_factory=dict[str, ColumnChoice])
+    time: ColumnChoice | None = None
+    rate: float | None = None
+    lead: float | None = None
+    constants: Mapping[str, str] = field(default_factory=dict[str, str])
+    name_pattern: str | None = None
+    variable: str | None = None
+    invalid: str | None = None
+    source: str = "given"
+
+    @classmethod
+    def from_labels(cls, labels: Mapping[str, str | int], **others: Any) -> ColumnMap:
+        """From command-line style labels: ``{"slip": "V [cm/s]", "time": "t"}``; others are the class's attributes.
+
+        Raises:
+            MappingError: a name that is no signal.
+        """
+        return cls.from_dict(
+            {**others, "columns": {k: v for k, v in labels.items() if k != "time"}} | _only(labels, "time"), "given"
+        )
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> ColumnMap:
+        """Read a mapping file; the keys are in the module's description.
+
+        Raises:
+            MappingError: unreadable, no TOML, or an unknown key or value.
+        """
+        path = Path(path)
+        try:
+            values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+            raise MappingError(
+                f"the mapping file cannot be read ({error})", remedy="Correct it", where=path.name
+            ) from error
+        return cls.from_dict(values, path.name)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any], source: str = "given") -> ColumnMap:
+        """From plain values with the keys of the mapping file.
+
+        Raises:
+            MappingError: an unknown key, or a value of the wrong kind.
+        """
+        where = "" if source == "given" else source
+        _known(values, _KEYS, "key", where)
+        columns = _table_of(values, "columns", where)
+        _known(columns, tuple(SIGNALS), "signal", where)
+        constants = {str(name): str(value) for name, value in _table_of(values, "constants", where).items()}
+        texts = {key: values[key] for key in ("name_pattern", "variable", "invalid") if values.get(key) is not None}
+        for key, value in texts.items():
+            if not isinstance(value, str):
+                raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."', where=where)
+        if texts.get("invalid") not in {None, "error", "drop"}:
+            raise MappingError(f"invalid is '{texts['invalid']}'", remedy="Write error or drop", where=where)
+        return cls(
+            columns={name: _choice(name, value, source, where) for name, value in columns.items()},
+            time=None if values.get("time") is None else _choice("time", values["time"], source, where),
+            rate=_number(values.get("rate"), "rate", "Hz", where),
+            lead=_number(values.get("lead"), "lead", "m", where),
+            constants=constants,
+            source=source,
+            **texts,
+        )
+
+    def over(self, base: ColumnMap) -> ColumnMap:
+        """This mapping with what it leaves open taken from another."""
+        chosen = {*self.columns, *self.constants}
+        timed = self.time is not None or self.rate is not None
+        return replace(
+            self,
+            columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
+            constants={**{name: text for name, text in base.constants.items() if name not in chosen}, **self.constants},
+            time=self.time if timed else base.time,
+            rate=self.rate if timed else base.rate,
+            lead=base.lead if self.lead is None else self.lead,
+            name_pattern=self.name_pattern or base.name_pattern,
+            variable=self.variable or base.variable,
+            invalid=self.invalid or base.invalid,
+            source=self.source if base == ColumnMap() else base.source,
+        )
+
+
+def beside(log: Path) -> ColumnMap:
+    """The mapping file that belongs to a log, or an empty mapping.
+
+    Raises:
+        MappingError: there is one, but it cannot be used.
+    """
+    for candidate in (log.with_name(f"{log.name}.toml"), log.with_suffix(".toml"), log.with_name("erclutch.toml")):
+        if candidate.is_file():
+            return ColumnMap.from_toml(candidate)
+    return ColumnMap()
+
+
+def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
+    """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
+
+    Raises:
+        MappingError: no such column; the message lists the columns and a close match.
+    """
+    text = str(choice.column).strip()
+    for candidate, factor in (
+        ((text, 1.0), (text.removeprefix("-").strip(), -1.0)) if text.startswith("-") else ((text, 1.0),)
+    ):
+        name, unit = candidate, choice.unit
+        if name not in table.columns:
+            name, own = split_label(candidate)
+            unit = choice.unit or own
+        if name not in table.columns and name.isdecimal() and len(name) < 10:
+            name = table.numbered(int(name)) or name
+        if name in table.columns:
+            return name, unit or table.units.get(name), factor * choice.scale
+    raise no_column(table, text, signal)
+
+
+def no_column(table: Table, text: str, signal: str) -> MappingError:
+    """The error for a column that is not there."""
+    import difflib
+
+    wanted = split_label(text)[0]
+    lower = {name.lower(): name for name in table.columns}
+    close = [lower[name] for name in difflib.get_close_matches(wanted.lower(), lower, n=1, cutoff=0.5)]
+    hint = f"Did you mean {close[0]}? Give it as" if close else "Give one of them as"
+    problem = f"there is no column '{text}' for {signal}; the file has: {columns_listed(table)}"
+    return MappingError(problem, remedy=f'{hint} --{signal} "{close[0] if close else "NAME [unit]"}"', where=table.name)
+
+
+def columns_listed(table: Table) -> str:
+    """The columns with their units, the first 30 of them."""
+    labels = table.labels
+    return ", ".join(labels[:30]) + (f", ... ({len(labels)} in all)" if len(labels) > 30 else "") if labels else "none"
+
+
+def _only(values: Mapping[str, Any], key: str) -> dict[str, Any]:
+    return {key: values[key]} if key in values else {}
+
+
+def _known(values: Mapping[str, Any], allowed: tuple[str, ...], what: str, where: str) -> None:
+    unknown = [str(key) for key in values if key not in allowed]
+    if unknown:
+        problem = f"there is no {what} '{unknown[0]}' (allowed: {', '.join(allowed)})"
+        raise MappingError(problem, remedy=f"Use one of these {what}s", where=where)
+
+
+def _table_of(values: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
+    table = values.get(key, {})
+    if not isinstance(table, Mapping):
+        raise MappingError(f"{key} is {table!r}", remedy=f"Write it as a table: [{key}]", where=where)
+    return dict(cast("Mapping[str, Any]", table))
+
+
+def _choice(name: str, value: Any, source: str, where: str) -> ColumnChoice:
+    if isinstance(value, ColumnChoice):
+        return value
+    if isinstance(value, Mapping):
+        parts = cast("Mapping[str, Any]", value)
+        _known(parts, _CHOICE_KEYS, f"key of {name}", where)
+        column, unit, scale = parts.get("column"), parts.get("unit"), parts.get("scale", 1.0)
+    else:
+        column, unit, scale = value, None, 1.0
+    right = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
+    if not right or isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < abs(scale) < float("inf"):
+        raise MappingError(
+            f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"', where=where
+        )
+    return ColumnChoice(cast("str | int", column), cast("str | None", unit), float(scale), source)
+
+
+def _number(value: Any, name: str, unit: str, where: str) -> float | None:
+    """A positive number, plain or as text with a unit."""
+    from erclutch import units
+
+    if value is None:
+        return None
+    try:
+        number, own = units.quantity(str(value)) if not isinstance(value, bool) else (-1.0, None)
+        found = units.fits(own, (unit,)) if own and own != unit else (1.0, unit)
+    except UnitError:
+        number, found = -1.0, None
+    if found is None or not 0 < number < float("inf"):
+        raise MappingError(f"{name} is {value!r}", remedy=f"Give a positive number in {unit}", where=where)
+    return number * found[0]

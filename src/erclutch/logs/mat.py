@@ -1,0 +1,85 @@
+"""MATLAB logs, v5 (save -v6, -v7) and v7.3 (HDF5). The file is opened in a child process only (`child`).
+
+This module is both sides: `read_mat` checks the magic bytes and starts the child; run as a module it is the child.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import LogError
+from erclutch.logs import child
+from erclutch.logs.labels import name_columns
+from erclutch.logs.table import Table
+from erclutch.signals import Array
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def version(head: bytes) -> str | None:
+    """Version, "5" or "7.3", or None, from the first 520 bytes of a file.
+
+    v5 has 0x0100 and the letters MI (in its byte order) at byte 124; v7.3 is HDF5 behind a block of 512 bytes.
+    """
+    if _HDF5 in (head[:8], head[512:520]):
+        return "7.3"
+    if (head[124:126], head[126:128]) in ((b"\x00\x01", b"IM"), (b"\x01\x00", b"MI")):
+        return "5"
+    return None
+
+
+def read_mat(path: Path, head: bytes, name: str, digest: str, variable: str | None = None) -> Table:
+    """Read one recording of a MATLAB file.
+
+    Args:
+        path: the file.
+        head: its first bytes, at least 520 where it has them.
+        name: its name, for messages.
+        digest: SHA-256 of the file.
+        variable: which top-level variable to take where several hold a recording.
+
+    Raises:
+        LogError: no MATLAB file, a damaged one, no recording in it, or several and none chosen.
+    """
+    kind = version(head)
+    if kind is None:
+        problem = "this is neither a MATLAB v5 nor a v7.3 file (wrong first bytes)"
+        raise LogError(problem, remedy="Save it with save -v7, or export it as CSV", where=name)
+    answer = child.run("erclutch.logs.mat", path, kind, variable or "", name=name)
+    texts = answer.texts
+    names, units, renamed = name_columns(
+        [str(label) for label in texts["labels"]], [str(u) if u else None for u in texts["units"]]
+    )
+    columns = dict(zip(names, answer.arrays, strict=True))
+    return Table(
+        name=name,
+        columns=columns,
+        units=dict(zip(names, units, strict=True)),
+        digest=digest,
+        sample_period=texts["period"],
+        constants={str(key): float(value) for key, value in texts["constants"].items()},
+        metadata={str(key): str(value) for key, value in texts["metadata"].items()},
+        notes=(*(str(note) for note in texts["notes"]), *renamed),
+    )
+
+
+def _read(path: str, kind: str, variable: str) -> tuple[list[Array], dict[str, Any]]:
+    """The child's work: file -> tree -> recording."""
+    from erclutch.logs import mat_layout, mat_tree
+
+    tree = mat_tree.load_v5(path) if kind == "5" else mat_tree.load_v73(path)
+    found = mat_layout.choose(tree, variable or None)
+    return list(found.columns.values()), {
+        "labels": list(found.columns),
+        "units": [found.units.get(label) for label in found.columns],
+        "period": found.period,
+        "constants": found.constants,
+        "metadata": found.metadata,
+        "notes": found.notes,
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(child.serve(_read))

@@ -1,0 +1,46 @@
+"""Numbers in a file's name: ``{amplitude}mm{frequency}Hz{field}A`` reads ``25mm0x5Hz0x25A.txt``."""
+
+from __future__ import annotations
+
+import re
+
+from erclutch import units
+from erclutch.errors import MappingError
+
+_FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
+_NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
+_UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
+
+
+def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:
+    """Numbers and units that a file's name gives under a pattern.
+
+    A field is ``{name}``, ``{name:unit}`` or ``{name [unit]}``; without a unit, the letters that follow it are taken as
+    its unit if they read as one. ``x`` or a point is the decimal mark. The suffix of the file may be left out.
+
+    Raises:
+        MappingError: the pattern has no field or one twice, or the name does not match.
+    """
+    fields = list(_FIELD.finditer(pattern))
+    keys = [match.group(1) for match in fields]
+    if not keys or len(set(keys)) < len(keys) or re.search(r"[{}]", _FIELD.sub("", pattern)):
+        problem = f"the name pattern '{pattern}' is not a template with different fields"
+        raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
+    literals = _FIELD.split(pattern)[::3]
+    expression = _NUMBER.join(re.escape(literal) for literal in literals)
+    stems = [name] + [name[:at] for at, letter in enumerate(name) if letter == "."]
+    found = next((match for stem in stems if (match := re.fullmatch(expression, stem))), None)
+    if found is None:
+        raise MappingError(
+            f"the file's name does not match the pattern '{pattern}'",
+            remedy="Rename the file or correct name_pattern (x stands for the decimal point)",
+            where=name,
+        )
+    result: dict[str, tuple[float, str | None]] = {}
+    for key, unit, number, after in zip(
+        keys, (match.group(2) for match in fields), found.groups(), literals[1:], strict=True
+    ):
+        letters = _UNIT_AFTER.match(after)
+        unit = unit or (letters.group() if letters and units.is_unit(letters.group()) else None)
+        result[key] = (float(number.replace("x", ".")), unit)
+    return result

@@ -1,0 +1,104 @@
+"""Parquet logs: numeric columns, units from the field metadata ``unit`` or from a label such as ``V [cm/s]``."""
+
+from __future__ import annotations
+
+import io
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.labels import name_columns
+from erclutch.logs.table import Table
+from erclutch.signals import Array
+
+MAGIC = b"PAR1"
+_LARGEST = 1 << 33  # bytes that the columns may take when unpacked
+
+
+def read_parquet(data: bytes, name: str, digest: str) -> Table:
+    """Read a Parquet file from its bytes.
+
+    Text and nested columns are left out and said; date columns become the clock; file metadata (such as erclutch's own
+    ``erclutch`` settings) is kept in ``Table.metadata``.
+
+    Raises:
+        LogError: no Parquet file, a damaged one, or one without numbers.
+    """
+    if data[:4] != MAGIC or data[-4:] != MAGIC or len(data) < 12:
+        what = "it is cut off" if data[:4] == MAGIC else "it does not begin with PAR1"
+        raise LogError(
+            f"this is not a whole Parquet file ({what})", remedy="Copy the file again or export it as CSV", where=name
+        )
+    parquet: Any = import_module("pyarrow.parquet")
+    try:
+        file = parquet.ParquetFile(io.BytesIO(data))
+        size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
+        if not 0 <= size <= _LARGEST or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > _LARGEST:
+            raise LogError("the columns would need more than 8 GiB", remedy="Split the log", where=name)
+        table = file.read()
+        return _table(table, name, digest)
+    except LogError:
+        raise
+    except Exception as error:  # pyarrow raises ArrowInvalid, OSError, MemoryError, UnicodeDecodeError, ... on damage
+        problem = f"the Parquet data is damaged ({type(error).__name__}: {str(error).strip()[:120]})"
+        raise LogError(problem, remedy="Copy the file again or export it as CSV", where=name) from error
+
+
+def _table(table: Any, name: str, digest: str) -> Table:
+    fields = list(table.schema)
+    own = [_metadata(field).get("unit") for field in fields]
+    names, units, notes = name_columns([str(field.name) for field in fields], own)
+    columns: dict[str, Array] = {}
+    clock: tuple[str, Array] | None = None
+    for label, field, values in zip(names, fields, table.columns, strict=True):
+        numbers = _numbers(values)
+        stamps = _stamps(values) if numbers is None and clock is None else None
+        if numbers is not None:
+            columns[label] = numbers
+        elif stamps is not None:
+            clock = (label, stamps)
+        else:
+            notes.append(f"column {label} holds {field.type}: left out")
+    if not columns:
+        raise LogError("the file has no column of numbers", remedy="Give a log with one row a sample", where=name)
+    metadata = {key: text for key, text in _metadata(table.schema).items() if key not in {"pandas", "ARROW:schema"}}
+    kept = {label: unit for label, unit in zip(names, units, strict=True) if label in columns}
+    return Table(
+        name, columns, kept, digest, clock=clock[1] if clock else None, clock_name=clock[0] if clock else "",
+        metadata=metadata, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _metadata(thing: Any) -> dict[str, str]:
+    """Metadata of a field or a schema as texts."""
+    pairs: dict[bytes, bytes] = thing.metadata or {}
+    return {key.decode("utf-8", "replace"): value.decode("utf-8", "replace") for key, value in pairs.items()}
+
+
+def _numbers(values: Any) -> Array | None:
+    """A column as float64 (missing becomes NaN), or None if it holds no numbers."""
+    types: Any = import_module("pyarrow").types
+    kind = values.type
+    if not (types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind) or types.is_decimal(kind)):
+        return None
+    pyarrow: Any = import_module("pyarrow")
+    if types.is_boolean(kind):
+        values = values.cast(pyarrow.uint8())
+    return np.array(values.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+
+
+def _stamps(values: Any) -> Array | None:
+    """Seconds since the first row of a date-time or duration column, or None."""
+    pyarrow: Any = import_module("pyarrow")
+    kind = values.type
+    if (
+        values.null_count
+        or not len(values)
+        or not (pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind))
+    ):
+        return None
+    ticks = np.asarray(values.cast(pyarrow.int64()).to_numpy(), dtype=np.int64)
+    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
+    return (ticks - ticks[0]).astype(np.float64) / per_second

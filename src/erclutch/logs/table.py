@@ -1,0 +1,54 @@
+"""The table that every reader delivers: columns and units as in the file, before any of them is called a signal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from erclutch.signals import Array
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of numbers as a file holds them.
+
+    Attributes:
+        name: the file's name.
+        columns: column name -> samples, shape (n,), float64; NaN where a cell was empty.
+        units: column name -> unit as written in the file, or None.
+        digest: SHA-256 of the file's bytes, hexadecimal.
+        numbers: column name -> its place in the file, counted from 1 (columns left out count too).
+        sample_period: sampling period in s where a header states it.
+        clock: seconds since the first row, shape (n,), from a date or time-of-day column.
+        clock_name: the name of that column.
+        constants: numbers given once for the whole file (a column filled in its first row only, a scalar variable).
+        metadata: texts of the header block, of a MATLAB structure or of a Parquet file.
+        notes: what was dropped, renamed or assumed while reading, one sentence each.
+    """
+
+    name: str
+    columns: Mapping[str, Array]
+    units: Mapping[str, str | None]
+    digest: str
+    numbers: Mapping[str, int] = field(default_factory=dict[str, int])
+    sample_period: float | None = None
+    clock: Array | None = None
+    clock_name: str = ""
+    constants: Mapping[str, float] = field(default_factory=dict[str, float])
+    metadata: Mapping[str, str] = field(default_factory=dict[str, str])
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return next((int(values.size) for values in self.columns.values()), 0)
+
+    def numbered(self, number: int) -> str | None:
+        """The column at a place in the file, counted from 1, or None."""
+        numbers = self.numbers or {name: place for place, name in enumerate(self.columns, start=1)}
+        return next((name for name, place in numbers.items() if place == number), None)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Column names with their units, as a user would write them: ``V [cm/s]``."""
+        return tuple(f"{name} [{unit}]" if (unit := self.units.get(name)) else name for name in self.columns)

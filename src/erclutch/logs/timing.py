@@ -1,0 +1,257 @@
+"""From time stamps, or from a sampling rate, to a clock: time, period, segments without gaps, uniform or not.
+
+A stamp is only as fine as it was printed. So the resolution of the stamps (their decimals, or float32) is measured
+first, and only what differs by more than that resolution counts as a gap, a repeat or jitter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import TimingError
+from erclutch.signals import Array
+
+MINIMUM_ROWS = 10
+_GAP = 1.5  # periods
+_JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
+_COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When each kept row was sampled.
+
+    Attributes:
+        time: s, shape (kept rows,), strictly increasing inside each segment.
+        period: sampling period in s.
+        starts: first row of each segment.
+        uniform: whether the steps inside segments are equal.
+        keep: which rows of the log are kept, shape (rows,).
+        notes: what was restored, cut or dropped.
+    """
+
+    time: Array
+    period: float
+    starts: tuple[int, ...]
+    uniform: bool
+    keep: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+
+def from_rate(rows: int, period: float, where: str = "") -> Clock:
+    """A clock for rows that follow each other at one rate, without stamps.
+
+    Raises:
+        TimingError: too few rows, or a period that is not positive and finite.
+    """
+    if not (np.isfinite(period) and period > 0):
+        problem = f"the sampling period is {period:g} s"
+        raise TimingError(problem, remedy="Give a positive rate in Hz (--rate 1000)", where=where)
+    require_rows(rows, where)
+    time = np.arange(rows, dtype=np.float64) * period
+    note = f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"
+    return Clock(time, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
+
+
+def from_stamps(
+    stamps: Array, same: NDArray[np.bool_], *, column: str, hint: float | None = None, where: str = ""
+) -> Clock:
+    """A clock from time stamps.
+
+    Args:
+        stamps: s, shape (n,), finite.
+        same: whether a row equals the row before in all columns but the time, shape (n,).
+        column: name of the time column, for messages.
+        hint: period in s from a header; taken where the stamps agree with it within their resolution.
+        where: the file, for messages.
+
+    Raises:
+        TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
+    """
+    require_rows(stamps.size, where)
+    _refuse_backwards(stamps, column, where)
+    notes: list[str] = []
+    keep = np.ones(stamps.size, dtype=np.bool_)
+    grain = _resolution(stamps)
+    period = _period(stamps, grain)
+    starts, gap_note = _cut(stamps, grain, period, column)
+    grid, period, wander = _grid(stamps, grain, starts, period, hint)
+    repeats = np.concatenate(([False], np.diff(stamps) == 0))
+    if repeats.any() and (_stray(repeats) or (wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
+        keep, notes = ~repeats, [_dropped(repeats, same, column)]
+        stamps, grain = stamps[keep], grain[keep]
+        require_rows(stamps.size, where)
+        period = _period(stamps, grain)
+        starts, gap_note = _cut(stamps, grain, period, column)
+        grid, period, wander = _grid(stamps, grain, starts, period, hint)
+    step_free = np.delete(np.diff(stamps), [start - 1 for start in starts[1:]])
+    if wander <= 1.0:
+        if float(np.abs(grid - stamps).max()) > 1e-9 * period and not _exact(step_free, period):
+            notes.append(_restored(stamps, grain, period, column))
+            stamps = grid
+    elif not np.all(step_free > 0):
+        raise TimingError(
+            f"column {column} repeats its stamps without a pattern",
+            remedy="Give the sampling rate instead (--rate 1000), or log finer stamps",
+            where=where,
+        )
+    else:
+        spread = float(np.percentile(step_free, 99) - np.percentile(step_free, 1))
+        steps = f"steps of {column} spread by {spread:.3g} s about {period:.4g} s"
+        notes.append(f"the sampling is not uniform ({steps}): the stamps are kept")
+    return Clock(stamps, period, starts, wander <= 1.0, keep, (*notes, *gap_note))
+
+
+def require_rows(rows: int, where: str) -> None:
+    """Raise a TimingError for fewer rows than anything can be said of."""
+    if rows < MINIMUM_ROWS:
+        problem = f"only {rows} row{'' if rows == 1 else 's'} of data, {MINIMUM_ROWS} are needed"
+        raise TimingError(problem, remedy="Give a longer log", where=where)
+
+
+def _refuse_backwards(stamps: Array, column: str, where: str) -> None:
+    steps = np.diff(stamps)
+    if not np.any(steps):
+        problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
+        remedy = "Choose the time column (--time) or give a sampling rate (--rate)"
+        raise TimingError(problem, remedy=remedy, where=where)
+    back = np.flatnonzero(steps < 0)
+    if back.size:
+        row = int(back[0]) + 1
+        more = f" ({back.size} times in all)" if back.size > 1 else ""
+        order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
+        raise TimingError(
+            f"column {column} runs backwards at data row {row + 1}: {order}{more}",
+            remedy="Split the log there, sort it, or choose another time column (--time) or a rate (--rate)",
+            where=where,
+        )
+
+
+def _resolution(stamps: Array) -> Array:
+    """How fine each stamp is in s: its last decimal (the finest in its decade), float32, or float64.
+
+    "24.6492" among "0.0003328" is the mark of six significant digits, so decimals are counted decade by decade.
+    """
+    decimals = np.zeros(stamps.size)
+    noise = 4 * np.spacing(np.abs(stamps).max())
+    for places in range(12):
+        scaled = stamps * 10.0**places
+        decimals[np.abs(scaled - np.rint(scaled)) > noise * 10.0**places] = places + 1
+    magnitude = np.abs(stamps)
+    decade = np.floor(np.log10(np.maximum(magnitude, 1e-12))).astype(np.int64)
+    grain = np.empty(stamps.size)
+    finest = 0.0
+    for value in np.unique(decade)[::-1]:  # smaller numbers are never printed coarser than larger ones
+        finest = max(finest, float(decimals[decade == value].max()))
+        grain[decade == value] = 10.0**-finest
+    grain = np.where(grain <= 1e-11, noise, grain)
+    if np.array_equal(stamps.astype(np.float32).astype(np.float64), stamps) and decimals.max() > 6:
+        grain = np.maximum(grain, np.spacing(magnitude.astype(np.float32)).astype(np.float64))
+    steps = np.diff(stamps)
+    if np.mean(steps == 0) > _COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
+        grain = np.maximum(grain, float(np.median(steps[steps > 0])))
+    return grain
+
+
+def _period(stamps: Array, grain: Array) -> float:
+    """Mean step of all that is no gap, in s."""
+    steps = np.diff(stamps)
+    usual = float(np.median(steps[steps > 0]))
+    inside = steps <= _GAP * usual + np.maximum(grain[1:], grain[:-1])
+    return float(steps[inside].sum() / max(int(inside.sum()), 1))
+
+
+def _stray(repeats: NDArray[np.bool_]) -> bool:
+    """Whether repeated stamps are stray rows: few, and not at the equal distances that a coarse stamp makes."""
+    distances = np.diff(np.flatnonzero(repeats))
+    return bool(np.mean(repeats) <= _COARSE and (distances.size < 2 or np.ptp(distances) > 2))
+
+
+def _dropped(repeats: NDArray[np.bool_], same: NDArray[np.bool_], column: str) -> str:
+    alike, different = int((repeats & same).sum()), int((repeats & ~same).sum())
+    parts = [f"{alike} rows that repeat the row before were dropped"] * (alike > 0)
+    if different:
+        which = f"{different} rows with the {column} of the row before but other values"
+        parts.append(f"{which} were dropped, the first kept")
+    return "; ".join(parts)
+
+
+def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """First row of each segment, and a note on the gaps."""
+    steps = np.diff(stamps)
+    rounding = np.maximum(grain[1:], grain[:-1])
+    shortest = min(period, float(np.median(steps[steps > 0])))
+    printed = np.ceil(shortest / rounding - 0.02) * rounding  # the longest step that rounding makes of one period
+    gaps = np.flatnonzero(steps > np.maximum(_GAP * period, printed) * (1 + 1e-9) + 1e-9 * period)
+    doubtful = gaps[steps[gaps] <= _GAP * period + rounding[gaps]]
+    if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:  # a period just above the resolution: equal distances
+        gaps = np.setdiff1d(gaps, doubtful)
+    if gaps.size > 0.1 * steps.size:  # no clock at all: cutting at every long step would leave nothing
+        gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
+    if not gaps.size:
+        return (0,), ()
+    longest = int(gaps[np.argmax(steps[gaps])])
+    where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
+    count = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
+    return (0, *(int(row) + 1 for row in gaps)), (f"{count} in {column} ({where}): cut into {gaps.size + 1} segments",)
+
+
+def _grid(
+    stamps: Array, grain: Array, starts: tuple[int, ...], period: float, hint: float | None
+) -> tuple[Array, float, float]:
+    """Regular grid through the stamps, one period for all segments, each with its own start.
+
+    Returns:
+        grid in s, shape (n,); period in s; the largest distance to the stamps as a share of what rounding allows.
+    """
+    spans = [slice(start, stop) for start, stop in zip(starts, (*starts[1:], stamps.size), strict=True)]
+    allowed = 1.05 * grain + _JITTER * period  # stamps may be rounded up or down, not only to the nearest
+    product = square = 0.0
+    for span in spans:
+        weight = allowed[span] ** -2.0 * allowed.min() ** 2
+        index = np.arange(weight.size, dtype=np.float64)
+        index -= float(weight @ index) / float(weight.sum())
+        product += float((weight * index) @ (stamps[span] - stamps[span.start]))
+        square += float((weight * index) @ index)
+    fitted = product / square if square > 0 else period
+    slack = float(grain.max()) / max(max(span.stop - span.start for span in spans) - 1, 1)
+    grid, wander = _line(stamps, allowed, spans, fitted)
+    if wander <= 1.0:  # among the periods that the stamps cannot tell apart: the header's, else the shortest number
+        shorter = [float(f"{fitted:.{digits}g}") for digits in range(1, 13)]
+        for other in [hint, *shorter] if hint else shorter:
+            if abs(other - fitted) <= max(slack, 1e-12 * fitted):
+                trial, distance = _line(stamps, allowed, spans, other)
+                if distance <= max(1.05 * wander, 0.7):
+                    return trial, other, distance
+    return grid, fitted, wander
+
+
+def _line(stamps: Array, allowed: Array, spans: Sequence[slice], period: float) -> tuple[Array, float]:
+    """The grid of one period that stays closest to the stamps, and its largest distance as a share of the allowed."""
+    grid = np.empty_like(stamps)
+    wander = 0.0
+    for span in spans:
+        line: Array = period * np.arange(span.stop - span.start, dtype=np.float64)
+        rest = stamps[span] - line
+        low, high = float((rest - allowed[span]).max()), float((rest + allowed[span]).min())
+        begin = float(rest[0]) if low <= rest[0] <= high else 0.5 * (low + high)
+        grid[span] = begin + line
+        wander = max(wander, float((np.abs(rest - begin) / allowed[span]).max()))
+    return grid, wander
+
+
+def _exact(steps: Array, period: float) -> bool:
+    """Whether the stamps are already regular to within 1e-6 of a period."""
+    return bool(steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period)
+
+
+def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
+    if np.any(np.diff(stamps) == 0):
+        return f"{column} is coarser than the sampling (stamps repeat): put on the regular grid of {period:.10g} s"
+    if float(grain.max()) > 0.75 * _JITTER * period:
+        return f"{column} is rounded to {grain.max():.2g} s: put on the regular grid of {period:.10g} s"
+    return f"{column} wanders by less than {_JITTER:.1%} of a period: put on the regular grid of {period:.10g} s"

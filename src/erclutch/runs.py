@@ -1,0 +1,294 @@
+"""A run is a folder: what was asked, what was read, what came out. The same log and settings give the same bytes.
+
+    run.json             settings, versions, logs with digests, findings, the ranked figures, the recommendation
+    table.csv            the ranking, a row a model
+    models/NAME.json     each model with its numbers, parameters with intervals, and a digest
+    predictions.parquet  time, fields, slips, measured effort, the test mask, and each model's effort
+
+A folder is written beside its final name and moved there when it is whole, so there is never half a run.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib.metadata
+import json
+import os
+import platform
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch._version import __version__
+from erclutch.comparison import Comparison, Entry
+from erclutch.errors import RunError
+from erclutch.model import TorqueModel, digest_of, load_model
+from erclutch.signals import Recording
+
+RUN_SCHEMA = 1
+_LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
+
+
+def write_run(
+    folder: str | Path,
+    comparison: Comparison,
+    recordings: Sequence[Recording],
+    *,
+    reading: Mapping[str, Any] | None = None,
+    force: bool = False,
+) -> Path:
+    """Write a comparison as a run folder.
+
+    Args:
+        folder: where; its parent must exist.
+        comparison: what came out.
+        recordings: the logs that went in.
+        reading: how they were read, as JSON values: mapping, device, filter.
+        force: replace a run that is already there (never anything else).
+
+    Returns:
+        The folder.
+
+    Raises:
+        RunError: the folder exists, or cannot be written.
+    """
+    target = Path(folder)
+    _may_write(target, force)
+    try:
+        partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
+    except OSError as error:
+        raise _unwritable(target, error) from error
+    try:
+        partial.chmod(0o755)
+        _fill(partial, run_to_dict(comparison, recordings, reading or {}), comparison)
+        if target.exists():
+            shutil.rmtree(target)
+        os.replace(partial, target)
+    except OSError as error:
+        raise _unwritable(target, error) from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return target
+
+
+def _unwritable(target: Path, error: OSError) -> RunError:
+    return RunError(
+        f"the run cannot be written: {error.strerror or error}",
+        where=str(target),
+        remedy="Give --out a folder on a disk that can be written and has space",
+    )
+
+
+def _may_write(target: Path, force: bool) -> None:
+    if not target.parent.is_dir():
+        raise RunError("its parent folder does not exist", where=str(target), remedy=f"Make {target.parent} first")
+    if not target.exists():
+        return
+    if not (target / "run.json").is_file():
+        raise RunError("exists and is not a run", where=str(target), remedy="Give --out another name")
+    if not force:
+        raise RunError("there is a run already", where=str(target), remedy="Give --out another name, or --force")
+
+
+def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
+    _write_json(folder / "run.json", {**body, "digest": digest_of(body)})
+    models = folder / "models"
+    models.mkdir()
+    for entry in comparison.entries:
+        _write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
+    _write_table(folder / "table.csv", comparison)
+    _write_predictions(folder / "predictions.parquet", comparison)
+
+
+def file_name(model: str) -> str:
+    """A model's name as a file's: no slash."""
+    return model.replace("/", "_")
+
+
+def _write_json(path: Path, body: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def run_to_dict(comparison: Comparison, recordings: Sequence[Recording], reading: Mapping[str, Any]) -> dict[str, Any]:
+    """Everything of a run but the rows, as JSON values."""
+    data = comparison.data
+    return {
+        "kind": "erclutch run",
+        "schema": RUN_SCHEMA,
+        "versions": versions(),
+        "settings": comparison.settings.to_dict(),
+        "reading": dict(reading),
+        "device": data.device,
+        "units": {"effort": data.units.effort, "field": data.units.field, "slip": data.units.slip},
+        "logs": [
+            {"name": r.name, "sha256": r.digest, "rows": r.rows, "segments": len(r.segments), "period_s": r.period}
+            for r in recordings
+        ],
+        "notes": list(data.notes),
+        "train_rows": int(np.count_nonzero(~comparison.test)),
+        "test_rows": int(np.count_nonzero(comparison.test)),
+        "findings": [
+            {"level": f.level, "subject": f.subject, "message": f.message, "remedy": f.remedy}
+            for f in comparison.findings
+        ],
+        "ranking": [_entry_to_dict(e) for e in comparison.entries],
+        "best": comparison.best,
+        "recommended": comparison.recommended,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of erclutch, Python and the libraries that figures depend on."""
+    return {
+        "erclutch": __version__,
+        "python": platform.python_version(),
+        **{name: importlib.metadata.version(name) for name in _LIBRARIES},
+    }
+
+
+def _entry_to_dict(entry: Entry) -> dict[str, Any]:
+    fit = entry.outcome.to_dict()
+    del fit["model"]
+    return _finite(
+        {
+            "name": entry.name,
+            "file": f"models/{file_name(entry.name)}.json",
+            "title": entry.outcome.model.structure.law.title,
+            "parameters_count": entry.outcome.parameters,
+            "train": entry.train.to_dict(),
+            "test": entry.test.to_dict(),
+            "excess_over_best": entry.excess.to_list(),
+            "criteria": entry.criteria,
+            "folds_rmse": list(entry.folds),
+            "fit": fit,
+            "notes": list(entry.notes),
+        }
+    )
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: null stands for it."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in cast(dict[str, Any], value).items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in cast(list[Any], value)]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+_COLUMNS = ("rmse", "share", "r2", "mse", "largest")
+
+
+def _write_table(path: Path, comparison: Comparison) -> None:
+    unit = comparison.data.units.effort
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        bands = [f"test_{name}{end}" for name in _COLUMNS for end in ("", "_low", "_high")]
+        writer.writerow(["rank", "model", "parameters", "effort_unit", *bands, "train_rmse", "train_mse", "aic", "bic"])
+        for rank, entry in enumerate(comparison.entries, start=1):
+            figures = [v for name in _COLUMNS for v in getattr(entry.test, name).to_list()]
+            writer.writerow(
+                [
+                    rank,
+                    entry.name,
+                    entry.outcome.parameters,
+                    unit,
+                    *(repr(v) for v in figures),
+                    repr(entry.train.rmse.value),
+                    repr(entry.train.mse.value),
+                    repr(entry.criteria["aic"]),
+                    repr(entry.criteria["bic"]),
+                ]
+            )
+
+
+def _write_predictions(path: Path, comparison: Comparison) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    data = comparison.data
+    tail = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]
+    columns: dict[str, tuple[Any, str]] = {"time": (data.clock.time, "s")}
+    if len(data.sources) > 1:
+        names = np.repeat(data.sources, [b - a for a, b in data.source_rows])
+        columns["log"] = (pa.array(names).dictionary_encode(), "")
+    for i, element in zip(tail, data.elements, strict=True):
+        columns[f"field{i}"] = (element.field, data.units.field)
+        columns[f"slip{i}"] = (element.slip, data.units.slip)
+    columns["effort"] = (data.effort, data.units.effort)
+    columns["test"] = (comparison.test, "")
+    for entry in comparison.entries:
+        columns[f"effort:{entry.name}"] = (entry.predicted, data.units.effort)
+    arrays = [values if isinstance(values, pa.Array) else pa.array(values) for values, _ in columns.values()]
+    fields = [
+        pa.field(name, array.type, metadata={"unit": unit})
+        for (name, (_, unit)), array in zip(columns.items(), arrays, strict=True)
+    ]
+    floats = [f.name for f in fields if f.type == pa.float64()]
+    pq.write_table(
+        pa.Table.from_arrays(arrays, schema=pa.schema(fields)),
+        path,
+        compression="zstd",
+        use_dictionary=[f.name for f in fields if f.name not in floats],
+        use_byte_stream_split=floats,
+    )
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run read back.
+
+    Attributes:
+        folder: where it lies.
+        body: run.json.
+    """
+
+    folder: Path
+    body: Mapping[str, Any]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Models, best test error first."""
+        return tuple(entry["name"] for entry in self.body["ranking"])
+
+    def model(self, name: str | None = None) -> TorqueModel:
+        """A model of the run; None gives the recommended one.
+
+        Raises:
+            RunError: no such model, or its file was changed.
+        """
+        wanted = name or str(self.body["recommended"])
+        if wanted not in self.names:
+            raise RunError(f"no model {wanted!r}", where=str(self.folder), remedy=f"There are {', '.join(self.names)}")
+        return load_model(self.folder / "models" / f"{file_name(wanted)}.json")
+
+
+def read_run(folder: str | Path) -> Run:
+    """Read a run folder.
+
+    Raises:
+        RunError: not a run, of another schema, or changed since it was written.
+    """
+    path = Path(folder) / "run.json"
+    try:
+        body = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RunError(
+            f"not a run: {error}", where=str(folder), remedy="Give the --out folder of erclutch fit"
+        ) from error
+    if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
+        raise RunError("run.json is not that of a run", where=str(folder), remedy="Give the folder of erclutch fit")
+    body = cast(dict[str, Any], body)
+    if body.get("schema") != RUN_SCHEMA:
+        raise RunError(
+            f"schema {body.get('schema')!r}; this version reads schema {RUN_SCHEMA}",
+            where=str(folder),
+            remedy="Fit the log again with this version of erclutch",
+        )
+    if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):
+        raise RunError("run.json was changed after the run", where=str(folder), remedy="Fit the log again")
+    return Run(Path(folder), body)

@@ -1,0 +1,93 @@
+"""Names, units and meaning of the signals, and the Recording that carries them.
+
+The vocabulary is that of the design: field, slip, effort, theta, alpha. A log's own column names end at the mapping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SignalKind:
+    """What a signal means and which SI units it may be converted to.
+
+    Attributes:
+        name: the name used in mappings, run folders and reports.
+        meaning: one phrase for people.
+        si_units: the units, one of which the signal is converted to; the first that fits the log's unit is taken.
+    """
+
+    name: str
+    meaning: str
+    si_units: tuple[str, ...]
+
+
+_FIELD_UNITS = ("", "V", "A", "V/m", "T", "A/m")
+
+SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
+    {
+        kind.name: kind
+        for kind in (
+            SignalKind("field", "command to the fluid of a single element", _FIELD_UNITS),
+            SignalKind("slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")),
+            SignalKind("position", "relative position across the element's fluid", ("rad", "m")),
+            SignalKind("effort", "torque or force that the device transmits", ("N*m", "N", "Pa")),
+            SignalKind("E1", "field of clutch CH1", _FIELD_UNITS),
+            SignalKind("E2", "field of clutch CH2", _FIELD_UNITS),
+            SignalKind("E", "signed field: positive drives CH1, negative CH2", _FIELD_UNITS),
+            SignalKind("theta", "angle of the motor", ("rad",)),
+            SignalKind("theta_dot", "speed of the motor", ("rad/s",)),
+            SignalKind("alpha", "angle of the output", ("rad",)),
+            SignalKind("alpha_dot", "speed of the output", ("rad/s",)),
+            SignalKind("alpha_raw", "position of the table on the screw", ("m",)),
+            SignalKind("T", "torque that the pair transmits", ("N*m",)),
+        )
+    }
+)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A log after reading: signals in SI units on one clock, cut into segments without gaps.
+
+    Attributes:
+        name: what the log is called in tables (the file's name).
+        signals: signal name -> samples, shape (n,), float64, read-only, all finite.
+        units: signal name -> SI unit as text; "" is dimensionless, "?" is unknown (taken as logged).
+        time: time of each sample in s, shape (n,), strictly increasing inside each segment.
+        period: the sampling period in s (the median step).
+        segments: half-open row ranges, in order, covering all rows; no gap inside one.
+        uniform: whether the steps inside segments are equal up to the rounding of the time column.
+        digest: SHA-256 of the file's bytes, hexadecimal.
+        constants: numbers that hold for the whole log (from its name, its header or the mapping).
+        notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
+    """
+
+    name: str
+    signals: Mapping[str, Array]
+    units: Mapping[str, str]
+    time: Array
+    period: float
+    segments: tuple[tuple[int, int], ...]
+    uniform: bool
+    digest: str
+    constants: Mapping[str, float] = field(default_factory=dict[str, float])
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of samples."""
+        return int(self.time.size)
+
+    @property
+    def duration(self) -> float:
+        """Recorded time in s, gaps left out."""
+        return float(sum(self.time[stop - 1] - self.time[start] + self.period for start, stop in self.segments))

@@ -1,0 +1,182 @@
+"""Units as engineers write them, over pint (imported when the first unit is read, not before).
+
+Angle is kept apart from plain numbers: ``rad/s``, ``rpm`` and ``1/s`` are three things, although pint calls the radian
+dimensionless. ``Hz`` and ``1/min`` are refused for a speed, because half of the world means turns by them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+from erclutch.errors import UnitError
+from erclutch.signals import Array, SignalKind
+
+UNKNOWN = "?"
+_LONGEST = 60
+_NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
+# Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
+_SPELLINGS = (
+    (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
+    (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    (re.compile(r"(?<![\w.])(?:U|r|rev|revs|umdr|Umdr)(?=\s*/)"), "turn"),
+    (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),
+    (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
+    (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
+    (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
+)
+_FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
+_POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+_AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as a factor to SI base units.
+
+    Attributes:
+        text: the unit as written.
+        factor: one of this unit in SI base units (radians for angles).
+        dimension: sorted (base unit, exponent) pairs; ("radian", 1) marks an angle.
+    """
+
+    text: str
+    factor: float
+    dimension: tuple[tuple[str, float], ...]
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    return import_module("pint").UnitRegistry()
+
+
+def _spelled(text: str) -> str:
+    for pattern, replacement in _SPELLINGS:
+        text = pattern.sub(replacement, text)
+    return text
+
+
+def _unknown(text: str) -> UnitError:
+    return UnitError(
+        f"'{text}' is not a unit that erclutch knows",
+        remedy="Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)",
+    )
+
+
+@lru_cache(maxsize=512)
+def parse(text: str) -> Unit:
+    """Read one unit, such as ``cm/s``, ``N m``, ``rpm``, ``980.665 N`` or ``-``.
+
+    Raises:
+        UnitError: the text is no unit, or one with an offset or a logarithm (degC, dB), or counts (bit, count).
+    """
+    if text.strip() in _NO_DIMENSION:
+        return Unit(text, 1.0, ())
+    spelled = _spelled(text.strip())
+    # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
+    if len(text) > _LONGEST or not _FORM.fullmatch(spelled) or re.search(r"\^|\*\*", _POWER.sub("", spelled)):
+        raise _unknown(text)
+    for attempt in (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,):
+        found = _evaluate(text, attempt)
+        if found is not None:
+            return found
+    raise _unknown(text)
+
+
+def _evaluate(text: str, spelled: str) -> Unit | None:
+    registry = _registry()
+    try:
+        one = registry.Quantity(registry.parse_expression(spelled))
+        base = one.to_root_units()
+        double = (2.0 * one).to_root_units()
+        factor = float(base.magnitude)
+        linear = abs(float(double.magnitude) - 2.0 * factor) <= 1e-12 * abs(factor)
+        dimension = tuple(sorted((str(name), float(power)) for name, power in base.unit_items()))
+    except Exception:  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
+        return None
+    offset = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)
+    if not linear or offset or not 0.0 < factor < float("inf"):
+        return None
+    if not dimension and not re.search(r"%|percent|permille|ppm", spelled):
+        return None  # a bare number such as 3, or a count: no unit
+    return Unit(text, factor, dimension)
+
+
+def is_unit(text: str) -> bool:
+    """Whether the text reads as a unit."""
+    try:
+        parse(text)
+    except UnitError:
+        return False
+    return True
+
+
+def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:
+    """Factor and SI unit of the first of ``si_units`` with the same dimension, or None.
+
+    A plain 1/s or number passes for rad/s or rad when nothing fits better; per cent, Hz and 1/min do not.
+
+    Raises:
+        UnitError: the unit cannot be read at all.
+    """
+    given = parse(unit)
+    wanted = [parse(si) for si in si_units]
+    for si in wanted:
+        ambiguous = "second" in dict(si.dimension) and len(si.dimension) == 1 and _AMBIGUOUS_SPEED.fullmatch(unit)
+        if given.dimension == si.dimension and not ambiguous:
+            return given.factor / si.factor, si.text
+    for si in wanted:
+        without_angle = tuple(pair for pair in si.dimension if pair != ("radian", 1.0))
+        if given.dimension == without_angle != si.dimension and given.factor == 1.0 and "z" not in unit.lower():
+            return 1.0, si.text
+    return None
+
+
+def conversion(unit: str, kind: SignalKind, column: str, where: str = "") -> tuple[float, str]:
+    """Factor that takes a column's unit to the first fitting SI unit of a signal, and that unit.
+
+    Raises:
+        UnitError: the unit is unknown or of another kind; the message names column, unit, what fits and the remedy.
+    """
+    allowed = ", ".join(si or "dimensionless" for si in kind.si_units)
+    option = f'--{kind.name} "{column} [{kind.si_units[0] or "-"}]"'
+    try:
+        found = fits(unit, kind.si_units)
+    except UnitError as error:
+        problem = f"column '{column}' has the unit '{unit}', which erclutch does not know"
+        remedy = f"Name one for {kind.name} ({allowed}), such as {option}"
+        raise UnitError(problem, remedy=remedy, where=where) from error
+    if found is not None:
+        return found
+    if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
+        problem = f"column '{column}' has the unit '{unit}', which may mean turns or plain 1/s"
+        raise UnitError(problem, remedy=f'Say which: --{kind.name} "{column} [rpm]", [turn/s] or [1/s]', where=where)
+    problem = f"column '{column}' has the unit '{unit}', which does not fit {kind.name} (allowed: {allowed})"
+    raise UnitError(problem, remedy=f"Choose another column or give its unit, such as {option}", where=where)
+
+
+def convert(values: Array, unit: str, kind: SignalKind, column: str, where: str = "") -> tuple[Array, str]:
+    """Values of a column in the first fitting SI unit of a signal, and that unit.
+
+    Raises:
+        UnitError: see `conversion`.
+    """
+    factor, si = conversion(unit, kind, column, where)
+    return (values if factor == 1.0 else values * factor), si
+
+
+def quantity(text: str) -> tuple[float, str | None]:
+    """Split ``0.5 A`` into 0.5 and ``A`` (None where no unit follows).
+
+    Raises:
+        UnitError: the text does not begin with a number.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise UnitError(f"'{text}' is not a number with a unit", remedy="Write it like 0.5 A")
+    return float(match.group(1)), match.group(2) or None

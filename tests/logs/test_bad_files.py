@@ -1,0 +1,133 @@
+"""Each kind of bad file and the message that it gets; nothing but errors of ours ever comes out."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ErclutchError, LogError, TimingError
+from erclutch.logs import read
+
+HEAD = "t [s],field [V],slip [rad/s],effort [N*m]\n"
+LINES = [f"{i / 1000},1,{i},{i * 2}\n" for i in range(20)]
+
+
+def error_of(path: Path) -> str:
+    with pytest.raises(LogError) as caught:
+        read(path)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "log.csv: the file is empty. Give a log with one row a sample."),
+        (
+            HEAD,
+            "log.csv: no row of numbers in 2 lines (it begins with 't [s],field [V],slip [rad/s],effort [N*m]'). "
+            "Give a table of numbers with one row a sample, or check the file's format.",
+        ),
+        (HEAD + LINES[0], "log.csv: only 1 row of data, 10 are needed. Give a longer log."),
+        (
+            HEAD + "".join(LINES) + "0.02,1,stalled,4\n" + LINES[1],
+            "log.csv: line 22, column slip is 'stalled' where a number is expected. "
+            "Correct or empty that cell, or delete the line.",
+        ),
+        (
+            HEAD + "".join(LINES) + "0.02,1,nan,4\n",
+            "log.csv: column slip has 1 value missing or infinite, the first (nan) in data row 21. "
+            "Correct them, or cut the log there with --invalid drop.",
+        ),
+        (
+            HEAD + "".join(LINES) + "0.02,1,4,-inf\n",
+            "log.csv: column effort has 1 value missing or infinite, the first (-infinity) in data row 21. "
+            "Correct them, or cut the log there with --invalid drop.",
+        ),
+        (
+            HEAD + "".join(LINES) + LINES[3],
+            "log.csv: column t runs backwards at data row 21: 0.003 s after 0.019 s. "
+            "Split the log there, sort it, or choose another time column (--time) or a rate (--rate).",
+        ),
+        (
+            HEAD + "".join(LINES) + "0.02,1,2\n0.021,1,2,3\n",
+            "log.csv: line 22 has 3 cells where 4 are expected. Correct or delete that line.",
+        ),
+        (
+            HEAD + "".join(LINES) + "0.02,1,2,3,4,5\n",
+            "log.csv: line 22 has 6 cells where 4 are expected (a decimal comma?). Correct or delete that line.",
+        ),
+    ],
+)
+def test_bad_rows(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(text, encoding="utf-8")
+    assert error_of(path) == message
+
+
+def test_no_file_and_a_folder(tmp_path: Path) -> None:
+    assert error_of(tmp_path / "none.csv") == f"{tmp_path / 'none.csv'}: there is no such file. Check the path."
+    assert error_of(tmp_path) == f"{tmp_path}: this is a folder, not a file. Give one log file."
+    with pytest.raises(LogError):
+        read("bad\0name.csv")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read everything")
+def test_no_permission(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(HEAD, encoding="utf-8")
+    path.chmod(0)
+    assert "the file cannot be read (Permission denied). Check its permissions" in error_of(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "problem"),
+    [
+        (".csv", "the file holds binary data, not text. Export it as CSV, or give a .mat (MATLAB) or .parquet file."),
+        (".log", "the file holds binary data, not text."),
+        (".mat", "this is neither a MATLAB v5 nor a v7.3 file (wrong first bytes). Save it with save -v7, or"),
+        (".parquet", "this is not a whole Parquet file (it does not begin with PAR1). Copy the file again or"),
+    ],
+)
+def test_ten_megabytes_of_noise(tmp_path: Path, suffix: str, problem: str) -> None:
+    path = tmp_path / f"log{suffix}"
+    path.write_bytes(np.random.default_rng(3).bytes(10_000_000))
+    assert problem in error_of(path)
+
+
+def test_errors_of_timing_are_errors_of_logs(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(HEAD + "0,1,1,1\n" * 20, encoding="utf-8")
+    with pytest.raises(TimingError, match="column t is 0 in all 20 rows"):
+        read(path)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    data=st.binary(max_size=400) | st.just(b"PAR1" * 5) | st.binary(max_size=50).map(lambda tail: HEAD.encode() + tail),
+    suffix=st.sampled_from([".csv", ".txt", ".mat", ".parquet", ".gz", ""]),
+)
+def test_any_bytes_in_any_file_give_an_error_of_ours(tmp_path: Path, data: bytes, suffix: str) -> None:
+    path = tmp_path / f"log{suffix}"
+    path.write_bytes(data)
+    with suppress(ErclutchError):
+        assert read(path).rows
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 255)), min_size=1, max_size=5))
+def test_a_mutated_log_gives_a_recording_or_an_error_of_ours(tmp_path: Path, changes: list[tuple[int, int]]) -> None:
+    data = bytearray((HEAD + "".join(LINES)).encode())
+    for place, byte in changes:
+        data[place % len(data)] = byte
+    path = tmp_path / "log.csv"
+    path.write_bytes(bytes(data))
+    with suppress(ErclutchError):
+        recording = read(path)
+        assert all(np.isfinite(values).all() for values in recording.signals.values())
+        assert recording.segments[-1][1] == recording.rows

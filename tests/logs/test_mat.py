@@ -1,0 +1,304 @@
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import Table, child, mat_layout, mat_tree, read, read_table
+
+COUNT = 120
+TIME = np.arange(COUNT) * 1e-3
+SLIP = np.sin(TIME * 50)
+FORCE = np.cos(TIME * 50)
+
+
+def structs(items: list[dict[str, Any]]) -> np.ndarray:
+    """A 1 x n struct array for savemat."""
+    array = np.zeros((1, len(items)), dtype=[(name, object) for name in items[0]])
+    for index, item in enumerate(items):
+        for name, value in item.items():
+            array[0, index][name] = value
+    return array
+
+
+def dspace(time: bool = True) -> dict[str, Any]:
+    """A ControlDesk recording as public scripts describe it."""
+    signals = [
+        {"Name": '"Model Root"/"Field"/"Out1"', "Unit": "V", "Data": np.full(COUNT, 2.0), "XIndex": 1},
+        {"Name": '"Model Root"/"Slip speed"/"In1"', "Unit": "rad/s", "Data": SLIP.astype(np.float32), "XIndex": 1},
+        {"Name": '"Model Root"/"Force"/"In1"', "Unit": "N", "Data": FORCE, "XIndex": 1},
+        {"Name": '"Model Root"/"Slow"/"In1"', "Unit": "", "Data": FORCE[:10], "XIndex": 2},
+    ]
+    axes = [
+        {"Name": "Time", "Data": TIME if time else np.zeros((0, 0)), "Unit": "s"},
+        {"Name": "Slow", "Data": TIME[:10], "Unit": "s"},
+    ]
+    return {
+        "X": structs(axes),
+        "Y": structs(signals),
+        "Description": "run 1",
+        "RTProgram": "rig.sdf",
+        "Capture": {"SamplingPeriod": 5e-4, "Downsampling": 2},
+    }
+
+
+class V73:
+    """Writes v7.3 files the way MATLAB does: user block, class attributes, references, chars as uint16."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = h5py.File(path, "w", userblock_size=512)
+        self.count = 0
+
+    def put(self, group: Any, name: str, value: Any) -> None:
+        if isinstance(value, dict):
+            child_group = group.create_group(name)
+            child_group.attrs["MATLAB_class"] = np.bytes_("struct")
+            for key, item in value.items():
+                self.put(child_group, key, item)
+        elif isinstance(value, str):
+            codes = np.array([[ord(letter)] for letter in value] or [[0]], dtype=np.uint16)
+            item = group.create_dataset(name, data=codes)
+            item.attrs["MATLAB_class"] = np.bytes_("char")
+            item.attrs["MATLAB_int_decode"] = np.int32(2)
+        elif isinstance(value, np.ndarray) and value.dtype.names:
+            child_group = group.create_group(name)
+            child_group.attrs["MATLAB_class"] = np.bytes_("struct")
+            for key in value.dtype.names:
+                references = [[self.refer(one[key])] for one in value.ravel()]
+                child_group.create_dataset(key, data=np.array(references, dtype=object), dtype=h5py.ref_dtype)
+        else:
+            array = np.asarray(value)
+            if array.size == 0:
+                item = group.create_dataset(name, data=np.zeros(2, dtype=np.uint64))
+                item.attrs["MATLAB_empty"] = np.uint8(1)
+            else:
+                item = group.create_dataset(name, data=np.atleast_2d(array).T)
+            item.attrs["MATLAB_class"] = np.bytes_({"f": "double", "i": "int64"}.get(array.dtype.kind, "double"))
+
+    def refer(self, value: Any) -> Any:
+        refs = self.file.require_group("#refs#")
+        self.count += 1
+        self.put(refs, f"r{self.count}", value)
+        return refs[f"r{self.count}"].ref
+
+    def close(self) -> None:
+        self.file.close()
+        block = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+        with self.path.open("r+b") as file:
+            file.write(block.ljust(512, b"\0"))
+
+
+def save5(path: Path, variables: dict[str, Any]) -> Path:
+    scipy.io.savemat(path, variables, do_compression=True)
+    return path
+
+
+def save73(path: Path, variables: dict[str, Any]) -> Path:
+    file = V73(path)
+    for name, value in variables.items():
+        file.put(file.file, name, value)
+    file.close()
+    return path
+
+
+both = pytest.mark.parametrize("save", [save5, save73], ids=["v5", "v7.3"])
+Save = Callable[[Path, dict[str, Any]], Path]
+
+
+@both
+def test_vectors_of_the_workspace(tmp_path: Path, save: Save) -> None:
+    path = save(
+        tmp_path / "a.mat",
+        {"t": TIME, "V": SLIP, "M": np.c_[SLIP, FORCE], "fs": 1000.0, "who": "Meier", "odd": TIME[:7]},
+    )
+    table = read_table(path)
+    assert set(table.columns) == {"t", "V", "M_1", "M_2"}  # HDF5 sorts its members
+    assert np.array_equal(table.columns["M_2"], FORCE)
+    assert table.constants == {"fs": 1000.0}
+    assert "variable odd has 7 samples, not 120: left out" in table.notes
+
+
+@both
+def test_a_struct_of_vectors(tmp_path: Path, save: Save) -> None:
+    path = save(tmp_path / "a.mat", {"run": {"time": TIME, "speed": SLIP, "force": FORCE, "rate": 1000.0}})
+    table = read_table(path)
+    assert set(table.columns) == {"time", "speed", "force"}
+    assert np.array_equal(table.columns["speed"], SLIP)
+    assert "recording read from variable run" in table.notes
+
+
+@both
+def test_a_matrix_on_its_side(tmp_path: Path, save: Save) -> None:
+    path = save(tmp_path / "a.mat", {"ans": np.vstack([TIME, SLIP, FORCE])})
+    table = read_table(path)
+    assert list(table.columns) == ["ans_1", "ans_2", "ans_3"]
+    assert "matrix ans is 3 x 120: its rows are taken as columns" in table.notes
+
+
+@both
+def test_a_timeseries_like_struct_and_a_structure_with_time(tmp_path: Path, save: Save) -> None:
+    table = read_table(save(tmp_path / "a.mat", {"speed": {"Time": TIME, "Data": SLIP}}))
+    assert list(table.columns) == ["time", "speed"]
+    scope = {"time": TIME, "signals": {"values": SLIP, "label": "speed"}}
+    table = read_table(save(tmp_path / "b.mat", {"scope": scope}))
+    assert list(table.columns) == ["time", "speed"]
+
+
+@both
+def test_a_controldesk_recording(tmp_path: Path, save: Save) -> None:
+    path = save(tmp_path / "rec.mat", {"rec001": dspace()})
+    table = read_table(path)
+    assert table.labels == ("time [s]", "Field [V]", "Slip speed [rad/s]", "Force [N]")
+    assert table.metadata == {"Description": "run 1", "RTProgram": "rig.sdf"}
+    assert "1 signals on other time axes than X(1) left out" in table.notes
+    recording = read(path)
+    assert recording.units == {"field": "V", "slip": "rad/s", "effort": "N"}
+    assert recording.period == pytest.approx(1e-3, rel=1e-12)
+    assert np.array_equal(recording.signals["effort"], FORCE)
+
+
+@both
+def test_a_controldesk_recording_without_time_uses_its_period(tmp_path: Path, save: Save) -> None:
+    recording = read(save(tmp_path / "rec.mat", {"rec001": dspace(time=False)}))
+    assert recording.period == 1e-3
+    assert recording.rows == COUNT
+
+
+@both
+def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
+    run = {"time": TIME, "speed": SLIP}
+    path = save(tmp_path / "a.mat", {"run1": run, "run2": {**run, "speed": FORCE}})
+    with pytest.raises(LogError, match=r"several recordings: run1, run2. Choose one, such as --variable run1"):
+        read_table(path)
+    assert np.array_equal(read_table(path, variable="run2").columns["speed"], FORCE)
+    with pytest.raises(LogError, match=r"no variable 'run3' \(there are: run1, run2\)"):
+        read_table(path, variable="run3")
+
+
+@both
+def test_nothing_to_read(tmp_path: Path, save: Save) -> None:
+    with pytest.raises(LogError, match="no recording in the variables who"):
+        read_table(save(tmp_path / "a.mat", {"who": "Meier"}))
+
+
+@both
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_a_truncated_file(tmp_path: Path, save: Save, share: float) -> None:
+    path = save(tmp_path / "a.mat", {"t": TIME, "V": SLIP, "F": FORCE})
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(LogError, match=r"a\.mat: "):
+        read_table(path)
+
+
+def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
+    secret = save73(tmp_path / "secret.mat", {"t": TIME})
+    path = tmp_path / "a.mat"
+    save73(path, {"V": SLIP})
+    with h5py.File(path, "r+") as file:
+        file["out"] = h5py.ExternalLink(str(secret), "t")
+        file["ring"] = h5py.SoftLink("/")
+    assert list(read_table(path).columns) == ["V"]
+
+
+CHILD = """
+import sys, time
+from erclutch.logs import child
+from erclutch.errors import LogError
+def read(path, how):
+    if how == "crash":
+        import os, signal
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if how == "hang":
+        time.sleep(60)
+    if how == "greed":
+        bytearray(1 << 40)
+    if how == "exit":
+        sys.exit(3)
+    raise ValueError("odd")
+sys.exit(child.serve(read))
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "problem"),
+    [
+        ("crash", "the reader broke on this file"),
+        ("hang", "takes longer than"),
+        ("greed", "needs more than 2048 MiB"),
+        ("exit", r"the reader broke on this file \(code 3\)"),
+        ("raise", r"cannot be read \(ValueError: odd\)"),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of POSIX")
+def test_a_child_that_fails_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str, problem: str
+) -> None:
+    (tmp_path / "bad_reader.py").write_text(CHILD, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(LogError, match=problem):
+        child.run(
+            "bad_reader", tmp_path / "x.mat", how, name="x.mat", memory=2 << 30, seconds=0.5 if how == "hang" else 20
+        )
+    assert not list(tmp_path.glob("erclutch-*"))  # the temporary folder is gone
+
+
+# Damaged files: the reader in this process, many times (the child is the same code behind a wall, tried above).
+
+
+@pytest.fixture(scope="module")
+def whole5(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("mat") / "a.mat"
+    scipy.io.savemat(path, {"rec": dspace(), "t": TIME[:20]})
+    return path.read_bytes()
+
+
+FIELDS = ["X", "Y", "Name", "Data", "time", "signals", "XIndex", "Capture"]
+LEAVES = st.none() | st.text(max_size=3) | st.sampled_from([np.arange(5.0), np.zeros((2, 3, 4)), np.zeros((3, 5))])
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.recursive(
+        LEAVES,
+        lambda node: st.lists(node, max_size=3) | st.dictionaries(st.sampled_from(FIELDS), node, max_size=4),
+        max_leaves=12,
+    )
+)
+def test_any_tree_is_a_recording_or_an_error_of_ours(node: Any) -> None:
+    with suppress(ErclutchError):
+        assert mat_layout.choose({"a": node, "b": np.arange(5.0)}, None).columns
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_mutated_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, whole5: bytes, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    data = bytearray(whole5)
+    for place in random.integers(128, len(data), 20):
+        data[place] = random.integers(256)
+    path = tmp_path / "a.mat"
+    path.write_bytes(bytes(data))
+    with suppress(ErclutchError):
+        assert isinstance(read_table(path), Table)
+
+
+def test_the_tree_of_a_file(tmp_path: Path) -> None:
+    for tree in (
+        mat_tree.load_v5(str(save5(tmp_path / "a.mat", {"rec": dspace()}))),
+        mat_tree.load_v73(str(save73(tmp_path / "b.mat", {"rec": dspace()}))),
+    ):
+        record = tree["rec"]
+        assert isinstance(record, dict)
+        assert record["Y"][0]["Name"] == '"Model Root"/"Field"/"Out1"'

@@ -1,0 +1,191 @@
+from __future__ import annotations
+
+import gzip
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import Table, read_table
+from erclutch.logs.labels import split_label
+from erclutch.logs.text import read_text
+
+HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
+NAMES, UNITS = ("t", "Y", "V", "F"), ("s", "V", "cm/s", "N")
+
+
+def table_of(text: str | bytes, name: str = "log.csv") -> Table:
+    return read_text(text if isinstance(text, bytes) else text.encode(), name, "digest")
+
+
+def header_of(style: str, delimiter: str) -> list[str]:
+    labels = {
+        "plain": [delimiter.join(NAMES)],
+        "quoted": [delimiter.join(f'"{name}"' for name in NAMES)],
+        "square": [delimiter.join(f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True))],
+        "round": [delimiter.join(f"{name} ({unit})" for name, unit in zip(NAMES, UNITS, strict=True))],
+        "slash": [delimiter.join(f"{name} / {unit}" for name, unit in zip(NAMES, UNITS, strict=True))],
+        "second row": [delimiter.join(NAMES), delimiter.join(UNITS)],
+        "comment": ["# " + delimiter.join(NAMES)],
+        "none": [],
+    }
+    return labels[style]
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@given(
+    data=st.lists(
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False, width=64)] * 4), min_size=3, max_size=12
+    ),
+    delimiter=st.sampled_from([",", ";", "\t", "|", "  "]),
+    comma=st.booleans(),
+    style=st.sampled_from(HEADERS),
+    ending=st.sampled_from(["\n", "\r\n", "\r"]),
+    trailing=st.booleans(),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "latin-1"]),
+)
+def test_numbers_come_back_exactly(
+    data: list[tuple[float, ...]], delimiter: str, comma: bool, style: str, ending: str, trailing: bool, encoding: str
+) -> None:
+    comma = comma and delimiter != ","
+    trailing = trailing and delimiter != "  "
+    if delimiter == "  " and style == "slash":
+        style = "square"
+    lines = [delimiter.join(repr(cell) for cell in row) for row in data]
+    lines = [line.replace(".", ",") if comma else line for line in lines]
+    text = (
+        ending.join(line + delimiter.strip(" ") * trailing for line in [*header_of(style, delimiter), *lines]) + ending
+    )
+    table = table_of(text.encode(encoding))
+    assert list(table.columns) == (["c1", "c2", "c3", "c4"] if style == "none" else list(NAMES))
+    assert np.array_equal(np.column_stack(list(table.columns.values())), np.array(data))
+    if style in {"square", "round", "slash", "second row"}:
+        assert tuple(table.units.values()) == UNITS
+    assert any("delimiter" in note for note in table.notes) == trailing
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.binary(max_size=300))
+def test_random_bytes_give_a_table_or_an_error_of_ours(data: bytes) -> None:
+    with suppress(ErclutchError):
+        assert table_of(data).rows >= 0
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=8), st.integers(0, 200))
+def test_a_damaged_log_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]], cut: int) -> None:
+    text = bytearray(b"Rate: 1000\n" + b't,"V [cm/s]",F,\n' + b"".join(b"%d.5,2.25,-%d,\n" % (i, i) for i in range(15)))
+    for place, byte in changes:
+        text[place % len(text)] = byte
+    with suppress(ErclutchError):
+        assert table_of(bytes(text[: len(text) - cut % 100])).rows >= 0
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.text("0123456789.,;-+eE \t\n\r\"'#%|ab:/", max_size=200))
+def test_almost_tables_give_a_table_or_an_error_of_ours(text: str) -> None:
+    with suppress(ErclutchError):
+        assert table_of(text).rows >= 0
+
+
+def test_labels_split_into_name_and_unit() -> None:
+    assert split_label("V [cm/s]") == ("V", "cm/s")
+    assert split_label("Force (N)") == ("Force", "N")
+    assert split_label("time / s") == ("time", "s")
+    assert split_label("Torque_Nm") == ("Torque_Nm", None)
+    assert split_label("u[0]") == ("u[0]", None)
+    assert split_label("gain (left)") == ("gain (left)", None)
+    assert split_label("n [weird]") == ("n", "weird")
+    assert split_label("F/A") == ("F/A", None)
+
+
+def test_columns_that_differ_in_their_unit_keep_both_names() -> None:
+    table = table_of("t [s],V [V],V [cm/s],F,F\n" + "".join(f"{i},1,2,3,4\n" for i in range(12)))
+    assert list(table.columns) == ["t", "V [V]", "V [cm/s]", "F", "F (2)"]
+    assert any("renamed 'F (2)'" in note for note in table.notes)
+
+
+def test_a_column_filled_in_its_first_row_is_a_constant() -> None:
+    table = table_of("t,fs,F,\n0,3004.8,1,\n" + "".join(f"{i},,2,\n" for i in range(1, 12)))
+    assert list(table.columns) == ["t", "F"]
+    assert table.constants == {"fs": 3004.8}
+
+
+def test_text_columns_are_left_out_and_said() -> None:
+    table = table_of("t;mode;F\n" + "".join(f"{i};AUTO;{i},5\n" for i in range(12)))
+    assert list(table.columns) == ["t", "F"]
+    assert "column mode holds text in 12 of 12 rows: left out" in table.notes
+    assert table.numbered(3) == "F"
+
+
+def test_a_header_block_gives_period_and_metadata() -> None:
+    text = "Sampling Rate [kHz]: 2\nOperator: Meier\n\nn, F\n" + "".join(f"{i}, 1.5\n" for i in range(12))
+    table = table_of(text)
+    assert table.sample_period == pytest.approx(0.5e-3)
+    assert table.metadata["Operator"] == "Meier"
+
+
+def test_dates_become_a_clock() -> None:
+    text = "when;F\n" + "".join(f"2024-03-05 10:00:{i:02d},500;1,5\n" for i in range(12))
+    table = table_of(text)
+    assert table.clock_name == "when"
+    assert table.clock is not None
+    assert np.array_equal(table.clock, np.arange(12.0))
+
+
+def test_comments_between_rows_are_skipped_and_lines_still_counted() -> None:
+    text = "t,F\n" + "0,1\n# pause\n" + "".join(f"{i},2\n" for i in range(1, 9)) + "9,oops\n"
+    with pytest.raises(LogError, match="line 12, column F is 'oops'"):
+        table_of(text)
+
+
+def test_a_row_cut_off_at_the_end_is_left_out() -> None:
+    table = table_of("t,V,F\n" + "".join(f"{i},2,3\n" for i in range(12)) + "12,2")
+    assert table.rows == 12
+    assert "the last row was cut off in the middle: left out" in table.notes
+
+
+def test_quoted_decimal_commas_between_commas() -> None:
+    table = table_of('t,F\n"0,5","1,25"\n"1,5","2,25"\n"2,5","3,25"\n')
+    assert np.array_equal(table.columns["F"], [1.25, 2.25, 3.25])
+
+
+def test_nan_and_infinity_are_numbers() -> None:
+    table = table_of("t,F\n0,1\n1,NaN\n2,inf\n3,-Infinity\n4,\n5,2\n")
+    np.testing.assert_array_equal(table.columns["F"], [1, np.nan, np.inf, -np.inf, np.nan, 2])
+
+
+def test_gzip_is_undone(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(b"t,F\n0,1\n1,2\n"))
+    assert read_table(path).rows == 2
+    path.write_bytes(gzip.compress(b"t,F\n0,1\n1,2\n")[:-9])
+    with pytest.raises(LogError, match="gzip data is damaged"):
+        read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "the file is empty"),
+        ("  \n\n", "the file is empty"),
+        ("t,V,F\n", "no row of numbers in 2 lines"),
+        ("Dear all,\nplease find attached\n" * 2000, "no row of numbers in"),
+        ("t,F\n0,1\n1,2\n2,x3\n3,4\n4,5\n", "line 4, column F is 'x3' where a number is expected"),
+        ("t,F\n0,1\n1,2,9\n3,4\n", "line 3 has 3 cells where 2 are expected"),
+        ("t,V,F\n0,1,2\n1,2\n3,4,5\n6,7,8\n", "line 3 has 2 cells where 3 are expected"),
+        ("t V F\n0 1 2\n1 2\n3 4 5\n6 7 8\n", "line 3 has 2 cells where 3 are expected"),
+        ("t,F\nbad,0\n1,2\n2,3\n3,4\n", "line 2, column 1 is 'bad' where a number is expected"),
+        ("t,F\n0,5,1,25\n1,5,2,25\n", "line 1 names 2 columns but the rows have 4 cells (commas in the numbers?)"),
+        ("t,F\x00\n0,1\n", "the file holds binary data, not text"),
+    ],
+)
+def test_bad_text_is_named(text: str, problem: str) -> None:
+    with pytest.raises(LogError) as caught:
+        table_of(text)
+    assert problem in str(caught.value)
+    assert str(caught.value).startswith("log.csv: ")

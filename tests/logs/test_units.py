@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch import units
+from erclutch.errors import UnitError
+from erclutch.signals import SIGNALS
+
+CASES = [
+    ("cm/s", "slip", 0.01, "m/s"),
+    ("rpm", "slip", 2 * math.pi / 60, "rad/s"),
+    ("U/min", "slip", 2 * math.pi / 60, "rad/s"),
+    ("rev/min", "theta_dot", 2 * math.pi / 60, "rad/s"),
+    ("deg/s", "slip", math.pi / 180, "rad/s"),
+    ("°/s", "theta_dot", math.pi / 180, "rad/s"),
+    ("1/s", "slip", 1.0, "1/s"),
+    ("s^-1", "slip", 1.0, "1/s"),
+    ("1/s", "theta_dot", 1.0, "rad/s"),
+    ("rad/s", "slip", 1.0, "rad/s"),
+    ("m/s", "slip", 1.0, "m/s"),
+    ("deg", "theta", math.pi / 180, "rad"),
+    ("°", "position", math.pi / 180, "rad"),
+    ("-", "theta", 1.0, "rad"),
+    ("in", "position", 0.0254, "m"),
+    ("um", "position", 1e-6, "m"),
+    ("µm", "position", 1e-6, "m"),
+    ("μm", "alpha_raw", 1e-6, "m"),
+    ("kN", "effort", 1000.0, "N"),
+    ("980.665 N", "effort", 980.665, "N"),
+    ("Nm", "effort", 1.0, "N*m"),
+    ("N m", "T", 1.0, "N*m"),
+    ("N·m", "T", 1.0, "N*m"),
+    ("N-m", "T", 1.0, "N*m"),
+    ("mNm", "T", 1e-3, "N*m"),
+    ("mN*m", "T", 1e-3, "N*m"),
+    ("Ncm", "T", 1e-2, "N*m"),
+    ("kgf", "effort", 9.80665, "N"),
+    ("kPa", "effort", 1000.0, "Pa"),
+    ("kV", "field", 1000.0, "V"),
+    ("kV/mm", "field", 1e6, "V/m"),
+    ("mA", "field", 1e-3, "A"),
+    ("mT", "field", 1e-3, "T"),
+    ("G", "field", 1e-4, "T"),
+    ("Oe", "field", 79.57747154594767, "A/m"),
+    ("%", "field", 0.01, ""),
+    ("1", "field", 1.0, ""),
+    ("-", "field", 1.0, ""),
+]
+
+
+@pytest.mark.parametrize(("unit", "signal", "factor", "si"), CASES)
+def test_a_unit_becomes_the_first_fitting_si_unit(unit: str, signal: str, factor: float, si: str) -> None:
+    values, found = units.convert(np.array([1.0, -2.0]), unit, SIGNALS[signal], "V")
+    assert found == si
+    np.testing.assert_allclose(values, [factor, -2 * factor], rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("unit", "signal"),
+    [
+        ("m/s", "theta_dot"),
+        ("rad", "alpha_raw"),
+        ("deg", "field"),
+        ("%", "theta"),
+        ("degC", "field"),
+        ("dB", "field"),
+        ("count", "field"),
+        ("bit", "field"),
+        ("s", "slip"),
+        ("N", "T"),
+        ("3", "field"),
+        ("furlongs per week or so", "slip"),
+    ],
+)
+def test_a_unit_that_does_not_fit_is_named_with_what_does(unit: str, signal: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        units.conversion(unit, SIGNALS[signal], "col")
+    message = str(caught.value)
+    assert "column 'col'" in message
+    assert f"'{unit}'" in message
+    assert f"--{signal}" in message
+    assert (SIGNALS[signal].si_units[0] or "dimensionless") in message
+
+
+@pytest.mark.parametrize("unit", ["Hz", "1/min", "min^-1"])
+def test_turns_or_plain_is_not_guessed(unit: str) -> None:
+    with pytest.raises(UnitError, match="may mean turns"):
+        units.conversion(unit, SIGNALS["slip"], "n")
+
+
+@pytest.mark.parametrize(
+    "text", ["9**9**9**9", "2^99", "1e400 N", "__import__('os')", "(" * 50, "m" * 100, "N**(9**9)"]
+)
+def test_arithmetic_is_no_unit(text: str) -> None:
+    assert not units.is_unit(text)
+
+
+@given(st.text(max_size=30) | st.text("mNsradVA/*^-.() 0123456789%µ°kg", max_size=20))
+def test_any_text_is_a_unit_or_a_unit_error(text: str) -> None:
+    with suppress(UnitError):
+        assert 0 < units.parse(text).factor < math.inf
+
+
+def test_a_quantity_is_split() -> None:
+    assert units.quantity("0.5 A") == (0.5, "A")
+    assert units.quantity("-1e-3") == (-1e-3, None)
+    with pytest.raises(UnitError, match="not a number"):
+        units.quantity("half an ampere")
+
+
+def test_heavy_modules_wait_until_they_are_needed() -> None:
+    heavy = {"pint", "pandas", "scipy", "h5py", "pyarrow"}
+    code = f"import sys, erclutch.logs; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
