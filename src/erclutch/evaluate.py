@@ -1,7 +1,7 @@
 """How good a model is, on rows that it has not seen, with the band that a figure of so few independent rows can have.
 
-Bands are 95 % intervals of a moving-block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are drawn,
-as long as the squared residuals are correlated, and the same blocks for every model.
+Bands are 95 % intervals of a moving-block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
+drawn, as long as the squared residuals are correlated, and the same blocks for every model.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     length = block or block_rows([error])
     starts = block_starts(error.size, length, seed)
     # Around the mean: sums of squares of a far-off effort would cancel.
-    y = measured - measured.mean()
+    y: Array = measured - np.mean(measured)
     squares, first, second = (_resampled(v, length, starts) for v in (error * error, y, y * y))
     variance = np.maximum(second - first * first, np.finfo(float).tiny)
     mse, spread = float(np.mean(error * error)), float(np.mean(y * y)) or np.finfo(float).tiny
@@ -111,7 +111,8 @@ def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
     """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
 
     Args:
-        error, best: residuals of the two on the same rows, shape (n,).
+        error: residuals of the model, shape (n,).
+        best: residuals of the best one on the same rows, shape (n,).
         block: rows of a bootstrap block.
         seed: of the resampling.
     """
@@ -176,8 +177,8 @@ def recommend(
 ) -> tuple[str, str]:
     """The best model, and the simplest one that is as good for all these rows can tell.
 
-    As good: the test error lies within the best one's band, and on the same blocks of rows it is not more than 5 % larger or
-    cannot be told from it.
+    As good: the test error lies within the best one's band, and on the same blocks of rows it is not more than 5 %
+    larger or cannot be told from it.
 
     Args:
         scores: test score by model.

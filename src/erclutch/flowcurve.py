@@ -1,7 +1,7 @@
 """Flow curves: shear stress against shear rate at one field (or none), and which law describes them.
 
-Shear stress spans decades, so what is minimised is the residual of its logarithm. The laws are those of the clutches at a
-constant field, so one definition serves both.
+Shear stress spans decades, so what is minimised is the residual of its logarithm. The laws are those of the clutches
+at a constant field, so one definition serves both.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def _check(curve: FlowCurve) -> None:
 
 
 def _bounded(law: Law, highest: float) -> tuple[Shape, ...]:
-    """The law's own shape parameters, times and rates as wide as the data's rates (normalised from 1 to ``highest``)."""
+    """The law's own shape parameters, times as wide as the data's rates (normalised, 1 to ``highest``)."""
     wide = [
         replace(s, lower=1e-3 / highest, upper=1e3) if s.dimension == Dimension(slip=-1) else s for s in law.shape[1:]
     ]
@@ -226,8 +226,9 @@ def _estimates(
     moving = ~(found.at_lower | found.at_upper)
     # The triangle has the Jacobian's column space; a residual of the right length gives the right variance.
     rows = model.triangle[:, moving]
-    padded = np.vstack([rows, np.zeros((max(n - rows.shape[0], 0), rows.shape[1]))])
-    spread = uncertainty(padded, np.full(padded.shape[0], np.sqrt(found.cost / padded.shape[0])), ordered=False)
+    padded: Array = np.vstack([rows, np.zeros((max(n - rows.shape[0], 0), rows.shape[1]))])
+    size = int(padded.shape[0])
+    spread = uncertainty(padded, np.full(size, (found.cost / size) ** 0.5), ordered=False)
     everything = (*shapes, *law.gains)
     widths = np.full(len(everything), np.nan)
     widths[moving] = spread.quantile * spread.errors

@@ -1,6 +1,7 @@
-"""TorqueModel: a device, dynamics, a law and the numbers. It predicts effort from fields and slips, and knows nothing of fits.
+"""TorqueModel: a device, dynamics, a law and the numbers. It predicts effort and knows nothing of fits.
 
-Normalisation is inside: fields are divided by the reference field, slips by the reference slip, so nobody ports it by hand.
+Normalisation is inside: fields are divided by the reference field, slips by the reference slip, so nobody ports it
+by hand.
 """
 
 from __future__ import annotations

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
+import numpy
+
+# NumPy's stubs know ufuncs of arrays only; here they are met by a subclass's __array_ufunc__.
+np: Any = numpy
 
 
 class Operand:

@@ -19,6 +19,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
@@ -207,8 +208,8 @@ def _write_table(path: Path, comparison: Comparison) -> None:
 
 
 def _write_predictions(path: Path, comparison: Comparison) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+    pa: Any = import_module("pyarrow")
+    pq: Any = import_module("pyarrow.parquet")
 
     data = comparison.data
     tail = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]

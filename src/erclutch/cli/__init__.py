@@ -11,7 +11,7 @@ from erclutch.errors import ErclutchError
 
 app = App(
     name="erclutch",
-    help="From a test-bench log of a clutch, brake or damper whose fluid answers to a field, to a checked torque model.",
+    help="From a test-bench log of a clutch, brake or damper with an ER or MR fluid to a checked torque model.",
     version=__version__,
     help_format="plaintext",
     result_action="return_value",

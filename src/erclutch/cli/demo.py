@@ -38,8 +38,8 @@ def demo(
 
     screen = show.console()
     screen.print(
-        "SYNTHETIC data: a made-up ER clutch with elastic chains, shear thinning and a 4 ms lag; neither a measurement nor the "
-        "digital twin. Its law is none of those fitted.",
+        "SYNTHETIC data: a made-up ER clutch with elastic chains, shear thinning and a 4 ms lag. It is neither a "
+        "measurement nor the digital twin, and its law is none of those fitted.",
         style="magenta",
     )
     began = time.perf_counter()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.cli.options import LogOptions
+from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def fit(
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
-    reading: LogOptions = LogOptions(),
+    reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Fit all models to a log, score them on rows held out, rank them, and recommend one.
 

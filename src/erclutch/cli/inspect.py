@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from erclutch.cli.options import LogOptions
+from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import ErclutchError, MappingError
 
 
@@ -15,7 +15,7 @@ def inspect(
     log: Annotated[Path, Parameter(name="LOG")],
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
-    reading: LogOptions = LogOptions(),
+    reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Show a log's columns, sampling, gaps and coverage, and what each column is taken for.
 
@@ -51,7 +51,10 @@ def inspect(
         screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
         return
     screen.print("\n".join(show.recording_lines([recording], most=50)), markup=False)
-    screen.print(show.coverage(reading.dataset([recording])))
+    elements = reading.dataset([recording]).elements
+    for i, element in enumerate(elements):
+        name = f" of CH{i + 1}" if len(elements) > 1 else ""
+        screen.print(show.coverage(element.field, element.slip, name), markup=False)
 
 
 def _figures(values: object) -> tuple[float, float, float, float]:

@@ -90,7 +90,7 @@ class LogOptions:
         signals += ("alpha", "alpha_dot", "alpha_raw", "t")
         columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
         values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
-        constants = dict(pair.split("=", 1) if "=" in pair else (pair, "") for pair in self.constant)
+        constants = {name: value for name, _, value in (pair.partition("=") for pair in self.constant)}
         given = {key: value for key, value in values.items() if value is not None}
         return ColumnMap.from_dict({**given, "columns": columns, "constants": constants})
 
@@ -122,6 +122,8 @@ class LogOptions:
         given = {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
         return {key: str(value) if isinstance(value, Path) else value for key, value in given.items()}
 
+
+DEFAULT_READING = LogOptions()
 
 _SUFFIXES = {".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".mat", ".parquet", ".pq"}
 

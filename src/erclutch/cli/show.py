@@ -11,9 +11,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from erclutch.signals import Array
+
 if TYPE_CHECKING:
     from erclutch.comparison import Comparison, Entry
-    from erclutch.dataset import Dataset
     from erclutch.evaluate import Figure
     from erclutch.fit import Estimate, FitOutcome
     from erclutch.signals import Recording
@@ -105,9 +106,9 @@ def verdict(comparison: Comparison) -> str:
     if best.name == chosen.name:
         return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
     return (
-        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as the best "
-        f"one, {best.name} ({best.outcome.parameters} parameters): inside its 95 % band, {_band(best.test.rmse)} {unit}, "
-        f"with an error {_percent(chosen.excess)} over its own."
+        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
+        f"the best one, {best.name} ({best.outcome.parameters} parameters): inside its 95 % band, "
+        f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
     )
 
 
@@ -140,36 +141,25 @@ def model_notes(entries: Sequence[Entry]) -> list[str]:
     return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]
 
 
-def coverage(data: Dataset) -> Table:
-    """Share of the rows over field and slip, as a picture of characters; a dot where there is none."""
-    shades = " ░▒▓█"
-    made = Table(title="Coverage: rows over field and slip", title_justify="left", title_style="bold", box=None)
-    made.add_column("field", justify="right")
-    for i, element in enumerate(data.elements):
-        made.add_column(f"slip{'' if len(data.elements) == 1 else i + 1} {_span(element.slip)}", no_wrap=True)
-    grids, fields = [], []
-    for element in data.elements:
-        field_edges = np.linspace(element.field.min(), element.field.max() or 1.0, 9)
-        slip_edges = np.linspace(element.slip.min(), element.slip.max(), 41)
-        if np.ptp(field_edges) == 0 or np.ptp(slip_edges) == 0:
-            continue
-        grids.append(np.histogram2d(element.field, element.slip, bins=[field_edges, slip_edges])[0])
-        fields.append(field_edges)
+def coverage(field: Array, slip: Array, name: str) -> str:
+    """Rows over field and slip as a picture of characters; empty where one of them is constant."""
+    if np.ptp(field) == 0 or np.ptp(slip) == 0:
+        return ""
+    rows = np.linspace(float(np.min(field)), float(np.max(field)), 9)
+    columns = np.linspace(float(np.min(slip)), float(np.max(slip)), 61)
+    counts: Array = np.histogram2d(field, slip, bins=[rows, columns])[0]
+    steps = np.ceil(np.log1p(counts) / np.log1p(counts.max()) * (len(_SHADES) - 1)).astype(int)
+    lines = [f"Coverage{name}: rows over field (up) and slip (across); a dot is a cell without a row"]
     for row in reversed(range(8)):
-        cells = [_shaded(grid, row, shades) for grid in grids]
-        if cells:
-            made.add_row(f"{(fields[0][row] + fields[0][row + 1]) / 2:.3g}", *cells)
-    return made
+        cells = "".join(
+            "·" if count == 0 else _SHADES[step] for count, step in zip(counts[row], steps[row], strict=True)
+        )
+        lines.append(f"{(rows[row] + rows[row + 1]) / 2:>10.3g} {cells}")
+    left, right = f"{columns[0]:.3g}", f"{columns[-1]:.3g}"
+    return "\n".join([*lines, f"{'':>10} {left}{right:>{60 - len(left)}}"])
 
 
-def _shaded(grid: np.ndarray, row: int, shades: str) -> str:
-    share = np.log1p(grid[row]) / np.log1p(grid.max())
-    steps = np.clip(np.ceil(share * (len(shades) - 1)).astype(int), 0, len(shades) - 1)
-    return "".join("·" if count == 0 else shades[step] for count, step in zip(grid[row], steps, strict=True))
-
-
-def _span(values: np.ndarray) -> str:
-    return f"{values.min():.3g} .. {values.max():.3g}"
+_SHADES = " ░▒▓█"
 
 
 def console() -> Console:

@@ -7,14 +7,12 @@ rows and the best of them polished on all rows, so the figures reported are alwa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.dataset import Dataset
-from erclutch.dual import Dual
 from erclutch.fit.intervals import uncertainty
 from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
@@ -77,7 +75,7 @@ def fit_structure(
 def _separable(
     data: Dataset, structure: Structure, reference: Reference, shapes: tuple[Shape, ...], rows: slice
 ) -> Separable:
-    """The problem on some rows. The dynamics always run over all rows: what the fluid feels depends on the whole command."""
+    """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
         return structure.columns(data.elements, data.clock, reference, q, rows)

@@ -1,4 +1,4 @@
-"""Linear least squares with some coefficients bounded by zero, on a triangle: the inner problem of variable projection."""
+"""Linear least squares with some coefficients bounded by zero: the inner problem of variable projection."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Mask = NDArray[np.bool_]
 
 
 def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Array, Mask]:
-    """Minimise |vector - triangle c| with c >= 0 where asked: active sets after Lawson and Hanson (1974), from a full start.
+    """Minimise |vector - triangle c| with c >= 0 where asked, by active sets (Lawson and Hanson 1974).
 
     Args:
         triangle: shape (p, p), from a QR decomposition of the columns.
@@ -25,8 +25,8 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
     a = triangle / scale
     held = np.zeros(scale.size, np.bool_)
     c = _solve(a, vector, ~held)
-    # Drop what is negative, until nothing is; then let back in what the gradient asks for. Finite: each pass with a lower
-    # residual has another active set.
+    # Drop what is negative, until nothing is; then let back in what the gradient asks for. Finite: each pass with a
+    # lower residual has another active set.
     for _ in range(3 * scale.size + 3):
         negative = ~held & nonnegative & (c < 0)
         if negative.any():

@@ -1,8 +1,9 @@
 """Confidence intervals of parameters whose residuals may be correlated in time.
 
 The sandwich of R^-1 around the long-run covariance of the scores (Newey and West 1987, doi 10.2307/1913610), Bartlett
-kernel, bandwidth after Andrews (1991, doi 10.2307/2938229), critical values for that bandwidth after Kiefer and Vogelsang
-(2005, doi 10.1017/S0266466605050565). Without an order in time (flow curves) the classical covariance and Student's t.
+kernel, bandwidth after Andrews (1991, doi 10.2307/2938229), critical values for that bandwidth after Kiefer and
+Vogelsang (2005, doi 10.1017/S0266466605050565). Without an order in time (flow curves) the classical covariance and
+Student's t.
 """
 
 from __future__ import annotations
@@ -69,9 +70,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
 
 
 def bandwidth_of(scores: Array) -> int:
-    """Rows over which the columns of an array (n, p) are correlated: Andrews' plug-in for the Bartlett kernel, from an
-    autoregression of order one of each.
-    """
+    """Rows over which the columns of an array (n, p) are correlated: Andrews' plug-in for the Bartlett kernel."""
     before, after = scores[:-1], scores[1:]
     power = np.sum(before * before, axis=0)
     keep = power > 0
@@ -84,7 +83,7 @@ def bandwidth_of(scores: Array) -> int:
 
 
 def _long_run(scores: Array, bandwidth: int) -> Array:
-    """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows: linear in the rows."""
+    """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows."""
     padded = np.concatenate(
         [np.zeros((bandwidth, scores.shape[1])), scores, np.zeros((bandwidth - 1, scores.shape[1]))]
     )

@@ -83,17 +83,17 @@ def minimise(
         max_iterations: steps tried at most.
         reach: first trust radius, as a multiple of the start's scaled norm.
     """
-    u = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
+    u: Array = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
     model = problem.linearise(u)
-    scale = np.linalg.norm(model.triangle, axis=0)
-    scale[scale == 0] = 1.0
+    norms = _norms(model.triangle)
+    scale: Array = np.where(norms > 0, norms, 1.0)
     radius = reach * (float(np.linalg.norm(scale * u)) or 1.0)
     stop: Stop = "iterations"
     tries = 0
     while tries < max_iterations:
         tries += 1
         step = _bounded_step(model, problem, u, scale, radius)
-        trial = np.clip(u + step, problem.lower, problem.upper)
+        trial: Array = np.clip(u + step, problem.lower, problem.upper)
         step = trial - u
         if not step.any():
             stop = "converged" if _stationary(model, problem, u) else "stalled"
@@ -107,12 +107,16 @@ def minimise(
         flat = predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
         if ratio > 1e-4:
             u, model = trial, problem.linearise(trial)
-            scale = np.maximum(scale, np.linalg.norm(model.triangle, axis=0))
+            scale = np.maximum(scale, _norms(model.triangle))
         if flat or model.cost == 0.0 or radius <= tolerance * float(np.linalg.norm(scale * u)):
             stop = "converged"
             break
     lower, upper = _edges(problem)
     return Minimum(u, model.cost, stop, tries, u <= lower, u >= upper)
+
+
+def _norms(matrix: Array) -> Array:
+    return np.sqrt(np.sum(matrix * matrix, axis=0))
 
 
 def _next_radius(radius: float, length: float, ratio: float) -> float:
@@ -150,7 +154,7 @@ def _bounded_step(model: Linearisation, problem: Problem, u: Array, scale: Array
 
 
 def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Array:
-    """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by the singular values of R / D."""
+    """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by singular values."""
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector
     solid = s > s[0] * np.finfo(float).eps if s[0] > 0 else s > 0
@@ -179,5 +183,5 @@ def _predicted(model: Linearisation, step: Array) -> float:
 def _stationary(model: Linearisation, problem: Problem, u: Array) -> bool:
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
-    norms = np.linalg.norm(model.triangle, axis=0) * np.sqrt(model.cost) + np.finfo(float).tiny
+    norms = _norms(model.triangle) * np.sqrt(model.cost) + np.finfo(float).tiny
     return bool(np.all(np.abs(gradient / norms)[free] < 1e-6))

@@ -1,7 +1,8 @@
 """The laws by name.
 
 A specification is a law's name and, after a slash, the form of its yield stress: ``bingham``, ``bingham/critical``,
-``rbfm-10/square``. Without a form the device decides: square for the coaxial pair (the paper's), power for a single one.
+``rbfm-10/square``. Without a form the device decides: square for the coaxial pair (the paper's), power for a single
+one.
 """
 
 from __future__ import annotations

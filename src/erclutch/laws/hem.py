@@ -1,7 +1,8 @@
 """Heuristic explicit model (HEM): T = k_1 E**2 sgn(w) + k_2 (beta_1 + exp(beta_2 E)) w, equations (8) - (11).
 
-As printed, k_2 and beta_1 trade off and can hardly be told apart. The same family, eta_0 (1 + rho (exp(beta E) - 1)) w, has
-the constraints of (11) as plain bounds, eta_0 > 0, and Bingham at rho = 0; the printed symbols are given by `paper_form`.
+As printed, k_2 and beta_1 trade off and can hardly be told apart. The same family, eta_0 (1 + rho (exp(beta E) - 1))
+w, has the constraints of (11) as plain bounds, eta_0 > 0, and Bingham at rho = 0; the printed symbols are given by
+`paper_form`.
 """
 
 from __future__ import annotations

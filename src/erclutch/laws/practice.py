@@ -1,8 +1,8 @@
 """The practice that the paper argues against, as baselines: [8] to [10] of Huang and Ishikawa.
 
 On-off: the field is either on or off, T = T_on 1(E > E_on) sgn(w) + eta w. Quadratic: T = T_y E**2 sgn(w) + eta w.
-The viscosity is constant. In both the response to the command is first-order: their stimulus (the step, the square) comes
-ahead of the lag, so that the effort itself follows with one time constant.
+The viscosity is constant. In both the response to the command is first-order: their stimulus (the step, the square)
+comes ahead of the lag, so that the effort itself follows with one time constant.
 """
 
 from __future__ import annotations

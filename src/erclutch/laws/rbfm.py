@@ -1,7 +1,8 @@
 """Radial basis function model (RBFM): T = k_0 E**2 sgn(w) + w sum_i k_i exp(-(E - mu_i)**2 / (2 sigma_i**2)).
 
 Equations (12) - (16). The constraint of (16), sum_i k_i phi_i(0) > 0, is the viscosity without field. Taking that
-viscosity as the first gain, k_1 = eta_0 - sum_{i>1} k_i phi_i(0) because phi_1(0) = 1, turns the constraint into a bound.
+viscosity as the first gain, k_1 = eta_0 - sum_{i>1} k_i phi_i(0) because phi_1(0) = 1, turns the constraint into a
+bound.
 """
 
 from __future__ import annotations

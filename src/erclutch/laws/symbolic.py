@@ -1,25 +1,22 @@
-"""A law's equation as SymPy sees it: the same function that is fitted, run on symbols. Imported only where it is needed."""
+"""A law's equation as SymPy sees it: the same function that is fitted, run on symbols; imported where needed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
-import sympy
 
 from erclutch.laws.law import Law
 from erclutch.laws.smooth import TINY
 from erclutch.operand import Operand
 
-_FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {
-    np.add: lambda x, y: x + y,
-    np.subtract: lambda x, y: x - y,
-    np.multiply: lambda x, y: x * y,
-    np.true_divide: lambda x, y: x / y,
+sympy: Any = import_module("sympy")
+
+_UNARY: dict[np.ufunc, Callable[[Any], Any]] = {
     np.negative: lambda x: -x,
     np.square: lambda x: x**2,
-    np.power: lambda x, y: x**y,
     np.exp: sympy.exp,
     np.expm1: lambda x: sympy.exp(x) - 1,
     np.tanh: sympy.tanh,
@@ -27,6 +24,14 @@ _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {
     np.log: sympy.log,
     np.absolute: sympy.Abs,
 }
+_BINARY: dict[np.ufunc, Callable[[Any, Any], Any]] = {
+    np.add: lambda x, y: x + y,
+    np.subtract: lambda x, y: x - y,
+    np.multiply: lambda x, y: x * y,
+    np.true_divide: lambda x, y: x / y,
+    np.power: lambda x, y: x**y,
+}
+_FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {**_UNARY, **_BINARY}
 
 
 class Symbolic(Operand):
@@ -54,8 +59,8 @@ def _expression(x: Any) -> Any:
 def equation(law: Law) -> Any:
     """Effort of one element for w > 0 as a SymPy expression in E, w and the law's parameters.
 
-    Made by running the law's own function on symbols. The regularisation at zero is left out, so that the equation reads
-    as published; the transition slip stays. All laws are odd in w.
+    Made by running the law's own function on symbols. The regularisation at zero is left out, so that the equation
+    reads as published; the transition slip stays. All laws are odd in w.
     """
     E, w = sympy.Symbol("E", positive=True), sympy.Symbol("w", positive=True)
     shape = [sympy.Symbol(s.name, real=True, positive=(s.lower >= 0) or None) for s in law.shape]
@@ -74,7 +79,15 @@ def _tidy(expression: Any) -> Any:
     return sympy.powsimp(sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True), force=True)
 
 
+def _awkward(part: Any) -> bool:
+    return bool(part.is_Rational and part.q > 1000)
+
+
+def _to_four_digits(part: Any) -> Any:
+    return part.n(4)
+
+
 def equation_text(law: Law) -> str:
     """The equation as one line of text, powers as ``^``; awkward fractions to four digits."""
-    short = equation(law).replace(lambda e: e.is_Rational and e.q > 1000, lambda e: e.n(4))
+    short = equation(law).replace(_awkward, _to_four_digits)
     return str(short).replace("**", "^")

@@ -1,7 +1,7 @@
 """Files of flow curves: shear rate and shear stress.
 
-Either pairs of columns, rate [1/s] and stress [Pa], with a label over the first of each pair and pairs of any length; or one
-column of rates and a column of stresses for each curve, named by its header.
+Either pairs of columns, rate [1/s] and stress [Pa], with a label over the first of each pair and pairs of any
+length; or one column of rates and a column of stresses for each curve, named by its header.
 """
 
 from __future__ import annotations
