@@ -17,7 +17,7 @@ from erclutch.fit.intervals import uncertainty
 from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.starts import scan_points, thinned, windows
-from erclutch.fit.varpro import Projection, Separable, jacobian, outer_problem, parameters, project
+from erclutch.fit.varpro import Projection, Separable, coordinates, jacobian, outer_problem, parameters, project
 from erclutch.laws import Shape
 from erclutch.model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
 
@@ -66,7 +66,8 @@ def fit_structure(
     few, rough = (
         _separable(some, structure, reference, shapes, thinned(some.rows, most)) for most in (_SCAN_ROWS, _ROUGH_ROWS)
     )
-    best = _search(few, rough, starts, scan)
+    # A step's threshold has no slope to follow between the levels of the command: only the scan finds it.
+    best = _search(few, rough, starts, scan * (4 if structure.law.stimulus_shape else 1))
     full = _separable(data, structure, reference, shapes, slice(None)) if data.rows > _ROUGH_ROWS else rough
     found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
     return _outcome(data, structure, reference, full, found, ordered)
@@ -86,16 +87,13 @@ def _separable(
 def _search(few: Separable, rough: Separable, starts: Sequence[Sequence[float]], scan: int) -> Array:
     """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more."""
     lower, upper = few.bounds
-    given = [np.clip(_coordinates(few.shapes, q), lower, upper) for q in starts]
-    points = [*given, *scan_points(lower, upper, scan * max(1, lower.size - 1))]
+    given = [np.clip(coordinates(few.shapes, q), lower, upper) for q in starts]
+    box = (coordinates(few.shapes, [s.scanned[end] for s in few.shapes]) for end in (0, 1))
+    points = [*given, *scan_points(*box, scan * max(1, lower.size - 1))]
     costs = [project(few, parameters(few.shapes, u)).cost for u in points]
     candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:_ROUGH_STARTS]]
     minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
     return min(minima, key=lambda m: m.cost).point
-
-
-def _coordinates(shapes: tuple[Shape, ...], q: Sequence[float]) -> Array:
-    return np.array([np.log(max(v, s.lower)) if s.scale == "log" else v for s, v in zip(shapes, q, strict=True)])
 
 
 def _outcome(
@@ -184,4 +182,15 @@ def _paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, 
         gains = {name: values[f"{name}{tail}"] for name in names}
         for symbol, value in model.structure.law.paper_form(values, gains).items():
             published[f"{symbol}{tail}"] = value
-    return published
+    return _shared_once(published, model.structure.elements)
+
+
+def _shared_once(published: dict[str, float], elements: int) -> dict[str, float]:
+    """A symbol that is the same for all elements is shared: it goes without their numbers."""
+    shared = {
+        name.removesuffix("_1"): value
+        for name, value in published.items()
+        if elements > 1 and name.endswith("_1") and published.get(f"{name.removesuffix('_1')}_2") == value
+    }
+    own = {name: value for name, value in published.items() if name.rpartition("_")[0] not in shared}
+    return {**own, **shared}

@@ -15,8 +15,8 @@ from erclutch.laws.law import PER_FIELD, VISCOUS, YIELD, Gain, Law, Shape
 from erclutch.laws.smooth import TRANSITION_SLIP, direction
 from erclutch.laws.yield_stress import YieldForm
 
-_RHO = Shape("rho", "share of the viscosity that answers to the field", -20.0, 20.0)
-_BETA = Shape("beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD)
+_RHO = Shape("rho", "share of the viscosity that answers to the field", -20.0, 20.0, usual=(-2.0, 4.0))
+_BETA = Shape("beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD, usual=(-6.0, 6.0))
 _ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS)
 
 

@@ -35,6 +35,7 @@ class Shape:
         lower, upper: bounds in normalised units.
         dimension: exponents of the units, to convert to the user's units.
         scale: "log" for a positive number that may span decades: searched, and given its interval, in its logarithm.
+        usual: range that the search starts from, where the bounds are much wider than what is met in practice.
     """
 
     name: str
@@ -43,6 +44,12 @@ class Shape:
     upper: float
     dimension: Dimension = Dimension()
     scale: Literal["linear", "log"] = "linear"
+    usual: tuple[float, float] | None = None
+
+    @property
+    def scanned(self) -> tuple[float, float]:
+        """Range that the scan for starts covers."""
+        return self.usual or (self.lower, self.upper)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from erclutch.laws.smooth import TRANSITION_SLIP, direction
 
 _THRESHOLD = Shape("E_on", "field from which the device counts as on", 0.02, 0.98, FIELD)
 #: Width of the step, normalised: sharp against any command, smooth enough to have a derivative.
-_STEP_WIDTH = 0.01
+_STEP_WIDTH = 0.02
 
 
 def _step(E: Any, E_on: Any) -> Any:
