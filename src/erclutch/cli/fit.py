@@ -20,9 +20,11 @@ _MODELS = Group("Models and figures", sort_key=1)
 def fit(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    models: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = ("all",),
+    models: Annotated[
+        tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
+    ] = ("all",),
     lag: Annotated[Literal["auto", "none", "lag", "rise-fall"], Parameter(group=_MODELS)] = "auto",
-    test: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=())] = ("0.3",),
+    test: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=(), show_default=False)] = ("0.3",),
     blocks: Annotated[int, Parameter(group=_MODELS)] = 0,
     friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
@@ -37,10 +39,9 @@ def fit(
 
     Args:
         logs: One log or several of the same device; a folder stands for the logs in it.
-        models: Names from `erclutch laws`, for example 'bingham hem/square rbfm-10'; 'all' is the whole ladder.
-        lag: Stage between command and field: 'none', 'lag' (delay and one time constant), 'rise-fall' (two), or 'auto':
-            without and with one, and two for the best law if the data ask for it.
-        test: Held out from fitting: a share (the end of each log), or a pattern of logs' names; may be repeated.
+        models: Names from `erclutch laws`, for example 'bingham hem/square rbfm-10'; default: all of them.
+        lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
+        test: Held out: a share (the end of each log), or a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.

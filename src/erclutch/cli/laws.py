@@ -42,6 +42,7 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
 
     screen = show.console()
     table = show.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
+    table.columns[1].overflow = "fold"
     for name, law in found:
         label = "rbfm-N (N = 2 kernels shown)" if name == "rbfm-2" else name
         table.add_row(label, equation_text(law), law.source)

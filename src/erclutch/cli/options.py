@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from erclutch.logs import ColumnMap
     from erclutch.signals import Recording
 
-_COLUMNS = Group("Columns: NAME, 'NAME [unit]', or its number; '-NAME' turns the sign", sort_key=2)
+_COLUMNS = Group("Columns: 'NAME', 'NAME \\[unit]' or a number; '-NAME' turns the sign", sort_key=2)
 _READING = Group("Reading", sort_key=3)
 _SPEEDS = Group("Speeds from positions", sort_key=4)
 
@@ -64,7 +64,7 @@ class LogOptions:
     """Sampling rate in place of a time column, for example '1000 Hz'."""
     lead: Annotated[str | None, Parameter(group=_READING)] = None
     """Lead of the screw, for example '10 mm'."""
-    constant: Annotated[tuple[str, ...], Parameter(group=_READING)] = ()
+    constant: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
     """A signal that is the same all through the log, for example 'field=0.5 A'; may be repeated."""
     name_pattern: Annotated[str | None, Parameter(group=_READING)] = None
     """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""

@@ -76,7 +76,8 @@ def equation(law: Law) -> Any:
 
 
 def _tidy(expression: Any) -> Any:
-    return sympy.powsimp(sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True), force=True)
+    flat = sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True)
+    return sympy.powsimp(flat, deep=True, force=True)
 
 
 def _awkward(part: Any) -> bool:
