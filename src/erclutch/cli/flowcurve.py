@@ -27,17 +27,21 @@ def flowcurve(
     from json import dumps
 
     import numpy as np
+    from rich.console import Console
+    from rich.progress import Progress
 
     from erclutch.cli import show
     from erclutch.flowcurve import FLOW_LAWS, FlowCurve, FlowFit, ranked
     from erclutch.logs.flow_table import read_flow_curves
 
     chosen = laws or FLOW_LAWS
+    curves = [(path.name, *curve) for path in files for curve in read_flow_curves(path)]
     found: list[tuple[str, str, int, list[FlowFit]]] = []
-    for path in files:
-        for label, rates, stresses in read_flow_curves(path):
-            fits = ranked(FlowCurve(label, np.array(rates), np.array(stresses)), chosen)
-            found.append((path.name, label, len(rates), fits))
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        for file, label, rates, stresses in bar.track(curves, description="fitting flow curves"):
+            curve = FlowCurve(label, np.array(rates), np.array(stresses))
+            found.append((file, label, len(rates), ranked(curve, chosen)))
     if json:
         body = [
             {"file": file, "curve": label, "points": n, "fits": [fit.to_dict() for fit in fits]}
@@ -45,7 +49,7 @@ def flowcurve(
         ]
         print(dumps(body, indent=1, allow_nan=False))
         return
-    screen = show.console()
+    output = show.console()
     names = sorted({fit.law for *_, fits in found for fit in fits}, key=FLOW_LAWS.index)
     rows: list[list[str]] = []
     for file, label, n, fits in found:
@@ -53,11 +57,11 @@ def flowcurve(
         rows.append([file, label, str(n), *(f"{errors[name]:.4f}" for name in names), fits[0].law])
     title = "Root mean square residual of log10(shear stress)"
     table = show.table(title, ["file", "curve", "points", *names, "best by AICc"], rows, left=2)
-    screen.print(table)
+    output.print(table)
     wins = Counter(fits[0].law for *_, fits in found)
-    screen.print(
+    output.print(
         "Best on: " + ", ".join(f"{law} {count} of {len(found)}" for law, count in wins.most_common()), markup=False
     )
     if parameters:
         for file, label, _, fits in found:
-            screen.print(show.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))
+            output.print(show.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))
