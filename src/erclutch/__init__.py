@@ -5,7 +5,7 @@ The main job in Python::
     import erclutch
 
     log = erclutch.read("run1.csv", {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"})
-    result = erclutch.comparison(erclutch.build_dataset(log))
+    result = erclutch.compare(erclutch.build_dataset(log))
     print(result.recommended)
 
 Names are looked up when they are first used, so that importing the package costs nothing.

@@ -61,6 +61,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _quantised(train),
         lambda: _coverage(train, data, test),
         lambda: _zero_field(train),
+        lambda: _unlike(data),
     )
     return tuple(finding for finding in (look() for look in checks) if finding is not None)
 
@@ -87,7 +88,7 @@ def _must_vary(train: Dataset, where: str) -> None:
         raise CheckError(
             f"the field is constant at {fields[0]:g} over {train.rows} training rows; a law needs at least two fields",
             where=where,
-            remedy="Log with a changing field, give several logs at once, or use erclutch flowcurve for one field",
+            remedy="Log with a changing field, or give several logs at once, each with its own field (--name-pattern)",
         )
     for name, values in (("slip", np.concatenate([e.slip for e in train.elements])), ("effort", train.effort)):
         if np.ptp(values) <= 1e-12 * (abs(float(values[0])) + 1e-300):
@@ -155,6 +156,20 @@ def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding
         return None
     message = f"{share:.1%} of the test rows have a field and slip that no training row comes near"
     return Finding("warning", "coverage", message, "Figures there are inter- or extrapolated; log that region too")
+
+
+def _unlike(data: Dataset) -> Finding | None:
+    """Logs whose efforts or slips are of another order: a unit taken for another."""
+    if len(data.sources) < 2:
+        return None
+    for name, values in (("effort", data.effort), ("slip", data.elements[0].slip)):
+        sizes = np.array([float(np.sqrt(np.mean(values[a:b] ** 2))) for a, b in data.source_rows])
+        usual = float(np.median(sizes))
+        odd = np.flatnonzero((sizes > 30.0 * usual) | (sizes < usual / 300.0))
+        if odd.size and usual > 0:
+            message = f"the {name} of {data.sources[odd[0]]} is {sizes[odd[0]]:.3g}, that of the usual log {usual:.3g}"
+            return Finding("warning", name, message, "Check its unit")
+    return None
 
 
 def _edges(values: Array) -> Array:

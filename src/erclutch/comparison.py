@@ -35,6 +35,8 @@ LAGS: tuple[Lag, ...] = ("auto", "none", "lag", "rise-fall")
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
+#: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
+_MEANINGLESS = 1e8
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Settings:
         lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
             law            if the data ask for it.
         test: share of each log, its end, that is held out; or patterns of the names of logs that are.
-        blocks: blocks in time for cross-validation on the training rows; 0 for none.
+        blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
         offset: a constant effort; None: as for friction.
         seed: of the bootstrap.
@@ -80,6 +82,7 @@ class Entry:
         folds: RMSE on each block of the cross-validation, each by a fit on the others; empty for none.
         predicted: effort on all rows, shape (n,).
         excess: how much larger the test RMSE is than the best model's, as a share, both on the same blocks.
+        sound: whether it converged and the data identify all that it says; only such a model is recommended.
         notes: what to worry about with this model.
     """
 
@@ -90,6 +93,7 @@ class Entry:
     folds: tuple[float, ...]
     predicted: Array
     excess: Figure
+    sound: bool
     notes: tuple[str, ...]
 
     @property
@@ -171,6 +175,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
         {e.name: e.test for e in entries},
         {e.name: e.excess for e in entries},
         {e.name: e.outcome.parameters for e in entries},
+        {e.name for e in entries if e.sound},
     )
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
 
@@ -288,6 +293,7 @@ def _score_all(
                 folds=_cross_validate(train, outcome.model.structure, settings),
                 predicted=predicted,
                 excess=excess((data.effort - predicted)[test], best, block=lengths[0], seed=settings.seed),
+                sound=_sound(outcome) and not _wild(data, predicted, test),
                 notes=_notes(outcome, data, predicted, test),
             )
         )
@@ -305,19 +311,35 @@ def _cross_validate(train: Dataset, structure: Structure, settings: Settings) ->
     return tuple(errors)
 
 
+def _unidentified(outcome: FitOutcome) -> list[str]:
+    return [e.name for e in outcome.estimates if not e.at_bound and np.isinf(e.high - e.low)]
+
+
+def _sound(outcome: FitOutcome) -> bool:
+    known = outcome.rank == outcome.unknowns and not _unidentified(outcome)
+    return outcome.converged and known and outcome.condition <= _MEANINGLESS
+
+
+def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
+    """Test rows that are predicted far outside all efforts seen in training."""
+    seen = data.effort[~test]
+    return int(np.count_nonzero(~(np.abs(predicted[test] - seen.mean()) < 3.0 * float(np.ptp(seen)))))
+
+
 def _notes(outcome: FitOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
     notes: list[str] = []
     if not outcome.converged:
         notes.append(f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)")
     if outcome.at_bounds:
         notes.append(f"at a bound: {', '.join(outcome.at_bounds)}")
-    unknown = [e.name for e in outcome.estimates if not e.at_bound and np.isinf(e.high - e.low)]
+    unknown = _unidentified(outcome)
     if unknown:
         notes.append(f"not identified by these data: {', '.join(unknown)}")
     elif outcome.rank < outcome.unknowns:
         notes.append(f"rank {outcome.rank} of {outcome.unknowns}: parameters trade off")
-    reach = 3.0 * float(np.ptp(data.effort[~test]))
-    wild = int(np.count_nonzero(~(np.abs(predicted[test] - data.effort[~test].mean()) < reach)))
+    elif outcome.condition > _MEANINGLESS:
+        notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
+    wild = _wild(data, predicted, test)
     if wild:
         notes.append(f"{wild} test rows are predicted far outside all efforts seen: do not extrapolate this model")
     return tuple(notes)

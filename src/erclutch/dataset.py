@@ -6,7 +6,9 @@ import fnmatch
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import PurePath
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,21 +107,34 @@ def build_dataset(
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     parts = [_one(log, device, derivative or Derivative()) for log in logs]
+    _no_twins(logs)
     units = parts[0].units
     for part in parts[1:]:
         if part.units != units:
             raise MappingError(
-                f"units differ between logs: {part.units} against {units} in {parts[0].sources[0]}",
+                f"units differ between logs: {part.units.text()} here, {units.text()} in {parts[0].sources[0]}",
                 where=part.sources[0],
                 remedy="Give the units of each column, on the command line or in a mapping file",
             )
     return _join(parts)
 
 
+def _no_twins(logs: Sequence[Recording]) -> None:
+    """The same rows twice would shrink every interval."""
+    seen: dict[str, str] = {}
+    for log in logs:
+        if log.digest and log.digest in seen:
+            raise SettingError(f"the same file as {seen[log.digest]}", where=log.name, remedy="Give each log once")
+        seen[log.digest] = log.name
+
+
 def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
+    log, lone = _without_lone_rows(log)
     spans = tuple(Span(a, b, log.period if log.uniform else None) for a, b in log.segments)
     clock = Clock(log.time, spans)
     signals, units, notes = dict(log.signals), dict(log.units), list(log.notes)
+    if lone:
+        notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
             signals[speed] = differentiate(signals[position], clock, derivative)
@@ -134,6 +149,7 @@ def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
             where=log.name,
             remedy="Map a column to it, for example --effort 'F [N]'",
         )
+    _same_unit(log, units, (("E1", "E2"), ("theta_dot", "alpha_dot")) if device == "coaxial" else ())
     field = "field" if device == "single" else ("E1" if "E1" in signals else "E")
     slip = "slip" if device == "single" else "theta_dot"
     return Dataset(
@@ -145,6 +161,29 @@ def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
         sources=(log.name,),
         notes=tuple(notes),
     )
+
+
+def _without_lone_rows(log: Recording) -> tuple[Recording, int]:
+    """The log without segments of a single row, and how many there were."""
+    kept = [(a, b) for a, b in log.segments if b - a >= 2]
+    lone = len(log.segments) - len(kept)
+    if not lone or not kept:
+        return log, 0
+    rows = np.concatenate([np.arange(a, b) for a, b in kept])
+    ends = np.cumsum([b - a for a, b in kept])
+    segments = tuple((int(end - (b - a)), int(end)) for (a, b), end in zip(kept, ends, strict=True))
+    signals = {name: values[rows] for name, values in log.signals.items()}
+    return replace(log, signals=signals, time=log.time[rows], segments=segments), lone
+
+
+def _same_unit(log: Recording, units: dict[str, str], pairs: Sequence[tuple[str, str]]) -> None:
+    for first, second in pairs:
+        if first in units and second in units and units[first] != units[second]:
+            raise MappingError(
+                f"{first} is in {units[first] or '1'} and {second} in {units[second] or '1'}",
+                where=log.name,
+                remedy=f"Give both the same unit, for example --{first} '{first} [{units[first] or '1'}]'",
+            )
 
 
 def _join(parts: list[Dataset]) -> Dataset:
@@ -176,7 +215,7 @@ def _join(parts: list[Dataset]) -> Dataset:
     )
 
 
-def hold_out(dataset: Dataset, test: float | Sequence[str]) -> Mask:
+def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     """Rows that are kept from fitting: the last share in time, or whole logs by the pattern of their names.
 
     Args:
@@ -190,13 +229,15 @@ def hold_out(dataset: Dataset, test: float | Sequence[str]) -> Mask:
         SettingError: the share is out of range, a pattern matches no log, or nothing is left to train on.
     """
     mask = np.zeros(dataset.rows, np.bool_)
-    if isinstance(test, (int, float)):
-        if not 0 < test < 0.9:
-            raise SettingError(f"a test share of {test}", remedy="Give a share above 0 and below 0.9, for example 0.3")
+    if isinstance(test, Real):
+        share = float(test)
+        if not 0 < share < 0.9:
+            raise SettingError(f"a test share of {share}", remedy="Give a share above 0 and below 0.9, for example 0.3")
         for start, stop in dataset.source_rows:
-            mask[start + round((1 - test) * (stop - start)) : stop] = True
+            mask[start + round((1 - share) * (stop - start)) : stop] = True
         return mask
-    for pattern in test:
+    patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
+    for pattern in patterns:
         hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
         if not hits:
             raise SettingError(

@@ -45,6 +45,11 @@ class Units:
     field: str
     slip: str
 
+    def text(self) -> str:
+        """The three as words, for messages."""
+        pairs = (("effort", self.effort), ("field", self.field), ("slip", self.slip))
+        return ", ".join(f"{name} in {'units as logged' if unit == '?' else unit or '1'}" for name, unit in pairs)
+
 
 def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Element, ...]:
     """Field and slip of each element of a device.

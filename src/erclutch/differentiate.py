@@ -92,6 +92,11 @@ def live(derivative: Derivative, period: float) -> LiveDerivative:
 
 
 def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
+    if derivative.name != "difference" and derivative.cutoff * period >= 0.5:
+        raise SettingError(
+            f"a cutoff of {derivative.cutoff:g} Hz at a sampling rate of {1 / period:g} Hz",
+            remedy="Give a cutoff below half of the sampling rate, or use difference",
+        )
     if derivative.name == "difference":
         return 1.0, 1.0
     if derivative.name == "lowpass":
@@ -99,9 +104,8 @@ def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
     # Steady-state gains of the position-speed Kalman filter follow from one number, the ratio of acceleration to
     # measurement noise (Kalata's tracking index); it is set so that the estimator's natural frequency is the cutoff.
     index = (2.0 * np.pi * derivative.cutoff * period) ** 2
-    r = (4.0 + index - np.sqrt(8.0 * index + index**2)) / 4.0
-    g = 1.0 - r**2
-    return float(g), float(2.0 * (2.0 - g) - 4.0 * np.sqrt(1.0 - g))
+    rest = (np.sqrt(8.0 * index + index**2) - index) / 4.0  # 1 - r of Kalata; g = 1 - r^2, h = 2 (1 - r)^2
+    return float(rest * (2.0 - rest)), float(2.0 * rest**2)
 
 
 def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
@@ -126,6 +130,8 @@ def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
 
 
 def _span(x: Array, t: Array, span: Span, derivative: Derivative) -> Array:
+    if x.size < 2:
+        return np.zeros_like(x)
     if derivative.name == "central":
         return np.gradient(x, t if span.period is None else span.period)
     if span.period is None:

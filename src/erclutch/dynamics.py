@@ -1,6 +1,6 @@
 """What stands between a command and the field in the fluid: a first-order lag, then a delay.
 
-    x' = (u - x) / tau,   tau = tau_rise while |u| exceeds |x|, tau_fall otherwise;   field(t) = x(t - delay)
+    x' = (u - x) / tau,   tau = tau_rise while |x| grows, tau_fall while it shrinks;   field(t) = x(t - delay)
 
 discretised exactly for a command held over a sample: x_k = x_{k-1} + (1 - exp(-dt / tau)) (u_k - x_{k-1}). The state
 starts settled at the first command of each span. Between samples x is a cubic through its values and slopes, so the
@@ -57,7 +57,7 @@ def respond(
         clock: the rows' clock.
         delay: dead time in s, not negative; number or dual.
         rise: time constant in s, positive; number or dual.
-        fall: time constant while the command's magnitude is below the field's; None: the same as rise.
+        fall: time constant while the field shrinks in magnitude; None: the same as rise.
         rows: which rows of the result are wanted; the lag runs over all of them regardless.
 
     Returns:
@@ -91,7 +91,9 @@ def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array
     for span in clock.spans:
         at = slice(*np.searchsorted(chosen, (span.start, span.stop)))
         k = chosen[at]
-        if span.period is not None:
+        if span.stop - span.start == 1:
+            low, lead[at], step[at] = k - 1, 1.0, 1.0
+        elif span.period is not None:
             whole = int(delay / span.period)
             low = k - whole - 1
             lead[at], step[at] = (whole + 1) * span.period, span.period
@@ -136,8 +138,10 @@ def _steps(clock: Clock) -> Array:
         at = slice(span.start, span.stop)
         if span.period is not None:
             steps[at] = span.period
-        else:
+        elif span.stop - span.start > 1:
             steps[at] = np.diff(clock.time[at], prepend=2 * clock.time[span.start] - clock.time[span.start + 1])
+        else:
+            steps[at] = 1.0  # a lone row is settled, whatever the step
     return steps
 
 
@@ -205,12 +209,12 @@ _PASSES = 12
 
 
 def _rises(u: Array, x: Array, clock: Clock) -> NDArray[np.bool_]:
-    """Rows whose command exceeds, in magnitude, the field of the row before."""
+    """Rows over which the field grows in magnitude, away from zero."""
     before = np.empty_like(x)
     before[1:] = x[:-1]
     for span in clock.spans:
         before[span.start] = u[span.start]
-    return np.abs(u) > np.abs(before)
+    return (u - before) * before >= 0.0
 
 
 def _switched(u: Array, clock: Clock, rise: float, fall: float) -> tuple[Array, NDArray[np.bool_]]:
@@ -221,7 +225,7 @@ def _switched(u: Array, clock: Clock, rise: float, fall: float) -> tuple[Array, 
     for span in clock.spans:
         state = commands[span.start]
         for k in range(span.start, span.stop):
-            rises = abs(commands[k]) > abs(state)
+            rises = (commands[k] - state) * state >= 0.0
             state += (up[k] if rises else down[k]) * (commands[k] - state)
             out[k], rising[k] = state, rises
     return out, rising

@@ -1,12 +1,12 @@
 """How good a model is, on rows that it has not seen, with the band that a figure of so few independent rows can have.
 
-Bands are 95 % intervals of a moving-block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
+Bands are 95 % intervals of a circular block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
 drawn, as long as the squared residuals are correlated, and the same blocks for every model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,9 +70,12 @@ def block_rows(residuals: Sequence[Array]) -> int:
 
 
 def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
-    """First rows of the blocks of each resample, shape (resamples, blocks)."""
+    """First rows of the blocks of each resample, shape (resamples, blocks).
+
+    Blocks wrap around the end, so that every row is drawn equally often (Politis and Romano 1992).
+    """
     rng = np.random.default_rng(seed)
-    return rng.integers(0, rows - block + 1, size=(_RESAMPLES, max(1, round(rows / block))))
+    return rng.integers(0, rows, size=(_RESAMPLES, max(1, round(rows / block))))
 
 
 def score(measured: Array, predicted: Array, *, block: int | None = None, seed: int = 0) -> Score:
@@ -116,10 +119,17 @@ def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
         block: rows of a bootstrap block.
         seed: of the resampling.
     """
+    if not np.all(np.isfinite(error)) or (error.any() and not best.any()):
+        return Figure(np.inf, np.inf, np.inf)
     starts = block_starts(error.size, block, seed)
-    mine, theirs = (_resampled(e * e, block, starts) for e in (error, best))
-    ratio = float(np.sum(error * error) / max(float(np.sum(best * best)), np.finfo(float).tiny))
-    return _figure(ratio**0.5 - 1.0, np.sqrt(mine / np.maximum(theirs, np.finfo(float).tiny)) - 1.0)
+    mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, best))
+    return _figure(float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2)))), _over(mine, theirs))
+
+
+def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
+    """How much larger, as a share: zero where both are zero, infinite where only the other one is."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(np.equal(mine, theirs), 0.0, np.divide(mine, theirs) - 1.0)
 
 
 def _figure(value: float, resampled: Array) -> Figure:
@@ -129,7 +139,7 @@ def _figure(value: float, resampled: Array) -> Figure:
 
 def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
     """Mean of the values in each resample."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
+    total = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
     return np.mean(total[starts + block] - total[starts], axis=1) / block
 
 
@@ -137,8 +147,7 @@ def _block_maxima(values: Array, block: int) -> Array:
     """Largest value of each block that starts at a row."""
     from scipy.ndimage import maximum_filter1d
 
-    padded = maximum_filter1d(values, block, origin=-(block // 2), mode="nearest")
-    return padded[: values.size - block + 1]
+    return maximum_filter1d(values, block, origin=-(block // 2), mode="wrap")
 
 
 def independent_rows(residual: Array) -> float:
@@ -173,7 +182,10 @@ TOLERATED = 0.05
 
 
 def recommend(
-    scores: Mapping[str, Score], excesses: Mapping[str, Figure], parameters: Mapping[str, int]
+    scores: Mapping[str, Score],
+    excesses: Mapping[str, Figure],
+    parameters: Mapping[str, int],
+    sound: Collection[str] | None = None,
 ) -> tuple[str, str]:
     """The best model, and the simplest one that is as good for all these rows can tell.
 
@@ -184,14 +196,18 @@ def recommend(
         scores: test score by model.
         excesses: how much larger the test error is than the best one's, by model.
         parameters: number of parameters by model.
+        sound: models that may be recommended; None or none of them: all.
 
     Returns:
         (best, recommended); among equally simple ones the more accurate.
     """
     best = min(scores, key=lambda name: scores[name].rmse.value)
+    allowed = [name for name in scores if sound is None or name in sound] or list(scores)
     good = [
         name
-        for name, s in scores.items()
+        for name, s in ((name, scores[name]) for name in allowed)
         if s.rmse.value <= scores[best].rmse.high and (excesses[name].value <= TOLERATED or excesses[name].low <= 0.0)
     ]
-    return best, min(good or [best], key=lambda name: (parameters[name], scores[name].rmse.value))
+    # Where no sound model comes near the best one, the nearest of them is still the one to use.
+    nearest = min(allowed, key=lambda name: scores[name].rmse.value)
+    return best, min(good or [nearest], key=lambda name: (parameters[name], scores[name].rmse.value))

@@ -105,12 +105,12 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
 
 
 def _law(name: str) -> Law:
-    law = law_from_name(f"{name}/square")
+    law = law_from_name(name)
     if law.name not in FLOW_LAWS:
         raise SettingError(
             f"{name} is no law of shear stress at one field", remedy=f"Choose from {', '.join(FLOW_LAWS)}"
         )
-    return law
+    return law_from_name(f"{law.name}/square")
 
 
 def _check(curve: FlowCurve) -> None:

@@ -236,11 +236,21 @@ class TorqueModel:
         """
         if data.device != self.structure.device or data.units != self.units:
             raise ErclutchError(
-                f"data of device {data.device} in {data.units} for a model of {self.structure.device} in {self.units}",
+                f"data of device {data.device} ({data.units.text()}) for a model of {self.structure.device} "
+                f"({self.units.text()})",
                 where=self.name,
                 remedy="Read the log with the device and the units of the training data",
             )
         return self.effort(data.elements, data.clock)
+
+    def outside(self, data: Rows) -> NDArray[np.bool_]:
+        """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
+        out = np.zeros(data.clock.time.size, np.bool_)
+        for element in data.elements:
+            for values, (low, high) in ((element.field, self.trained_on.field), (element.slip, self.trained_on.slip)):
+                slack = 0.01 * (high - low)
+                out |= (values < low - slack) | (values > high + slack)
+        return out
 
     def effort(self, elements: Sequence[Element], clock: Clock) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,)."""
@@ -302,18 +312,28 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != "erclutch torque model" or body.get("schema") != SCHEMA:
+    if body.get("kind") != "erclutch torque model":
         raise RunError(
-            f"kind {body.get('kind')!r}, schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
+            f"this is no model but {body.get('kind')!r}",
+            where=where,
+            remedy="Give a file of the models folder of a run",
+        )
+    if body.get("schema") != SCHEMA:
+        raise RunError(
+            f"schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
             where=where,
             remedy="Fit the log again with this version of erclutch",
         )
     content = {key: value for key, value in body.items() if key != "digest"}
-    if digest_of(content) != body.get("digest"):
-        raise RunError("the numbers do not match their digest", where=where, remedy="Restore the file, or fit again")
     try:
+        if digest_of(content) != body.get("digest"):
+            raise RunError(
+                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
+            )
         return _model_from(body)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except RunError:
+        raise
+    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
         raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
 
 
@@ -329,11 +349,19 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         bool(body["friction"]),
         bool(body["offset"]),
     )
-    reference = Reference(
-        float(body["reference"]["field"]), float(body["reference"]["slip"]), float(body["reference"]["period_s"])
-    )
+    for key in ("friction", "offset"):
+        if not isinstance(body[key], bool):
+            raise ValueError(f"{key} is {body[key]!r}")
+    reference = Reference(*(float(body["reference"][key]) for key in ("field", "slip", "period_s")))
+    if not min(reference.field, reference.slip, reference.period) > 0:
+        raise ValueError(f"{reference}")
     shape_names = [s.name for s in structure.shapes(reference.period)]
     gain_names = [g.name for g in structure.gains()]
+    for shape in structure.shapes(reference.period):
+        if not shape.lower <= float(body["shape"][shape.name]) <= shape.upper:
+            raise ValueError(f"{shape.name} is {body['shape'][shape.name]}")
+    if not all(isinstance(unit, str) for unit in body["units"].values()):
+        raise ValueError(f"units are {body['units']}")
     trained = body["trained_on"]
     pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
     return TorqueModel(
@@ -353,9 +381,15 @@ def load_model(path: str | Path) -> TorqueModel:
     Raises:
         RunError: the file is missing, is no JSON, or is not a model that this version reads.
     """
+    if Path(path).is_dir():
+        raise RunError(
+            "a folder, not a model's file",
+            where=str(path),
+            remedy="For a run, use erclutch.read_run(folder).model(name), or give a file of its models folder",
+        )
     try:
         body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise RunError(f"no readable model: {error}", where=str(path), remedy="Give a model file of a run") from error
     if not isinstance(body, dict):
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")

@@ -59,7 +59,7 @@ def write_run(
         RunError: the folder exists, or cannot be written.
     """
     target = Path(folder)
-    _may_write(target, force)
+    may_write(target, force)
     try:
         partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
     except OSError as error:
@@ -67,14 +67,28 @@ def write_run(
     try:
         partial.chmod(0o755)
         _fill(partial, run_to_dict(comparison, recordings, reading or {}), comparison)
-        if target.exists():
-            shutil.rmtree(target)
-        os.replace(partial, target)
+        _put(partial, target)
     except OSError as error:
         raise _unwritable(target, error) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
     return target
+
+
+def _put(partial: Path, target: Path) -> None:
+    """Move a whole run to its name; an old one of that name is only deleted once the new one is there."""
+    if not target.exists():
+        os.replace(partial, target)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{target.name}.old-", dir=target.parent)) / target.name
+    shutil.move(target, old)
+    try:
+        os.replace(partial, target)
+    except BaseException:
+        shutil.move(old, target)
+        raise
+    finally:
+        shutil.rmtree(old.parent, ignore_errors=True)
 
 
 def _unwritable(target: Path, error: OSError) -> RunError:
@@ -85,9 +99,17 @@ def _unwritable(target: Path, error: OSError) -> RunError:
     )
 
 
-def _may_write(target: Path, force: bool) -> None:
+def may_write(folder: str | Path, force: bool = False) -> None:
+    """Say before any work whether a run may be written to a folder.
+
+    Raises:
+        RunError: the folder exists and may not be replaced, or its parent is missing or cannot be written.
+    """
+    target = Path(folder)
     if not target.parent.is_dir():
         raise RunError("its parent folder does not exist", where=str(target), remedy=f"Make {target.parent} first")
+    if not os.access(target.parent, os.W_OK):
+        raise RunError("its parent folder cannot be written", where=str(target), remedy="Give --out another place")
     if not target.exists():
         return
     if not (target / "run.json").is_file():
@@ -159,6 +181,7 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
         {
             "name": entry.name,
             "file": f"models/{file_name(entry.name)}.json",
+            "model_digest": entry.outcome.model.to_dict()["digest"],
             "title": entry.outcome.model.structure.law.title,
             "parameters_count": entry.outcome.parameters,
             "train": entry.train.to_dict(),
@@ -265,7 +288,12 @@ class Run:
         wanted = name or str(self.body["recommended"])
         if wanted not in self.names:
             raise RunError(f"no model {wanted!r}", where=str(self.folder), remedy=f"There are {', '.join(self.names)}")
-        return load_model(self.folder / "models" / f"{file_name(wanted)}.json")
+        entry = next(e for e in self.body["ranking"] if e["name"] == wanted)
+        path = self.folder / "models" / f"{file_name(wanted)}.json"
+        model = load_model(path)
+        if model.to_dict()["digest"] != entry["model_digest"]:
+            raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
+        return model
 
 
 def read_run(folder: str | Path) -> Run:

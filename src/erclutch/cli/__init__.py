@@ -39,9 +39,16 @@ erclutch COMMAND --help tells all about a command.
 
 
 @app.default
-def first() -> None:
+def first(*words: str) -> int:
     """Say what to do first."""
+    if words:
+        import difflib
+
+        near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
+        hint = f"Did you mean {near[0]}?" if near else f"Commands are {', '.join(_COMMANDS)}."
+        return _failed(f"there is no command {words[0]!r}. {hint}", 1)
     sys.stdout.write(_FIRST)
+    return 0
 
 
 def main() -> int:
@@ -58,6 +65,8 @@ def main() -> int:
         # The reader of our output went away (``| head``): that is no error of ours.
         sys.stderr.close()
         return 0
+    except OSError as error:
+        return _failed(f"the output cannot be written ({error.strerror or error})", 2)
     return result if isinstance(result, int) else 0
 
 

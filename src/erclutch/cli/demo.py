@@ -8,6 +8,15 @@ from typing import Annotated
 from cyclopts import Parameter
 
 
+def _make(folder: Path) -> None:
+    from erclutch.errors import RunError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --keep") from error
+
+
 def demo(
     *,
     seconds: Annotated[float, Parameter()] = 20.0,
@@ -45,7 +54,7 @@ def demo(
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as scratch:
         if keep is not None:
-            keep.mkdir(parents=True, exist_ok=True)
+            _make(keep)
         log = (keep or Path(scratch)) / "synthetic.csv"
         write_synthetic_log(log, seconds, seed)
         recording = read(log)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,6 +14,7 @@ from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
     from erclutch.comparison import Comparison, Settings
+    from erclutch.signals import Recording
 
 _MODELS = Group("Models and figures", sort_key=1)
 
@@ -39,7 +41,7 @@ def fit(
 
     Args:
         logs: One log or several of the same device; a folder stands for the logs in it.
-        models: Names from `erclutch laws`, for example 'bingham hem/square rbfm-10'; default: all of them.
+        models: Names from `erclutch laws`, for example --models bingham hem/square rbfm-10; default: all of them.
         lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
         test: Held out: a share (the end of each log), or a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
@@ -52,27 +54,38 @@ def fit(
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
-    from erclutch.runs import run_to_dict, write_run
+    from erclutch.runs import may_write, run_to_dict, write_run
 
     began = time.perf_counter()
+    if out is not None:
+        may_write(out, force)
     settings = _settings(models, lag, test, blocks, friction, offset, seed, workers)
     recordings = reading.read(logs)
     data = reading.dataset(recordings)
     comparison = compare_with_progress(data, settings)
-    if out is not None:
-        write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
     if json:
         from json import dumps
 
         print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
-        return
+    else:
+        _print_all(recordings, comparison, time.perf_counter() - began)
+    if out is not None:
+        write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
+    if not json:
+        from erclutch.cli import show
+
+        kept = f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it."
+        show.console().print(kept, markup=False, soft_wrap=True)
+
+
+def _print_all(recordings: Sequence[Recording], comparison: Comparison, seconds: float) -> None:
     from erclutch.cli import show
 
     screen = show.console()
     screen.print("\n".join(show.recording_lines(recordings)), markup=False)
     print_comparison(comparison)
-    screen.print(f"{len(comparison.entries)} models in {time.perf_counter() - began:.1f} s", markup=False)
-    screen.print(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.", markup=False, soft_wrap=True)
+    count = len(comparison.entries)
+    screen.print(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s", markup=False)
 
 
 def _settings(
@@ -87,11 +100,11 @@ def _settings(
 ) -> Settings:
     from erclutch.comparison import Settings
 
-    names = tuple(name for word in models for name in word.split(",") if name)
-    if workers < 1 or seed < 0 or blocks < 0:
+    names = tuple(name for word in models for name in word.replace(",", " ").split())
+    if workers < 1 or seed < 0 or not (blocks == 0 or 2 <= blocks <= 50):
         raise SettingError(
             f"--workers {workers} --seed {seed} --blocks {blocks}",
-            remedy="Give --workers 1 or more, the others 0 or more",
+            remedy="Give --workers 1 or more, --seed 0 or more, --blocks 0 or 2 to 50",
         )
     return Settings(names, lag, _held_out(test), blocks, friction, offset, seed, workers)
 
@@ -134,7 +147,7 @@ def print_comparison(comparison: Comparison) -> None:
     for finding in comparison.findings:
         screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
     screen.print()
-    screen.print(show.ranking(comparison))
+    screen.print(show.ranking(comparison, screen.width))
     for line in show.model_notes(comparison.entries):
         screen.print(line, style="dim", markup=False)
     screen.print()

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import ErclutchError, MappingError
+from erclutch.errors import ErclutchError
 
 
 def inspect(
@@ -31,7 +31,7 @@ def inspect(
     recording = None
     try:
         recording = reading.read([log])[0]
-    except MappingError as error:
+    except ErclutchError as error:
         problem = error
     if json:
         _print_json(raw, recording, problem)
@@ -51,6 +51,11 @@ def inspect(
         screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
         return
     screen.print("\n".join(show.recording_lines([recording], most=50)), markup=False)
+    ranges = [
+        [name, recording.units[name] or "1", *(show.number(v) for v in _figures(values)[:3])]
+        for name, values in recording.signals.items()
+    ]
+    screen.print(show.table("Signals", ["name", "unit", "smallest", "largest", "mean"], ranges, left=2))
     elements = reading.dataset([recording]).elements
     for i, element in enumerate(elements):
         name = f" of CH{i + 1}" if len(elements) > 1 else ""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, MappingError
 
 if TYPE_CHECKING:
     from erclutch.dataset import Dataset
@@ -32,33 +32,33 @@ class LogOptions:
 
     device: Annotated[_Device, Parameter(group=_READING)] = "single"
     """single: field, slip, effort. coaxial: the paper's pair, E1, E2, theta, alpha, T."""
-    field: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    field: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Command to the fluid of a single device."""
-    slip: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    slip: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Relative speed across the fluid of a single device."""
-    position: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    position: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Relative position, where the slip is not logged."""
-    effort: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    effort: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque or force of a single device."""
-    e1: Annotated[str | None, Parameter(name="--E1", group=_COLUMNS)] = None
+    e1: Annotated[str | None, Parameter(name="--E1", group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Field of clutch CH1 (coaxial)."""
-    e2: Annotated[str | None, Parameter(name="--E2", group=_COLUMNS)] = None
+    e2: Annotated[str | None, Parameter(name="--E2", group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Field of clutch CH2 (coaxial)."""
-    e: Annotated[str | None, Parameter(name="--E", group=_COLUMNS)] = None
+    e: Annotated[str | None, Parameter(name="--E", group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Signed field E1 - E2 (coaxial), in place of E1 and E2."""
-    theta: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    theta: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Angle of the motor (coaxial)."""
-    theta_dot: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    theta_dot: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Speed of the motor (coaxial)."""
-    alpha: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    alpha: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Angle of the output (coaxial)."""
-    alpha_dot: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    alpha_dot: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Speed of the output (coaxial)."""
-    alpha_raw: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    alpha_raw: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Position of the table on the screw (coaxial); needs --lead."""
-    t: Annotated[str | None, Parameter(name="--T", group=_COLUMNS)] = None
+    t: Annotated[str | None, Parameter(name="--T", group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque of the pair (coaxial)."""
-    time: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Time stamps."""
     rate: Annotated[str | None, Parameter(group=_READING)] = None
     """Sampling rate in place of a time column, for example '1000 Hz'."""
@@ -84,13 +84,20 @@ class LogOptions:
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""
         from erclutch.logs import ColumnMap
+        from erclutch.signals import SIGNALS
 
         names = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
         signals = ("field", "slip", "position", "effort", "e1", "e2", "e", "theta", "theta_dot")
         signals += ("alpha", "alpha_dot", "alpha_raw", "t")
         columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
         values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
-        constants = {name: value for name, _, value in (pair.partition("=") for pair in self.constant)}
+        constants = {name.strip(): value for name, _, value in (pair.partition("=") for pair in self.constant)}
+        unknown = [name for name in constants if name not in SIGNALS]
+        if unknown:
+            raise MappingError(
+                f"--constant {unknown[0]!r} is no signal",
+                remedy=f"Write it like --constant 'field=0.5 A'; signals are {', '.join(SIGNALS)}",
+            )
         given = {key: value for key, value in values.items() if value is not None}
         return ColumnMap.from_dict({**given, "columns": columns, "constants": constants})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from erclutch.evaluate import TOLERATED
 from erclutch.signals import Array
 
 if TYPE_CHECKING:
@@ -69,42 +71,50 @@ def _percent(figure: Figure) -> str:
     return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e4 else "far worse"
 
 
-def ranking(comparison: Comparison) -> Table:
-    """Models, best test error first."""
+def ranking(comparison: Comparison, width: int) -> Table:
+    """Models, best test error first; on a narrow screen the less needed columns are left out."""
     unit = comparison.data.units.effort
-    columns = ["", "model", "par.", with_unit("test RMSE", unit), "95 % band", "over the best", "of std"]
-    columns += ["R2", "max", "train RMSE", "cond."]
-    folds = any(e.folds for e in comparison.entries)
-    if folds:
-        columns.insert(10, f"{len(comparison.entries[0].folds)}-block RMSE")
-    rows: list[list[str | Text]] = []
-    for entry in comparison.entries:
-        mark = "*" if entry.name == comparison.recommended else ("1" if entry.name == comparison.best else "")
-        row: list[str | Text] = [
-            mark,
-            Text(entry.name, style="bold" if mark == "*" else ""),
-            str(entry.outcome.parameters),
-            number(entry.test.rmse.value),
-            _band(entry.test.rmse),
-            "" if entry.name == comparison.best else _percent(entry.excess),
-            f"{100 * entry.test.share.value:.1f} %",
-            number(entry.test.r2.value, 3),
-            number(entry.test.largest.value, 3),
-            number(entry.train.rmse.value),
-            f"{entry.outcome.condition:.0e}",
-        ]
-        if folds:
-            row.insert(10, number(float(np.sqrt(np.mean(np.square(entry.folds))))))
-        rows.append(row)
-    return table("Models on the rows held out (* recommended)", columns, rows, left=2)
+    cells: dict[str, list[str]] = {
+        "": ["*" if e.name == comparison.recommended else "" for e in comparison.entries],
+        "model": [e.name for e in comparison.entries],
+        "par.": [str(e.outcome.parameters) for e in comparison.entries],
+        with_unit("test RMSE", unit): [number(e.test.rmse.value) for e in comparison.entries],
+        "95 % band": [_band(e.test.rmse) for e in comparison.entries],
+        "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in comparison.entries],
+        "of std": [f"{100 * e.test.share.value:.1f} %" for e in comparison.entries],
+        "R2": [number(e.test.r2.value, 3) for e in comparison.entries],
+        "max error": [number(e.test.largest.value, 3) for e in comparison.entries],
+        "train RMSE": [number(e.train.rmse.value) for e in comparison.entries],
+        "condition": [f"{e.outcome.condition:.0e}" for e in comparison.entries],
+    }
+    if any(e.folds for e in comparison.entries):
+        folds = f"{len(comparison.entries[0].folds)}-block RMSE"
+        cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
+    for name in ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band"):
+        if sum(max(map(len, [head, *column])) + 2 for head, column in cells.items()) + len(cells) <= width:
+            break
+        cells.pop(name)
+    rows = [list(row) for row in zip(*cells.values(), strict=True)]
+    made = table("Models on the rows held out (* recommended)", list(cells), rows, left=2)
+    made.columns[1].no_wrap = True
+    return made
 
 
 def verdict(comparison: Comparison) -> str:
     """The recommendation as a sentence."""
     best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
     unit = comparison.data.units.effort.replace("?", "")
+    if len(comparison.entries) == 1:
+        return f"Only {chosen.name} was fitted, so there is nothing to recommend it over."
+    if not chosen.sound:
+        return f"Nothing to recommend: these data identify no model's parameters. The nearest is {chosen.name}."
     if best.name == chosen.name:
         return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
+    if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
+        return (
+            f"Recommended: {chosen.name}, the best model whose parameters the data identify. {best.name} is better "
+            f"but not to be trusted ({'; '.join(best.notes)}); the error is {_percent(chosen.excess)} over its own."
+        )
     return (
         f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
         f"the best one, {best.name} ({best.outcome.parameters} parameters): inside its 95 % band, "
@@ -163,6 +173,6 @@ _SHADES = " ░▒▓█"
 
 
 def console() -> Console:
-    """Standard output; wide enough for the tables where it is not a terminal."""
+    """Standard output; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
     made = Console(highlight=False)
-    return made if made.is_terminal else Console(highlight=False, width=150)
+    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, width=150)

@@ -88,8 +88,8 @@ def _search(few: Separable, rough: Separable, starts: Sequence[Sequence[float]],
     """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more."""
     lower, upper = few.bounds
     given = [np.clip(coordinates(few.shapes, q), lower, upper) for q in starts]
-    box = (coordinates(few.shapes, [s.scanned[end] for s in few.shapes]) for end in (0, 1))
-    points = [*given, *scan_points(*box, scan * max(1, lower.size - 1))]
+    low, high = (coordinates(few.shapes, [s.scanned[end] for s in few.shapes]) for end in (0, 1))
+    points = [*given, *scan_points(low, high, scan * max(1, lower.size - 1))]
     costs = [project(few, parameters(few.shapes, u)).cost for u in points]
     candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:_ROUGH_STARTS]]
     minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
@@ -148,7 +148,10 @@ def _shape_estimates(model: TorqueModel, shapes: tuple[Shape, ...], found: Minim
     estimates: list[Estimate] = []
     for i, shape in enumerate(shapes):
         u, width = float(found.point[i]), float(widths[i])
-        ends = (np.exp(u - width), np.exp(u + width)) if shape.scale == "log" else (u - width, u + width)
+        with np.errstate(over="ignore"):
+            ends = (np.exp(u - width), np.exp(u + width)) if shape.scale == "log" else (u - width, u + width)
+        if np.isfinite(width) and shape.lower == 0.0:
+            ends = (max(ends[0], 0.0), ends[1])
         value, low, high = (
             in_user_units(v, shape.dimension, model.reference) for v in (model.shape[shape.name], *ends)
         )
@@ -162,7 +165,8 @@ def _gain_estimates(model: TorqueModel, full: Separable, projection: Projection,
     estimates: list[Estimate] = []
     for i, gain in enumerate(full.gains):
         c, width = float(projection.gains[i]), float(widths[i])
-        value, low, high = (in_user_units(v, gain.dimension, model.reference) for v in (c, c - width, c + width))
+        least = max(c - width, 0.0) if gain.nonnegative and np.isfinite(width) else c - width
+        value, low, high = (in_user_units(v, gain.dimension, model.reference) for v in (c, least, c + width))
         bound = "lower" if projection.held[i] and not projection.dead[i] else None
         estimates.append(
             Estimate(gain.name, gain.meaning, unit_text(gain.dimension, model.units), value, low, high, bound)
@@ -180,7 +184,7 @@ def _paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, 
     for i in range(model.structure.elements):
         tail = f"_{i + 1}" if model.structure.elements > 1 else ""
         gains = {name: values[f"{name}{tail}"] for name in names}
-        for symbol, value in model.structure.law.paper_form(values, gains).items():
+        for symbol, value in model.structure.law.paper_form(values, gains, model.reference.field).items():
             published[f"{symbol}{tail}"] = value
     return _shared_once(published, model.structure.elements)
 

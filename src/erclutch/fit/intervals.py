@@ -50,23 +50,26 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     norms = np.linalg.norm(jacobian, axis=0)
     usable = np.where(norms > 0, norms, 1.0)
     q, r = np.linalg.qr(jacobian / usable)
-    _, s, right = np.linalg.svd(r)
+    left, s, right = np.linalg.svd(r)
     solid = s > s[0] * max(n, p) * np.finfo(float).eps if s.size and s[0] > 0 else s > 0
     rank = int(np.count_nonzero(solid))
-    condition = float(s[0] / s[-1]) if s.size and s[-1] > 0 else np.inf
+    condition = 1.0 if p == 0 else float(s[0] / s[-1]) if rank == p else np.inf
     freedom = max(n - p, 1)
-    bandwidth = bandwidth_of(q * residual[:, None]) if ordered and n > 4 * p + 40 else 1
-    if bandwidth > 1:
-        middle = _long_run(q * residual[:, None], bandwidth) * n / freedom
+    if ordered and n > 4 * p + 40:
+        middle, bandwidth = long_run(q * residual[:, None])
+        middle *= n / freedom
     else:
-        middle = np.eye(r.shape[0]) * float(residual @ residual) / freedom
+        middle, bandwidth = np.eye(r.shape[0]) * float(residual @ residual) / freedom, 1
     # Pseudo-inverse over the identified directions; a parameter with a part outside of them is not identified.
-    inverse = (right.T[:, : s.size] * np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)) @ np.linalg.svd(r)[0].T
+    inverse = (right.T[:, : s.size] * np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)) @ left.T
     covariance = inverse @ middle @ inverse.T / np.outer(usable, usable)
-    lost = (np.linalg.norm(right[~solid], axis=0) > 1e-6) | (norms == 0)
+    nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
+    lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
     covariance[lost, :] = covariance[:, lost] = np.inf
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return Uncertainty(errors, covariance, _quantile(freedom, bandwidth / n), rank, condition, bandwidth)
+    return Uncertainty(
+        errors, covariance, _quantile(freedom, bandwidth / n if bandwidth > 1 else 0.0), rank, condition, bandwidth
+    )
 
 
 def bandwidth_of(scores: Array) -> int:
@@ -76,13 +79,33 @@ def bandwidth_of(scores: Array) -> int:
     keep = power > 0
     if not keep.any():
         return 1
-    rho = np.clip(np.sum(before * after, axis=0)[keep] / power[keep], -0.97, 0.9999)
+    rho = np.clip(_autoregression(scores)[keep], -0.97, 0.9999)
     weight = np.var(after[:, keep] - rho * before[:, keep], axis=0) ** 2
     alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(weight / (1 - rho) ** 4)
     return int(np.clip(np.ceil(1.1447 * (alpha * scores.shape[0]) ** (1 / 3)), 1, max(scores.shape[0] // 5, 1)))
 
 
-def _long_run(scores: Array, bandwidth: int) -> Array:
+def long_run(scores: Array) -> tuple[Array, int]:
+    """Long-run covariance of the columns of an array (n, p), summed over its rows, and the bandwidth that it took.
+
+    Each column is whitened by its own autoregression of order one first, which takes away most of the kernel's bias
+    (Andrews and Monahan 1992, doi 10.2307/2951574).
+    """
+    rho = np.clip(_autoregression(scores), -0.97, 0.97)
+    white = scores[1:] - rho * scores[:-1]
+    bandwidth = bandwidth_of(white)
+    recolour = 1.0 / (1.0 - rho)
+    return _bartlett(white, bandwidth) * np.outer(recolour, recolour), bandwidth
+
+
+def _autoregression(scores: Array) -> Array:
+    """Coefficient of order one of each column."""
+    before, after = scores[:-1], scores[1:]
+    power = np.sum(before * before, axis=0)
+    return np.sum(before * after, axis=0) / np.where(power > 0, power, 1.0)
+
+
+def _bartlett(scores: Array, bandwidth: int) -> Array:
     """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows."""
     padded = np.concatenate(
         [np.zeros((bandwidth, scores.shape[1])), scores, np.zeros((bandwidth - 1, scores.shape[1]))]
@@ -105,8 +128,7 @@ def correlated_rows(residual: Array) -> float:
     variance = float(centred @ centred)
     if variance == 0.0 or residual.size < 50:
         return 1.0
-    column = centred[:, None]
-    return float(max(_long_run(column, bandwidth_of(column))[0, 0] / variance, 1.0))
+    return float(max(long_run(centred[:, None])[0][0, 0] / variance, 1.0))
 
 
 def as_json(value: float) -> Any:

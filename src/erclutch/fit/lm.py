@@ -85,34 +85,49 @@ def minimise(
     """
     u: Array = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
     model = problem.linearise(u)
-    norms = _norms(model.triangle)
-    scale: Array = np.where(norms > 0, norms, 1.0)
-    radius = reach * (float(np.linalg.norm(scale * u)) or 1.0)
+    scale, radius = _fresh(model, u, reach)
     stop: Stop = "iterations"
-    tries = 0
+    tries, fresh_starts, floor = 0, 5, 1e-8 * model.cost**0.5
     while tries < max_iterations:
         tries += 1
         step = _bounded_step(model, problem, u, scale, radius)
         trial: Array = np.clip(u + step, problem.lower, problem.upper)
         step = trial - u
         if not step.any():
-            stop = "converged" if _stationary(model, problem, u) else "stalled"
+            stop = "converged" if _stationary(model, problem, u, floor) else "stalled"
             break
         length = float(np.linalg.norm(scale * step))
         radius = min(radius, length) if tries == 1 else radius
         predicted, cost = _predicted(model, step), problem.cost(trial)
         actual = model.cost - cost if np.isfinite(cost) else -np.inf
         ratio = actual / predicted if predicted > 0 else 0.0
+        # A step that the radius cut short says nothing of how near the minimum is.
+        whole = length < 0.9 * radius or tries == 1
         radius = _next_radius(radius, length, ratio)
-        flat = predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
+        flat = whole and predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
         if ratio > 1e-4:
             u, model = trial, problem.linearise(trial)
             scale = np.maximum(scale, _norms(model.triangle))
-        if flat or model.cost == 0.0 or radius <= tolerance * float(np.linalg.norm(scale * u)):
+        if flat or model.cost == 0.0:
             stop = "converged"
             break
+        if radius <= tolerance * float(np.linalg.norm(scale * u)):
+            stationary = _stationary(model, problem, u, floor)
+            if stationary or fresh_starts == 0:
+                stop = "converged" if stationary else "stalled"
+                break
+            # A steep place on the way has set the scale for good: begin anew from here, with this place's.
+            fresh_starts -= 1
+            scale, radius = _fresh(model, u, reach)
     lower, upper = _edges(problem)
     return Minimum(u, model.cost, stop, tries, u <= lower, u >= upper)
+
+
+def _fresh(model: Linearisation, u: Array, reach: float) -> tuple[Array, float]:
+    """Scale and trust radius at a place, without memory of others."""
+    norms = _norms(model.triangle)
+    scale: Array = np.where(norms > 0, norms, 1.0)
+    return scale, reach * (float(np.linalg.norm(scale * u)) or 1.0)
 
 
 def _norms(matrix: Array) -> Array:
@@ -180,8 +195,8 @@ def _predicted(model: Linearisation, step: Array) -> float:
     return float(model.vector @ model.vector - np.sum((model.vector - model.triangle @ step) ** 2))
 
 
-def _stationary(model: Linearisation, problem: Problem, u: Array) -> bool:
+def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float) -> bool:
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
-    norms = _norms(model.triangle) * np.sqrt(model.cost) + np.finfo(float).tiny
+    norms = _norms(model.triangle) * max(model.cost**0.5, floor) + np.finfo(float).tiny
     return bool(np.all(np.abs(gradient / norms)[free] < 1e-6))

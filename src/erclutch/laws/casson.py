@@ -16,7 +16,7 @@ from erclutch.laws.yield_stress import YieldForm
 _RATIO = Shape("r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log")
 
 
-def _paper_form(shape: dict[str, float], gains: dict[str, float]) -> dict[str, float]:
+def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
     return {"tau_y": gains["T_y"], "eta": gains["T_y"] * shape["r"]}
 
 
@@ -25,8 +25,8 @@ def casson(yield_form: YieldForm) -> Law:
 
     def columns(E: Any, w: Any, w_s: Any, r: Any, *field: Any) -> tuple[Any, ...]:
         strength = yield_form.factor(E, *field)
-        viscous = r * np.abs(w)
-        return ((strength + viscous + 2.0 * power(strength * viscous, 0.5)) * direction(w, w_s),)
+        mixed = 2.0 * power(strength, 0.5) * r**0.5 * power(w, 0.5)
+        return ((strength + r * np.abs(w) + mixed) * direction(w, w_s),)
 
     return Law(
         name="casson",

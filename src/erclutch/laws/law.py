@@ -83,7 +83,8 @@ class Law:
         stimulus: static map of the command ahead of the dynamics, ``stimulus(E, *shape)``; None is the identity.
             A law with a stimulus gets its result as E and none of the `stimulus_shape` parameters.
         stimulus_shape: parameters of the stimulus.
-        paper_form: gives the published symbols from (shape, gains of one element) where they differ from ours.
+        paper_form: gives the published symbols from (shape, gains of one element, reference field), all in the user's
+            units, where they differ from ours.
     """
 
     name: str
@@ -94,7 +95,7 @@ class Law:
     gains: tuple[Gain, ...]
     stimulus: Callable[..., Any] | None = None
     stimulus_shape: tuple[Shape, ...] = ()
-    paper_form: Callable[[dict[str, float], dict[str, float]], dict[str, float]] | None = None
+    paper_form: Callable[[dict[str, float], dict[str, float], float], dict[str, float]] | None = None
 
 
 EFFORT = Dimension(effort=1)

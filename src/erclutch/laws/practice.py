@@ -14,7 +14,7 @@ import numpy as np
 from erclutch.laws.law import EFFORT, FIELD, VISCOSITY, Gain, Law, Shape
 from erclutch.laws.smooth import TRANSITION_SLIP, direction
 
-_THRESHOLD = Shape("E_on", "field from which the device counts as on", 0.02, 0.98, FIELD)
+_THRESHOLD = Shape("E_on", "field from which the device counts as on", 0.05, 0.95, FIELD)
 #: Width of the step, normalised: sharp against any command, smooth enough to have a derivative.
 _STEP_WIDTH = 0.02
 

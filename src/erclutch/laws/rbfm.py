@@ -44,7 +44,7 @@ def rbfm(yield_form: YieldForm, kernels: int = 5) -> Law:
         others = (w * (kernel(E, i) - float(at_zero[i]) * first) for i in range(1, kernels))
         return yield_form.factor(E, *field) * direction(w, w_s), w * first, *others
 
-    def paper_form(shape: dict[str, float], gains: dict[str, float]) -> dict[str, float]:
+    def paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
         weights = [gains[f"k_{i + 1}"] for i in range(1, kernels)]
         return {"k_1": gains["eta_0"] - float(np.dot(weights, at_zero[1:]))}
 

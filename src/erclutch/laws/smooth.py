@@ -1,7 +1,7 @@
 """Powers and signs that stay finite, with finite derivatives, where field or slip is zero.
 
 Normalised arguments are of order one; ``TINY`` lies far below what any sensor resolves, so the published equations are
-met to rounding wherever there is something to measure, and the limits at zero are exact.
+met wherever there is something to measure, and the limits at zero are exact.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import numpy as np
 from erclutch.laws.law import SLIP, Shape
 
 TINY = 1e-12
+#: Keeps a rate off zero where it stands in a quotient that has a limit there.
+OFF_ZERO = 1e-10
 
 #: Slip over which the sign turns. A stiff sign (far below the data's slips) is its lower bound.
 TRANSITION_SLIP = Shape("w_s", "slip over which the sign of the yield effort turns", 1e-3, 3.0, SLIP, scale="log")

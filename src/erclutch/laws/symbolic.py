@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.laws.law import Law
-from erclutch.laws.smooth import TINY
+from erclutch.laws.smooth import OFF_ZERO, TINY
 from erclutch.operand import Operand
 
 sympy: Any = import_module("sympy")
@@ -53,7 +53,7 @@ def _expression(x: Any) -> Any:
     if isinstance(x, Symbolic):
         return x.expression
     # The regularisation at zero is no part of the published equation.
-    return sympy.Integer(0) if x == TINY else sympy.nsimplify(x, rational=True)
+    return sympy.Integer(0) if x in (TINY, OFF_ZERO) else sympy.nsimplify(x, rational=True)
 
 
 def equation(law: Law) -> Any:

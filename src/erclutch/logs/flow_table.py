@@ -22,7 +22,7 @@ def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[floa
     """
     path = Path(path)
     rows = _rows(path)
-    header, body = rows[0], rows[1:]
+    header, body = rows[0][1], rows[1:]
     wide = len(header)
     if wide < 2 or not body:
         raise LogError(
@@ -35,10 +35,9 @@ def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[floa
     for rate_column, stress_column in zip(firsts, seconds, strict=True):
         label = header[rate_column if paired else stress_column].strip() or f"curve {len(curves) + 1}"
         points = [
-            (_number(path, line, row, rate_column), _number(path, line, row, stress_column))
-            for line, row in enumerate(body, 2)
+            (_number(path, line, row, rate_column), _number(path, line, row, stress_column)) for line, row in body
         ]
-        for line, (rate, stress) in enumerate(points, 2):
+        for (line, _), (rate, stress) in zip(body, points, strict=True):
             if (rate is None) != (stress is None):
                 raise LogError(
                     f"row {line} of curve {label} has only one of rate and stress",
@@ -50,7 +49,8 @@ def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[floa
     return curves
 
 
-def _rows(path: Path) -> list[list[str]]:
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of each line that is not blank, all of one width."""
     try:
         if path.stat().st_size > _LARGEST:
             raise LogError(
@@ -63,15 +63,15 @@ def _rows(path: Path) -> list[list[str]]:
         ) from error
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", where=str(path), remedy="Check the path") from error
-    lines = [line for line in text.splitlines() if line.strip(" ,;\t")]
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip(" ,;\t")]
     if not lines or "\0" in text:
         raise LogError("no table of numbers", where=str(path), remedy="Give a CSV file of shear rates and stresses")
-    delimiter = max(",;\t", key=lambda mark: sum(line.count(mark) for line in lines[:20]))
-    rows = [[cell for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    delimiter = max(",;\t", key=lambda mark: sum(line.count(mark) for _, line in lines[:20]))
+    rows = [next(csv.reader([line], delimiter=delimiter)) for _, line in lines]
     width = max(len(row) for row in rows[1:] or rows)
-    if all(not (row[width - 1 :] and row[width - 1].strip()) for row in rows) and width % 2:
+    if width % 2 and all(not (row[width - 1 :] and row[width - 1].strip()) for row in rows):
         width -= 1  # a trailing delimiter
-    return [(row + [""] * width)[:width] for row in rows]
+    return [(i, (row + [""] * width)[:width]) for (i, _), row in zip(lines, rows, strict=True)]
 
 
 def _number(path: Path, line: int, row: list[str], column: int) -> float | None:

@@ -103,7 +103,14 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
         if doubtful
         else _EXAMPLES.get(signal, f"NAME [{SIGNALS[signal].si_units[0] or '-'}]")
     )
-    return MappingError(problem, remedy=f'Give it with its unit, such as --{signal} "{example}"', where=table.name)
+    remedy = f'Give it with its unit, such as --{signal} "{example}"'
+    if signal == "field":
+        remedy += ", or --constant 'field=0.5 A' if it is the same all through the log"
+    if signal == "slip":
+        lengths = [name for name in table.columns if name not in set(taken) and _fits(table, name, "position")]
+        if lengths:
+            remedy = f'Give a speed, or the position that it is the rate of: --position "{lengths[0]}"'
+    return MappingError(problem, remedy=remedy, where=table.name)
 
 
 def _label(table: Table, name: str, signal: str) -> str:

@@ -1,0 +1,342 @@
+#!/usr/bin/env python
+"""Known-truth recovery: does the stated 95 % interval hold the true parameter in 95 % of repetitions?
+
+For each law: inputs that excite all of it, effort from the law itself with known numbers, noise drawn anew in each
+repetition, a fit from the default scan (the truth is never a start), and a count of how often each true number lies in
+its interval. Once with white noise and once with noise whose neighbours are correlated (AR(1), 0.6).
+
+    python studies/recovery.py [--repetitions 200] [--laws bingham casson] [--workers 2]
+
+Exits with 1 where a law's coverage, pooled over its parameters, misses 95 % by more than 3 points.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Literal
+
+# One BLAS thread a fit; before NumPy is imported, here and in the workers, which inherit it.
+if __name__ == "__main__":
+    for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(_name, "1")
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from erclutch.dataset import Dataset
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock, DynamicsForm, Span
+from erclutch.fit import fit_structure, reference_of
+from erclutch.laws import law_from_name
+from erclutch.model import Range, Structure, TorqueModel, in_user_units
+
+Array = NDArray[np.float64]
+Noise = Literal["white", "ar1"]
+
+ROWS = 3000
+PERIOD = 1e-3
+CORRELATION = 0.6
+TARGET, TOLERANCE = 0.95, 0.03
+
+_LARGEST_FIELD, _LARGEST_SLIP = 2000.0, 60.0
+_SINH = 3.0
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A law with its numbers, and what its data must be like to tell them.
+
+    Attributes:
+        specification: the law.
+        shape, gains: its numbers, normalised as in the model.
+        dynamics: stage between command and field.
+        focus: normalised fields that a third of the steps are drawn from, where the law has a narrow feature.
+        noise: as a share of the effort's standard deviation.
+    """
+
+    specification: str
+    shape: Mapping[str, float]
+    gains: Mapping[str, float]
+    dynamics: DynamicsForm = "none"
+    focus: tuple[float, float] | None = None
+    noise: float = 0.02
+
+    @property
+    def name(self) -> str:
+        """What the case is called in the table and after ``--laws``."""
+        return self.specification if self.dynamics == "none" else f"{self.specification}+{self.dynamics}"
+
+
+_DIRECTION = {"w_s": 0.05}
+_POWER = {"n": 1.6}
+_TWO = {"T_y": 0.5, "eta": 0.15}
+
+TRUTHS = {
+    truth.name: truth
+    for truth in (
+        Truth("on-off", {"E_on": 0.41, **_DIRECTION}, {"T_on": 0.5, "eta": 0.15}, focus=(0.38, 0.44)),
+        Truth("quadratic", _DIRECTION, _TWO),
+        Truth("bingham", {**_DIRECTION, **_POWER}, _TWO),
+        Truth("bingham/critical", {**_DIRECTION, "E_c": 0.5}, _TWO),
+        Truth("casson", {**_DIRECTION, "r": 0.3, **_POWER}, {"T_y": 0.5}),
+        Truth("herschel-bulkley", {**_DIRECTION, "m": 0.7, **_POWER}, {"T_y": 0.5, "K": 0.15}),
+        Truth("seo-seo", {**_DIRECTION, "a": 3.0, "b": 0.9, **_POWER}, {"T_sy": 0.5, "eta": 0.15}),
+        Truth("cho-choi-jhon", {**_DIRECTION, "t_1": 2.0, "a": 1.3, "t_2": 2.0, "b": 0.4, **_POWER}, _TWO),
+        Truth("hem", {**_DIRECTION, "kappa": 2.0, "beta": 1.6, **_POWER}, {"T_y": 0.5, "eta_0": 0.15}),
+        Truth(
+            "rbfm-5",
+            {**_DIRECTION, **_POWER},
+            {"T_y": 0.5, "eta_0": 0.15, "k_2": 0.05, "k_3": -0.1, "k_4": 0.1, "k_5": 0.1},
+            focus=(0.0, 0.1),
+        ),
+        Truth(
+            "rbfm-10",
+            {**_DIRECTION, **_POWER},
+            {"T_y": 0.5, "eta_0": 0.15, **{f"k_{i}": 0.05 * (-1) ** i for i in range(2, 11)}},
+            focus=(0.0, 0.1),
+        ),
+        Truth("bingham", {**_DIRECTION, **_POWER, "delay": 3.4e-3, "tau": 8e-3}, _TWO, "lag"),
+        Truth(
+            "bingham",
+            {**_DIRECTION, **_POWER, "delay": 3.4e-3, "tau_rise": 6e-3, "tau_fall": 12e-3},
+            _TWO,
+            "rise-fall",
+        ),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What the repetitions of one law with one noise came to.
+
+    Attributes:
+        name: law and dynamics.
+        noise: which noise.
+        repetitions: how many.
+        inside: parameter -> how often the true value lay in its interval.
+        error: parameter -> median relative error.
+        bias: parameter -> mean error over the standard deviation of the estimates.
+        width: parameter -> mean half width over what the estimates' scatter asks for: 1 is right, below is too narrow.
+        converged: fits that met their tolerance.
+        at_bounds: fits with a parameter on a bound.
+    """
+
+    name: str
+    noise: Noise
+    repetitions: int
+    inside: Mapping[str, int]
+    error: Mapping[str, float]
+    bias: Mapping[str, float]
+    width: Mapping[str, float]
+    converged: int
+    at_bounds: int
+
+    @property
+    def pooled(self) -> float:
+        """Coverage over all parameters together."""
+        return sum(self.inside.values()) / (self.repetitions * len(self.inside))
+
+    @property
+    def hit(self) -> bool:
+        """Whether it is what the intervals promise."""
+        return abs(self.pooled - TARGET) <= TOLERANCE + 1e-12
+
+
+def inputs(truth: Truth, rows: int = ROWS) -> tuple[Element, Clock]:
+    """Field and slip that excite the whole law, the same in each repetition.
+
+    Fields are steps to random heights, off in a fifth of the cases; for dynamics they last 10 to 80 ms. Slips run
+    through zero both ways and spend as long at a hundredth of their amplitude as near it, so that the sign's
+    transition and the laws' low-slip branches are seen.
+    """
+    rng = np.random.default_rng(20240 + len(truth.dynamics))
+    t = np.arange(float(rows)) * PERIOD
+    shortest, longest = (3, 9) if truth.dynamics == "none" else (10, 80)
+    widths = rng.integers(shortest, longest, rows)
+    heights = rng.random(rows)
+    if truth.focus is not None:
+        heights = np.where(rng.random(rows) < 1 / 3, rng.uniform(*truth.focus, rows), heights)
+    heights[rng.random(rows) < 0.2] = 0.0
+    field = _LARGEST_FIELD * np.repeat(heights, widths)[:rows]
+    swing = 0.6 * np.sin(2 * np.pi * 11.3 * t) + 0.4 * np.sin(2 * np.pi * 27.1 * t + 1.0)
+    slip = _LARGEST_SLIP * np.sinh(_SINH * swing) / np.sinh(_SINH)
+    return Element(field, slip), Clock(t, (Span(0, rows, PERIOD),))
+
+
+def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
+    """The rows without noise, and the true parameters in the data's units."""
+    element, clock = inputs(truth, rows)
+    units = Units("N*m", "V", "rad/s")
+    blank = Dataset("single", (element,), np.zeros(rows), clock, units)
+    reference = reference_of(blank)
+    structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+    shapes, gains = structure.shapes(reference.period), structure.gains()
+    everywhere = Range((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    model = TorqueModel(
+        structure,
+        reference,
+        {s.name: truth.shape[s.name] for s in shapes},
+        {g.name: truth.gains[g.name] for g in gains},
+        units,
+        everywhere,
+    )
+    true = {
+        p.name: in_user_units({**truth.shape, **truth.gains}[p.name], p.dimension, reference) for p in (*shapes, *gains)
+    }
+    return Dataset("single", (element,), model.effort((element,), clock), clock, units), true
+
+
+def noise_of(kind: Noise, rng: np.random.Generator, rows: int) -> Array:
+    """Unit noise: white, or with neighbours correlated by `CORRELATION`."""
+    white = rng.standard_normal(rows)
+    if kind == "white":
+        return white
+    from scipy.signal import lfilter
+
+    innovation = white * np.sqrt(1 - CORRELATION**2)
+    innovation[0] = white[0]  # stationary from the first row on
+    return lfilter([1.0], [1.0, -CORRELATION], innovation)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    converged: bool
+    at_bounds: bool
+
+
+def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
+    name, kind, repetition, rows = job
+    truth = TRUTHS[name]
+    clean, _ = dataset(truth, rows)
+    rng = np.random.default_rng([list(TRUTHS).index(name), kind == "ar1", repetition])
+    effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
+    data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
+    structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+    with threadpool_limits(1):
+        outcome = fit_structure(data, structure)
+    return _Fit(
+        {e.name: e.value for e in outcome.estimates},
+        {e.name: e.low for e in outcome.estimates},
+        {e.name: e.high for e in outcome.estimates},
+        outcome.converged,
+        bool(outcome.at_bounds),
+    )
+
+
+def _summary(name: str, noise: Noise, fits: list[_Fit], rows: int) -> Coverage:
+    _, true = dataset(TRUTHS[name], rows)
+    inside: dict[str, int] = {}
+    error: dict[str, float] = {}
+    bias: dict[str, float] = {}
+    width: dict[str, float] = {}
+    for parameter, value in true.items():
+        estimates = np.array([f.values[parameter] for f in fits])
+        low, high = np.array([f.low[parameter] for f in fits]), np.array([f.high[parameter] for f in fits])
+        scatter = float(np.std(estimates)) or 1.0
+        # A parameter on a bound has no interval (nan): it counts as missed.
+        inside[parameter] = int(np.sum((low <= value) & (value <= high)))
+        error[parameter] = float(np.median(np.abs(estimates / value - 1)))
+        bias[parameter] = float(np.mean(estimates) - value) / scatter
+        width[parameter] = float(np.nanmean(high - low)) / 2 / (1.96 * scatter)
+    return Coverage(
+        name,
+        noise,
+        len(fits),
+        inside,
+        error,
+        bias,
+        width,
+        sum(f.converged for f in fits),
+        sum(f.at_bounds for f in fits),
+    )
+
+
+def study(
+    laws: Iterable[str],
+    noises: Iterable[Noise] = ("white", "ar1"),
+    repetitions: int = 200,
+    workers: int = 1,
+    rows: int = ROWS,
+) -> Iterator[Coverage]:
+    """Coverage of each law with each noise, as it becomes known."""
+    kinds: list[Noise] = list(noises)
+    cases: list[tuple[str, Noise]] = [(name, kind) for name in laws for kind in kinds]
+    if workers <= 1:
+        for name, kind in cases:
+            yield _summary(name, kind, [_fit((name, kind, i, rows)) for i in range(repetitions)], rows)
+        return
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        running = [
+            pool.map(_fit, [(name, kind, i, rows) for i in range(repetitions)], chunksize=max(1, repetitions // 8))
+            for name, kind in cases
+        ]
+        for (name, kind), fits in zip(cases, running, strict=True):
+            yield _summary(name, kind, list(fits), rows)
+
+
+_HEAD = (
+    f"{'law':22} {'noise':6} {'pooled':>7} {'least':>15} {'most':>15} {'error':>9} {'converged':>10} {'at bound':>9}"
+    f" {'width':>6} {'bias':>6}"
+)
+
+
+def row_of(c: Coverage) -> str:
+    """One line of the table."""
+    least, most = min(c.inside, key=c.inside.__getitem__), max(c.inside, key=c.inside.__getitem__)
+
+    def single(parameter: str) -> str:
+        return f"{parameter} {c.inside[parameter] / c.repetitions:.1%}"
+
+    worst_bias = max(c.bias.values(), key=abs)
+    return (
+        f"{c.name:22} {c.noise:6} {c.pooled:7.1%} {single(least):>15} {single(most):>15} "
+        f"{np.median(list(c.error.values())):9.2%} {c.converged:6}/{c.repetitions:<3} {c.at_bounds:9} "
+        f"{np.mean(list(c.width.values())):6.2f} {worst_bias:+6.2f}{'' if c.hit else '  MISSED'}"
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(description="Known-truth recovery: coverage of the 95 % intervals.")
+    parser.add_argument("--repetitions", type=int, default=200)
+    parser.add_argument("--laws", nargs="+", choices=list(TRUTHS), default=list(TRUTHS), metavar="LAW")
+    parser.add_argument("--noises", nargs="+", choices=["white", "ar1"], default=["white", "ar1"], metavar="NOISE")
+    parser.add_argument("--rows", type=int, default=ROWS)
+    parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
+    parser.add_argument("--parameters", action="store_true", help="print each parameter besides")
+    options = parser.parse_args(arguments)
+    began = time.perf_counter()
+    print(f"{options.repetitions} repetitions of {options.rows} rows; target {TARGET:.0%} +- {TOLERANCE:.0%} a law")
+    print("error: median over parameters of the median relative error; width: half width over 1.96 times the scatter")
+    print(
+        f"of the estimates, mean over parameters; bias: the largest, in standard deviations of the estimates\n\n{_HEAD}"
+    )
+    missed: list[str] = []
+    for c in study(options.laws, options.noises, options.repetitions, options.workers, options.rows):
+        print(row_of(c), flush=True)
+        if options.parameters:
+            for p, count in c.inside.items():
+                print(
+                    f"    {p:10} inside {count / c.repetitions:6.1%}  error {c.error[p]:8.2%}"
+                    f"  width {c.width[p]:5.2f}  bias {c.bias[p]:+5.2f}"
+                )
+        if not c.hit:
+            missed.append(f"{c.name} ({c.noise})")
+    print(f"\n{time.perf_counter() - began:.0f} s; {'missed: ' + ', '.join(missed) if missed else 'all laws hit'}")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

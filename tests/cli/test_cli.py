@@ -1,0 +1,393 @@
+"""The command line as a user meets it: in a process of its own, on files, with its exit codes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.cli import main
+from erclutch.demo import write_synthetic_log
+
+pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
+COMMAND = (sys.executable, "-m", "erclutch")
+QUICK = ("--models", "quadratic", "--lag", "none")
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("made") / "log.csv"
+    write_synthetic_log(path, 2.0)
+    return path
+
+
+@pytest.fixture
+def log(made: Path, tmp_path: Path) -> Path:
+    """A small log in a folder of its own, in which commands run."""
+    return Path(shutil.copy(made, tmp_path / "log.csv"))
+
+
+def run(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+def good(*arguments: str | Path, cwd: Path) -> str:
+    done = run(*arguments, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout
+
+
+def refused(*arguments: str | Path, cwd: Path, code: int = 2) -> str:
+    """The error line of a command that must fail and leave the folder as it was."""
+    before = sorted(str(path) for path in cwd.rglob("*"))
+    done = run(*arguments, cwd=cwd)
+    assert "Traceback" not in done.stderr
+    assert done.returncode == code, done.stderr
+    assert done.stdout == ""
+    assert sorted(str(path) for path in cwd.rglob("*")) == before
+    if code == 2:
+        assert done.stderr.startswith("error: ")
+        assert done.stderr.count("\n") == 1, done.stderr
+        assert done.stderr.endswith(".\n")
+    return done.stderr
+
+
+def refused_here(*arguments: str | Path, cwd: Path, monkeypatch: pytest.MonkeyPatch, code: int = 2) -> str:
+    """The same inside this process, which spares the start."""
+    before = sorted(str(path) for path in cwd.rglob("*"))
+    monkeypatch.chdir(cwd)
+    monkeypatch.setattr(sys, "argv", ["erclutch", *map(str, arguments)])
+    out, said = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
+        assert main() == code, said.getvalue()
+    assert out.getvalue() == ""
+    assert sorted(str(path) for path in cwd.rglob("*")) == before
+    if code == 2:
+        assert said.getvalue().startswith("error: ")
+        assert said.getvalue().count("\n") == 1
+        assert said.getvalue().endswith(".\n")
+    return said.getvalue()
+
+
+# --- good input -------------------------------------------------------------------------------------------------------
+
+
+def test_without_a_command_it_says_what_to_do(tmp_path: Path) -> None:
+    said = good(cwd=tmp_path)
+    assert "What to do first" in said
+    for command in ("demo", "inspect LOG", "fit LOG", "laws"):
+        assert f"erclutch {command}" in said
+
+
+@pytest.mark.parametrize("command", [(), ("demo",), ("inspect",), ("fit",), ("flowcurve",), ("laws",)])
+def test_help(command: tuple[str, ...], tmp_path: Path) -> None:
+    assert "Usage: " in good(*command, "--help", cwd=tmp_path)
+
+
+def test_version(tmp_path: Path) -> None:
+    from erclutch import __version__
+
+    assert good("--version", cwd=tmp_path).strip() == __version__
+
+
+@pytest.mark.slow
+def test_demo(tmp_path: Path) -> None:
+    said = good("demo", "--seconds", "2", "--keep", "kept", cwd=tmp_path)
+    assert said.startswith("SYNTHETIC data")
+    assert "Recommended: " in said
+    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["run", "synthetic.csv"]
+    assert json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
+
+
+def test_inspect(log: Path) -> None:
+    said = good("inspect", log, cwd=log.parent)
+    assert "log.csv: 2,000 rows, 4 columns" in said
+    assert "effort <- column torque [N*m] (guessed from its name)" in said
+    body = json.loads(good("inspect", log, "--json", cwd=log.parent))
+    assert body["problem"] is None
+    assert body["rows"] == 2000
+    assert body["columns"]["torque"]["unit"] == "N*m"
+
+
+def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
+    body = json.loads(good("inspect", log, "--json", "--effort", "nope", cwd=log.parent))
+    assert "there is no column 'nope'" in body["problem"]
+    assert "Not understood yet: " in good("inspect", log, "--effort", "nope", cwd=log.parent)
+
+
+def test_fit_keeps_a_run(log: Path) -> None:
+    said = good("fit", log, *QUICK, "--out", "run", cwd=log.parent)
+    assert "fitted on 1,400 rows, scored on 600 rows held out" in said
+    assert "Models on the rows held out" in said
+    assert "Kept in run" in said
+    assert sorted(p.name for p in (log.parent / "run").iterdir()) == [
+        "models",
+        "predictions.parquet",
+        "run.json",
+        "table.csv",
+    ]
+    there = refused("fit", log, *QUICK, "--out", "run", cwd=log.parent)
+    assert there == "error: run: there is a run already. Give --out another name, or --force.\n"
+    good("fit", log, *QUICK, "--out", "run", "--force", cwd=log.parent)
+
+
+def test_fit_as_json_is_run_json(log: Path) -> None:
+    body: dict[str, Any] = json.loads(good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent))
+    kept = json.loads((log.parent / "run" / "run.json").read_text())
+    kept.pop("digest")
+    assert body == kept
+    assert [entry["name"] for entry in body["ranking"]] == ["quadratic"]
+
+
+@pytest.mark.slow
+def test_fit_of_a_folder_and_of_logs_by_pattern(log: Path) -> None:
+    folder = log.parent / "logs"
+    folder.mkdir()
+    for seed, name in enumerate(("a1.csv", "a2.csv", "b1.csv")):
+        write_synthetic_log(folder / name, 2.0, seed)
+    body = json.loads(good("fit", "logs", *QUICK, "--test", "b*", "--json", cwd=log.parent))
+    assert [entry["name"] for entry in body["logs"]] == ["a1.csv", "a2.csv", "b1.csv"]
+    assert (body["train_rows"], body["test_rows"]) == (4000, 2000)
+    body = json.loads(good("fit", "logs/a1.csv", *QUICK, "--test", "25%", "--json", cwd=log.parent))
+    assert body["test_rows"] == 500
+
+
+@pytest.mark.slow
+def test_several_models_by_comma_or_space(log: Path) -> None:
+    for models in (("quadratic,on-off",), ("quadratic", "on-off")):
+        body = json.loads(good("fit", log, "--lag", "none", "--json", "--models", *models, cwd=log.parent))
+        assert {entry["name"] for entry in body["ranking"]} == {"quadratic", "on-off"}
+
+
+def test_laws(tmp_path: Path) -> None:
+    assert "bingham/critical" in good("laws", cwd=tmp_path)
+    body = json.loads(good("laws", "--json", cwd=tmp_path))
+    assert {"on-off", "quadratic", "hem", "rbfm-2"} <= {law["name"] for law in body}
+    assert all(law["equation"] and law["parameters"] and law["source"] for law in body)
+
+
+@pytest.mark.slow
+def test_flowcurve(tmp_path: Path) -> None:
+    rates = np.logspace(-2, 2, 25)
+    rows = "".join(f"{r:.6g},{5 + 2 * r**0.5:.6g}\n" for r in rates)
+    (tmp_path / "curve.csv").write_text("sample A,\n" + rows)
+    said = good("flowcurve", "curve.csv", "--parameters", cwd=tmp_path)
+    assert "Best on: herschel-bulkley 1 of 1" in said
+    assert "Pa*s^m" in said
+    body = json.loads(good("flowcurve", "curve.csv", "--json", cwd=tmp_path))
+    assert body[0]["curve"] == "sample A"
+    assert body[0]["points"] == 25
+    assert body[0]["fits"][0]["law"] == "herschel-bulkley"
+    only = json.loads(good("flowcurve", "curve.csv", "--json", "--laws", "bingham", cwd=tmp_path))
+    assert [fit["law"] for fit in only[0]["fits"]] == ["bingham"]
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+HEAD = "time [s],field [V],slip [rad/s],torque [N*m]\n"
+
+
+def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = None) -> str:
+    """A log, with some cells (row, column) replaced."""
+    rng = np.random.default_rng(0)
+    lines = []
+    for k in range(count):
+        cells = [f"{k / 1000:.3f}", f"{100 * (k // 10 % 7)}", f"{rng.normal():.4f}", f"{rng.normal():.4f}"]
+        for (row, column), text in (replace or {}).items():
+            if row == k:
+                cells[column] = text
+        lines.append(",".join(cells) + "\n")
+    return HEAD + "".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["the file is empty", "Give a log"]),
+        (rows_text(replace={(50, 2): "stalled"}), ["line 52, column slip is 'stalled'", "Correct"]),
+        (rows_text(replace={(50, 3): "nan"}), ["column torque has 1 value missing", "row 51", "--invalid drop"]),
+        (rows_text(replace={(50, 1): "inf"}), ["column field has 1 value", "infinit", "row 51", "--invalid drop"]),
+        (rows_text(1), ["only 1 row of data", "Give a longer log"]),
+        (rows_text(60), ["42 rows to train on, at least 50", "--test"]),
+        (rows_text(replace={(k, 1): "7" for k in range(200)}), ["field is constant at 7", "changing field"]),
+        (rows_text(replace={(100, 0): "0.01"}), ["runs backwards at data row 101", "0.01 s after 0.099 s"]),
+    ],
+    ids=["empty", "text", "nan", "infinity", "one row", "few rows", "constant field", "time backwards"],
+)
+def test_bad_logs(text: str, words: list[str], tmp_path: Path) -> None:
+    (tmp_path / "bad.csv").write_text(text)
+    said = refused("fit", "bad.csv", *QUICK, "--out", "run", cwd=tmp_path)
+    assert "bad.csv: " in said
+    for word in words:
+        assert word in said
+
+
+def test_random_bytes_named_mat(tmp_path: Path) -> None:
+    (tmp_path / "noise.mat").write_bytes(np.random.default_rng(0).bytes(10_000_000))
+    said = refused("fit", "noise.mat", *QUICK, "--out", "run", cwd=tmp_path)
+    assert "noise.mat: this is neither a MATLAB v5 nor a v7.3 file" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--effort", "nope"), ["log.csv", "there is no column 'nope' for effort", "torque [N*m]"]),
+        (("--effort", "torque [m]"), ["log.csv", "unit 'm', which does not fit effort", "N*m, N, Pa"]),
+        (("--effort", "torque [furlong]"), ["furlong"]),
+        (("--models", "binghm"), ["unknown model 'binghm'", "Did you mean bingham?"]),
+        (("--models", "rbfm-1"), ["1 kernels", "2 to 100"]),
+        (("--models", "bingham/cube"), ["unknown yield stress 'cube'"]),
+        (("--test", "1.5"), ["a test share of 1.5", "above 0 and below 0.9"]),
+        (("--test", "0"), ["a test share of 0.0"]),
+        (("--test", "nan"), ["a test share of nan"]),
+        (("--test", "*no*"), ["the test pattern '*no*' matches none of 1 logs", "log.csv"]),
+        (("--blocks", "1"), ["--blocks 1"]),
+        (("--blocks", "500"), ["--blocks 500"]),
+        (("--workers", "0"), ["--workers 0"]),
+        (("--seed", "-1"), ["--seed -1"]),
+        (("--rate", "abc"), ["rate is 'abc'", "Hz"]),
+        (("--constant", "field=much"), ["field is 'much'"]),
+        (("--map", "nowhere.toml"), ["nowhere.toml"]),
+        (("--out", "no/run"), ["no/run: its parent folder does not exist", "Make no first"]),
+        (("--out", "thesis"), ["thesis: exists and is not a run", "another name"]),
+        (("--out", "thesis", "--force"), ["thesis: exists and is not a run", "another name"]),
+        (("--out", "log.csv", "--force"), ["log.csv: exists and is not a run"]),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_bad_options(arguments: tuple[str, ...], words: list[str], log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (log.parent / "thesis").mkdir()
+    (log.parent / "thesis" / "thesis.tex").write_text("mine")
+    quick = QUICK if "--models" not in arguments else QUICK[2:]
+    said = refused_here("fit", log, *quick, *arguments, cwd=log.parent, monkeypatch=monkeypatch)
+    for word in words:
+        assert word in said
+    assert (log.parent / "thesis" / "thesis.tex").read_text() == "mine"
+
+
+def test_the_same_log_twice(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(log, log.parent / "copy.csv")
+    said = refused_here("fit", log, log.parent / "copy.csv", *QUICK, cwd=log.parent, monkeypatch=monkeypatch)
+    assert said == "error: copy.csv: the same file as log.csv. Give each log once.\n"
+
+
+def test_missing_files_and_folders_without_logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "notes.docx").write_text("")
+    for arguments, words in (
+        (("fit", "gone.csv"), "gone.csv: there is no such file"),
+        (("fit", "empty"), "empty: the folder holds no log"),
+        (("inspect", "empty"), "this is a folder"),
+        (("flowcurve", "gone.csv"), "gone.csv: cannot be read"),
+        (("demo", "--seconds", "0.5"), "--seconds 0.5"),
+    ):
+        assert words in refused_here(*arguments, cwd=tmp_path, monkeypatch=monkeypatch)
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--lag", "late"), ("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)]
+)
+def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = refused_here("fit", log, *arguments, cwd=log.parent, monkeypatch=monkeypatch, code=1)
+    assert arguments[-1] in said
+
+
+def test_unknown_commands_and_nothing_to_fit(tmp_path: Path) -> None:
+    assert "nope" in refused("nope", cwd=tmp_path, code=1)
+    assert "LOG" in refused("fit", cwd=tmp_path, code=1)
+
+
+class FittedError(Exception):
+    """A fit was begun."""
+
+
+def test_out_is_looked_at_before_the_fit(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody waits for a fit that cannot be kept."""
+
+    def begun(*_: object) -> None:
+        raise FittedError
+
+    monkeypatch.setattr("erclutch.comparison.fit_structure", begun)
+    refused_here("fit", log, "--out", "no/run", cwd=log.parent, monkeypatch=monkeypatch)
+
+
+def test_demo_that_cannot_keep(log: Path) -> None:
+    done = run("demo", "--seconds", "2", "--keep", "log.csv", cwd=log.parent)
+    assert done.returncode == 2
+    assert done.stderr == "error: log.csv: cannot be made: File exists. Give another --keep.\n"
+
+
+def test_more_unknowns_than_rows(tmp_path: Path) -> None:
+    (tmp_path / "short.csv").write_text(rows_text(80))
+    good("fit", "short.csv", "--models", "rbfm-100", "--lag", "none", cwd=tmp_path)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_output_that_cannot_be_written(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*COMMAND, "laws"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60
+        )
+    assert done.returncode == 2
+    assert done.stderr == "error: the output cannot be written (No space left on device)\n"
+
+
+# --- cut short --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_reader_that_goes_away(more: tuple[str, ...], log: Path) -> None:
+    """``erclutch fit LOG | head -1``."""
+    command = subprocess.Popen(
+        [*COMMAND, "fit", str(log), *QUICK, *more],
+        cwd=log.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        bufsize=1,
+    )
+    assert command.stdout is not None
+    assert command.stderr is not None
+    assert command.stdout.readline()
+    command.stdout.close()
+    said = command.stderr.read()
+    command.stderr.close()
+    command.wait(timeout=60)
+    assert said == ""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("after", [1.5, 3.0])
+def test_an_interrupt_during_a_fit_leaves_nothing(after: float, tmp_path: Path) -> None:
+    write_synthetic_log(tmp_path / "log.csv", 120.0)
+    command = subprocess.Popen(
+        [*COMMAND, "fit", "log.csv", "--out", "run", "--blocks", "10"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(after)
+    assert command.poll() is None, "the fit was done before the interrupt"
+    command.send_signal(signal.SIGINT)
+    began = time.perf_counter()
+    out, said = command.communicate(timeout=60)
+    assert time.perf_counter() - began < 20
+    assert command.returncode == 130
+    assert "Traceback" not in said
+    assert said.count("\n") <= 1
+    assert out == ""
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv"]

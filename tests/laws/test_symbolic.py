@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from erclutch.laws import Law, law_from_name
+from erclutch.laws.symbolic import equation, equation_text
+
+
+def test_equation_equals_the_columns_times_gains(
+    law: Law,
+    columns: Callable[[Law, Any, Any, Sequence[Any]], tuple[Any, ...]],
+    point: Callable[[Law, Sequence[float]], list[float]],
+) -> None:
+    rng = np.random.default_rng(3)
+    expression = equation(law)
+    shapes = (*law.stimulus_shape, *law.shape)
+    names = ["E", "w", *(s.name for s in shapes), *(g.name for g in law.gains)]
+    symbols = {s.name: s for s in expression.free_symbols}
+    assert set(symbols) <= set(names)
+    function = sympy.lambdify([symbols.get(name, sympy.Symbol(name)) for name in names], expression, "numpy")
+    E, w = rng.uniform(0.1, 1.2, 40), rng.uniform(0.1, 3.0, 40)
+    for _ in range(5):
+        q = point(law, rng.uniform(0.25, 0.75, len(shapes)).tolist())
+        if law.name == "casson":  # its root is regularised where y r |w| nears 1e-6
+            q = [0.3 if s.name == "r" else 1.5 if s.name == "n" else v for s, v in zip(shapes, q, strict=True)]
+        gains = rng.uniform(0.5, 2.0, len(law.gains))
+        expected = sum(g * c for g, c in zip(gains, columns(law, E, w, q), strict=True))
+        np.testing.assert_allclose(function(E, w, *q, *gains), expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("specification", ["bingham/square", "bingham/power", "hem/square", "quadratic"])
+def test_text_is_the_published_equation(specification: str) -> None:
+    published = {
+        "bingham/square": "T_y*E^2*tanh(w/w_s) + eta*w",
+        "bingham/power": "T_y*E^n*tanh(w/w_s) + eta*w",
+        "hem/square": "T_y*E^2*tanh(w/w_s) + eta_0*w*(1 + kappa*(exp(beta*E) - 1)/(exp(beta) - 1))",
+        "quadratic": "T_y*E^2*tanh(w/w_s) + eta*w",
+    }[specification]
+    # A symbol for each name: SymPy's parser would take E for Euler's number.
+    names = {name: sympy.Symbol(name) for name in ("E", "w", "w_s", "n", "T_y", "eta", "eta_0", "kappa", "beta")}
+    parse: Any = sympy.sympify
+    got, expected = (
+        parse(text.replace("^", "**"), locals=names)
+        for text in (equation_text(law_from_name(specification)), published)
+    )
+    assert sympy.simplify(got - expected) == 0
+
+
+def test_text_of_every_law_is_one_readable_line(law: Law) -> None:
+    text = equation_text(law)
+    assert "\n" not in text
+    assert "**" not in text
+    assert "1e-12" not in text
+    for parameter in (*law.stimulus_shape, *law.shape, *law.gains):
+        assert parameter.name in text
+
+
+def test_a_function_without_a_symbol_is_refused() -> None:
+    from erclutch.laws.symbolic import Symbolic
+
+    unknown: Any = np.arctan2
+    with pytest.raises(TypeError):
+        unknown(Symbolic(sympy.Symbol("x")), 1.0)

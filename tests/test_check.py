@@ -1,0 +1,198 @@
+"""Each finding provoked, and each error; and a good log, of which nothing is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from erclutch.check import Finding, check, steady_command
+from erclutch.dataset import Dataset, hold_out
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock, Span
+from erclutch.errors import CheckError
+
+Array = NDArray[np.float64]
+N = 4000
+
+
+def good(n: int = N, seed: int = 0) -> Dataset:
+    """Field and slip all over the place, passive effort."""
+    rng = np.random.default_rng(seed)
+    field = np.repeat(rng.uniform(0, 1000, -(-n // 20)), 20)[:n]
+    field[rng.random(n) < 0.1] = 0.0
+    slip = rng.uniform(-20, 20, n)
+    effort = 1e-6 * field**2 * np.tanh(slip) + 0.01 * slip + 0.01 * rng.normal(size=n)
+    clock = Clock(np.arange(n) / 1000, (Span(0, n, 1e-3),))
+    return Dataset("single", (Element(field, slip),), effort, clock, Units("N*m", "V", "rad/s"))
+
+
+def changed(
+    data: Dataset, field: Array | None = None, slip: Array | None = None, effort: Array | None = None
+) -> Dataset:
+    old = data.elements[0]
+    element = Element(old.field if field is None else field, old.slip if slip is None else slip)
+    return replace(data, elements=(element,), effort=data.effort if effort is None else effort)
+
+
+def findings(data: Dataset, test: float = 0.3) -> tuple[Finding, ...]:
+    return check(data, hold_out(data, test))
+
+
+def only(found: tuple[Finding, ...]) -> Finding:
+    assert len(found) == 1, [str(f) for f in found]
+    return found[0]
+
+
+def test_a_good_log_has_no_finding() -> None:
+    assert findings(good()) == ()
+
+
+def test_effort_against_slip_is_a_turned_sign() -> None:
+    data = good()
+    finding = only(findings(changed(data, effort=-data.effort)))
+    assert (finding.level, finding.subject) == ("warning", "sign")
+    assert "opposes slip" in finding.message
+    assert str(finding).endswith("Turn a sign, for example --effort '-F [N]'.")
+
+
+def test_an_offset_is_no_turned_sign() -> None:
+    data = good()
+    assert findings(changed(data, effort=data.effort - 50.0)) == ()
+
+
+@pytest.mark.parametrize(("end", "word"), [(0.5, "largest"), (-0.5, "smallest")])
+def test_a_saturated_sensor(end: float, word: str) -> None:
+    data = good()
+    clipped = np.minimum(data.effort, end) if end > 0 else np.maximum(data.effort, end)
+    finding = only(findings(changed(data, effort=clipped)))
+    assert (finding.level, finding.subject) == ("warning", "effort")
+    assert f"{word} effort, {end:g}" in finding.message
+
+
+def test_a_single_peak_is_no_saturation() -> None:
+    data = good()
+    effort = data.effort.copy()
+    effort[7] = 5.0
+    assert findings(changed(data, effort=effort)) == ()
+
+
+def test_a_differenced_encoder() -> None:
+    data = good()
+    finding = only(findings(changed(data, slip=np.round(data.elements[0].slip))))
+    assert (finding.level, finding.subject) == ("warning", "slip")
+    assert "41 values, 1 apart" in finding.message
+
+
+def test_test_rows_where_nothing_was_trained() -> None:
+    data = good()
+    slip = data.elements[0].slip.copy()
+    slip[3600:] += 40.0
+    finding = only(findings(changed(data, slip=slip)))
+    assert (finding.level, finding.subject) == ("warning", "coverage")
+    share = float(finding.message.split("%")[0])
+    assert 20.0 < share <= 34.0  # 400 of 1200 rows, those that overlap less
+
+
+def test_a_field_that_never_falls_to_zero() -> None:
+    data = good()
+    finding = only(findings(changed(data, field=data.elements[0].field + 200.0)))
+    assert (finding.level, finding.subject) == ("note", "coverage")
+    assert "never falls below 200" in finding.message
+
+
+def coaxial(both: int) -> Dataset:
+    data, rng = good(), np.random.default_rng(1)
+    first = data.elements[0]
+    second = np.repeat(rng.uniform(0, 1000, N // 20), 20)
+    on = np.repeat(rng.random(N // 20) < 0.5, 20)
+    other = np.where(on, 0.0, second)
+    other[np.flatnonzero(on & (first.field > 0))[:both]] = 500.0
+    elements = (Element(np.where(on, first.field, 0.0), first.slip), Element(other, rng.uniform(-20, 20, N)))
+    effort = sum(1e-6 * e.field**2 * np.tanh(e.slip) + 0.01 * e.slip for e in elements)
+    return replace(data, device="coaxial", elements=elements, effort=np.asarray(effort))
+
+
+def test_both_clutches_under_field() -> None:
+    finding = only(findings(coaxial(40)))
+    assert (finding.level, finding.subject) == ("warning", "fields")
+    assert "in 40 rows (1.0%)" in finding.message
+    assert findings(coaxial(0)) == ()
+
+
+def test_several_findings_at_once() -> None:
+    data = good()
+    field = data.elements[0].field + 200.0
+    found = findings(changed(data, field=field, effort=-data.effort))
+    assert [f.subject for f in found] == ["sign", "coverage"]
+
+
+# --- errors -----------------------------------------------------------------------------------------------------------
+
+
+def error_of(data: Dataset, test: float = 0.3) -> str:
+    with pytest.raises(CheckError) as caught:
+        findings(data, test)
+    return str(caught.value)
+
+
+def test_too_few_rows() -> None:
+    assert error_of(good(60)) == (
+        "log: 42 rows to train on, at least 50 are needed. Log for longer, or hold out less with --test."
+    )
+
+
+def test_a_constant_field() -> None:
+    message = error_of(changed(good(), field=np.full(N, 2.5)))
+    assert "the field is constant at 2.5 over 2800 training rows" in message
+    assert "Log with a changing field" in message
+
+
+def test_a_field_of_zeros() -> None:
+    assert "the field is constant at 0" in error_of(changed(good(), field=np.zeros(N)))
+
+
+def test_a_field_that_changes_only_in_the_test_rows() -> None:
+    field = np.full(N, 2.5)
+    field[3500:] = 1.0
+    assert "the field is constant at 2.5" in error_of(changed(good(), field=field))
+
+
+@pytest.mark.parametrize("name", ["slip", "effort"])
+def test_a_constant_signal(name: str) -> None:
+    data = good()
+    flat = changed(data, slip=np.full(N, 3.0)) if name == "slip" else changed(data, effort=np.full(N, 3.0))
+    message = error_of(flat)
+    assert f"the {name} is constant at 3 over 2800 training rows" in message
+    assert f"mapped to {name}" in message
+
+
+def test_several_logs_are_counted() -> None:
+    data = replace(good(60), sources=("a.csv", "b.csv"), source_rows=((0, 30), (30, 60)))
+    assert error_of(data).startswith("2 logs: ")
+
+
+def test_logs_of_another_order() -> None:
+    """One of three logs in mN m instead of N m."""
+    data = good()
+    thirds = ((0, 1300), (1300, 2600), (2600, N))
+    logs = replace(data, sources=("a", "b", "c"), source_rows=thirds)
+    test = np.zeros(N, np.bool_)
+    test[3000:] = True
+    assert check(logs, test) == ()
+    effort = data.effort.copy()
+    effort[1300:2600] *= 1000.0
+    finding = only(check(replace(logs, effort=effort), test))
+    assert (finding.level, finding.subject) == ("warning", "effort")
+    assert "the effort of b is" in finding.message
+
+
+def test_whether_the_command_ever_moves() -> None:
+    data = good()
+    assert not steady_command(data)
+    steps = changed(data, field=np.repeat([1.0, 2.0], N // 2))
+    assert not steady_command(steps)
+    clock = Clock(data.clock.time, (Span(0, N // 2, 1e-3), Span(N // 2, N, 1e-3)))
+    assert steady_command(replace(steps, clock=clock))  # each log at its own field

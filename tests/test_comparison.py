@@ -1,0 +1,232 @@
+"""Every model on one log: what is fitted, ranked, recommended; the same figures whatever the number of workers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.comparison import Comparison, Settings, compare, structures_for
+from erclutch.dataset import Dataset, blocks, build_dataset
+from erclutch.demo import write_synthetic_log
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock, Span
+from erclutch.errors import CheckError, SettingError
+from erclutch.fit import fit_structure
+from erclutch.laws import LADDER
+from erclutch.logs import read
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    path: Path = tmp_path_factory.mktemp("log") / "log.csv"
+    write_synthetic_log(path, 3.0)
+    return build_dataset(read(path))
+
+
+@pytest.fixture(scope="module")
+def compared(data: Dataset) -> Comparison:
+    return compare(data, Settings(models=("quadratic", "bingham", "hem"), blocks=2))
+
+
+def test_entries_are_ranked_and_the_best_is_first(compared: Comparison) -> None:
+    errors = [e.test.rmse.value for e in compared.entries]
+    assert errors == sorted(errors)
+    assert compared.best == compared.entries[0].name
+    assert compared.entry(compared.best).excess.to_list() == [0.0, 0.0, 0.0]
+    assert compared.recommended in {e.name for e in compared.entries}
+    assert compared.entry(compared.recommended).outcome.parameters <= compared.entries[0].outcome.parameters
+
+
+def test_auto_fits_each_model_with_and_without_a_lag(compared: Comparison) -> None:
+    names = {e.name for e in compared.entries}
+    assert {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag"} <= names
+    assert names - {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag"} <= {"hem+rise-fall"}
+    assert compared.best.endswith(("+lag", "+rise-fall"))  # the log has a lag of 4 ms
+
+
+def test_the_lag_of_the_log_is_found(compared: Comparison) -> None:
+    tau, delay = (compared.entry("hem+lag").outcome.model.shape[name] for name in ("tau", "delay"))
+    assert np.isclose(tau, 4e-3, rtol=0.2)
+    assert np.isclose(delay, 2e-3, atol=0.6e-3)
+
+
+def test_figures_are_those_of_the_predictions(compared: Comparison) -> None:
+    measured = compared.data.effort
+    for entry in compared.entries:
+        error = measured - entry.predicted
+        assert np.isclose(entry.test.rmse.value, np.sqrt(np.mean(error[compared.test] ** 2)))
+        assert np.isclose(entry.train.mse.value, np.mean(error[~compared.test] ** 2))
+        assert np.array_equal(entry.predicted, entry.outcome.model.predict(compared.data))
+        assert entry.test.rows == int(compared.test.sum())
+        assert len(entry.folds) == 2
+
+
+def test_folds_are_fits_on_the_other_blocks(compared: Comparison) -> None:
+    train = compared.data.take(~compared.test)
+    entry = compared.entry("bingham")
+    for block, rmse in zip(blocks(train, 2), entry.folds, strict=True):
+        model = fit_structure(train.take(~block), entry.outcome.model.structure).model
+        assert np.isclose(rmse, np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2)))
+
+
+def test_a_model_that_is_not_sound_is_not_recommended(data: Dataset) -> None:
+    found = compare(data, Settings(models=("quadratic", "rbfm-60"), lag="none"))
+    assert not found.entry("rbfm-60").sound
+    assert found.recommended == "quadratic"
+
+
+def test_richer_models_never_fit_the_training_rows_worse(compared: Comparison) -> None:
+    train = {e.name: e.train.rmse.value for e in compared.entries}
+    for name in ("quadratic", "bingham", "hem"):
+        assert train[f"{name}+lag"] <= train[name] * (1 + 1e-9)
+    assert train["bingham"] <= train["quadratic"] * (1 + 1e-9)
+    assert train["hem"] <= train["bingham"] * (1 + 1e-9)
+
+
+def test_workers_change_no_figure(data: Dataset) -> None:
+    settings = Settings(models=("bingham", "casson"))
+    one, two = (compare(data, replace(settings, workers=workers)) for workers in (1, 2))
+    assert [e.name for e in one.entries] == [e.name for e in two.entries]
+    for a, b in zip(one.entries, two.entries, strict=True):
+        assert a.outcome.to_dict() == b.outcome.to_dict()
+        assert a.test == b.test
+        assert a.excess == b.excess
+        assert np.array_equal(a.predicted, b.predicted)
+
+
+def test_progress_counts_to_the_end(data: Dataset) -> None:
+    calls: list[tuple[int, int, str]] = []
+    compare(data, Settings(models=("quadratic", "bingham"), lag="none"), lambda *call: calls.append(call))
+    assert [(done, total) for done, total, _ in calls] == [(1, 2), (2, 2)]
+    assert {name for *_, name in calls} == {"quadratic", "bingham"}
+
+
+def test_an_error_inside_a_fit_comes_out(data: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("provoked")
+
+    monkeypatch.setattr("erclutch.comparison.fit_structure", broken)
+    with pytest.raises(ZeroDivisionError, match="provoked"):
+        compare(data, Settings(models=("quadratic", "bingham"), lag="none"))
+
+
+def test_a_steady_field_gets_no_lag_and_says_so(data: Dataset) -> None:
+    """Two logs, each at one field."""
+    n = data.rows // 2
+    field = np.repeat([500.0, 1500.0], [n, data.rows - n])
+    slip = data.elements[0].slip
+    clock = Clock(data.clock.time, (Span(0, n, 1e-3), Span(n, data.rows, 1e-3)))
+    effort = 1e-7 * field**2 * np.tanh(slip) + 0.003 * slip + 0.01 * np.random.default_rng(0).normal(size=data.rows)
+    steady = replace(
+        data,
+        elements=(Element(field, slip),),
+        effort=effort,
+        clock=clock,
+        sources=("a", "b"),
+        source_rows=((0, n), (n, data.rows)),
+    )
+    found = compare(steady, Settings(models=("bingham",)))
+    assert [e.name for e in found.entries] == ["bingham"]
+    assert "no lag between command and field can be told" in found.findings[-1].message
+    asked = compare(steady, Settings(models=("bingham",), lag="lag"))
+    assert [e.name for e in asked.entries] == ["bingham+lag"]
+
+
+def test_logs_that_are_held_out_by_name(data: Dataset) -> None:
+    n = data.rows // 3
+    spans = tuple(Span(i * n, (i + 1) * n, 1e-3) for i in range(3))
+    cut = replace(
+        data,
+        sources=("a1", "a2", "b1"),
+        source_rows=tuple((s.start, s.stop) for s in spans),
+        clock=Clock(data.clock.time, spans),
+    )
+    found = compare(cut, Settings(models=("bingham",), lag="none", test=("b*",)))
+    assert np.flatnonzero(found.test).tolist() == list(range(2 * n, 3 * n))
+
+
+def test_separate_time_constants_where_the_log_has_them() -> None:
+    n = 12_000
+    rng = np.random.default_rng(5)
+    command = np.repeat(np.where(rng.random(n // 60) < 0.5, 0.0, 1000.0), 60)
+    x, field = 0.0, np.empty(n)
+    for k in range(n):
+        x += (command[k] - x) * (0.3 if command[k] > x else 0.04)
+        field[k] = x
+    slip = 10 * np.sin(np.arange(n) * 0.02)
+    effort = 4e-7 * field**2 * np.tanh(slip) + 0.01 * slip + 0.005 * rng.normal(size=n)
+    clock = Clock(np.arange(n) / 1000, (Span(0, n, 1e-3),))
+    log = Dataset("single", (Element(command, slip),), effort, clock, Units("N*m", "V", "rad/s"))
+    found = compare(log, Settings(models=("quadratic", "bingham")))
+    assert found.best == "bingham+rise-fall"
+    shape = found.entry(found.best).outcome.model.shape
+    assert np.isclose(shape["tau_rise"], -1e-3 / np.log(0.7), rtol=0.1)
+    assert np.isclose(shape["tau_fall"], -1e-3 / np.log(0.96), rtol=0.1)
+
+
+# --- settings ---------------------------------------------------------------------------------------------------------
+
+
+def test_all_is_the_ladder_and_names_are_canonical(data: Dataset) -> None:
+    made = structures_for(data, Settings(lag="none"))
+    assert [s.specification for s in made] == list(LADDER)
+    made = structures_for(data, Settings(models=("ss", "seo-seo", "HB/square", "all"), lag="lag"))
+    assert [s.specification for s in made[:2]] == ["seo-seo", "herschel-bulkley/square"]
+    assert len(made) == len(LADDER) + 1
+    assert {s.dynamics for s in made} == {"lag"}
+
+
+def test_friction_and_offset_by_device(data: Dataset) -> None:
+    single = structures_for(data, Settings(lag="none"))
+    pair = structures_for(replace(data, device="coaxial", elements=data.elements * 2), Settings(lag="none"))
+    assert all(s.friction and s.offset for s in single)
+    assert not any(s.friction or s.offset for s in pair)
+    asked = structures_for(data, Settings(lag="none", friction=False, offset=False))
+    assert not any(s.friction or s.offset for s in asked)
+
+
+def test_settings_without_what_changes_no_figure() -> None:
+    assert "workers" not in Settings().to_dict()
+    assert Settings(workers=1).to_dict() == Settings(workers=7).to_dict()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (Settings(models=("binghm",)), "Did you mean bingham?"),
+        (Settings(models=()), "no model was given"),
+        (Settings(models=("bingham/cube",)), "unknown yield stress 'cube'"),
+        (Settings(lag="late"), "unknown lag 'late'"),  # pyright: ignore[reportArgumentType]
+        (Settings(test=0.0), "a test share of 0.0"),
+        (Settings(test=0.95), "a test share of 0.95"),
+        (Settings(test=float("nan")), "a test share of nan"),
+        (Settings(test=("nothing*",)), "the test pattern 'nothing*' matches none of 1 logs"),
+        (Settings(test=("*",)), "all logs are held out"),
+        (Settings(models=("quadratic",), lag="none", blocks=1), "1 blocks"),
+    ],
+)
+def test_what_cannot_be_done_is_said(data: Dataset, settings: Settings, words: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        compare(data, settings)
+    assert words in str(caught.value)
+
+
+def test_data_that_cannot_be_fitted(data: Dataset) -> None:
+    flat = replace(data, elements=(Element(np.ones(data.rows), data.elements[0].slip),))
+    with pytest.raises(CheckError):
+        compare(flat)
+
+
+def test_an_entry_that_is_not_there(compared: Comparison) -> None:
+    with pytest.raises(SettingError, match="There are"):
+        compared.entry("rbfm-5")
+
+
+def test_notes_name_bounds_and_what_is_not_identified(data: Dataset) -> None:
+    found = compare(data, Settings(models=("rbfm-60",), lag="none"))
+    outcome = found.entries[0].outcome
+    assert outcome.rank < outcome.unknowns
+    assert any("not identified" in note or "trade off" in note for note in found.entries[0].notes)

@@ -1,0 +1,268 @@
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.dataset import Dataset, blocks, build_dataset, hold_out
+from erclutch.device import Element, Units
+from erclutch.differentiate import Derivative
+from erclutch.dynamics import Clock, Span
+from erclutch.errors import MappingError, SettingError
+from erclutch.signals import Recording
+
+UNITS = {"field": "V", "slip": "rad/s", "effort": "N*m"}
+
+
+def recording(
+    rows: int,
+    name: str = "log.csv",
+    *,
+    segments: Sequence[tuple[int, int]] = (),
+    units: dict[str, str] | None = None,
+    signals: dict[str, np.ndarray] | None = None,
+    uniform: bool = True,
+) -> Recording:
+    k = np.arange(rows, dtype=float)
+    return Recording(
+        name=name,
+        signals=signals or {"field": k, "slip": -k, "effort": 2 * k},
+        units=units or UNITS,
+        time=k * 1e-3,
+        period=1e-3,
+        segments=tuple(segments) or ((0, rows),),
+        uniform=uniform,
+        digest=hashlib.sha256(name.encode()).hexdigest(),
+        notes=(f"note of {name}",),
+    )
+
+
+# --- building ---------------------------------------------------------------------------------------------------------
+
+
+def test_logs_are_joined_in_order() -> None:
+    data = build_dataset([recording(30, "a", segments=[(0, 12), (12, 30)]), recording(25, "b")])
+    assert data.rows == 55
+    assert data.sources == ("a", "b")
+    assert data.source_rows == ((0, 30), (30, 55))
+    assert data.clock.spans == (Span(0, 12, 1e-3), Span(12, 30, 1e-3), Span(30, 55, 1e-3))
+    assert data.notes == ("note of a", "note of b")
+    assert data.units == Units("N*m", "V", "rad/s")
+    k = np.r_[0:30, 0:25]
+    np.testing.assert_array_equal(data.elements[0].field, k)
+    np.testing.assert_array_equal(data.elements[0].slip, -k)
+    np.testing.assert_array_equal(data.effort, 2 * k)
+    np.testing.assert_array_equal(data.clock.time, k * 1e-3)
+    assert data.duration == pytest.approx(0.011 + 0.017 + 0.024)
+
+
+def test_one_log_needs_no_list() -> None:
+    one, listed = build_dataset(recording(20)), build_dataset([recording(20)])
+    assert one.source_rows == listed.source_rows == ((0, 20),)
+    np.testing.assert_array_equal(one.effort, listed.effort)
+
+
+def test_stamps_without_a_period_keep_theirs() -> None:
+    assert build_dataset(recording(20, uniform=False)).clock.spans == (Span(0, 20, None),)
+
+
+def test_logs_in_different_units() -> None:
+    other = recording(20, "b.csv", units={**UNITS, "effort": "N"})
+    with pytest.raises(MappingError, match="units differ between logs") as caught:
+        build_dataset([recording(20, "a.csv"), other])
+    assert str(caught.value).startswith("b.csv: ")
+    assert "a.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize("missing", ["field", "slip", "effort"])
+def test_a_signal_is_missing(missing: str) -> None:
+    signals = {name: np.zeros(20) for name in UNITS if name != missing}
+    with pytest.raises(MappingError, match=f"no signal {missing} for device single"):
+        build_dataset(recording(20, signals=signals))
+
+
+def test_no_log_and_no_such_device() -> None:
+    with pytest.raises(SettingError, match="no log"):
+        build_dataset([])
+    device: Any = "triple"
+    with pytest.raises(SettingError, match="unknown device 'triple'"):
+        build_dataset(recording(20), device=device)
+
+
+def test_positions_are_differentiated_segment_by_segment() -> None:
+    position = np.r_[np.arange(20) * 2e-3, 5 + np.arange(20) * 3e-3]
+    log = recording(
+        40,
+        segments=[(0, 20), (20, 40)],
+        signals={"field": np.zeros(40), "position": position, "effort": np.zeros(40)},
+        units={"field": "V", "position": "rad", "effort": "N*m"},
+    )
+    data = build_dataset(log)
+    np.testing.assert_allclose(data.elements[0].slip, np.repeat([2.0, 3.0], 20), rtol=1e-9)
+    assert data.units.slip == "rad/s"
+    assert "slip <- position by the central derivative" in data.notes
+    late = build_dataset(log, derivative=Derivative("difference"))
+    assert late.elements[0].slip[20] == 0.0
+
+
+def test_a_segment_of_a_single_row_has_no_speed() -> None:
+    """A lone row between two gaps is what `erclutch.read` makes of lost samples."""
+    zero = np.zeros(40)
+    log = recording(
+        40, segments=[(0, 20), (20, 21), (21, 40)], signals={"field": zero, "position": zero, "effort": zero}
+    )
+    assert np.isfinite(build_dataset(log).elements[0].slip).all()
+
+
+def test_a_logged_speed_comes_before_a_position() -> None:
+    zero = np.zeros(20)
+    log = recording(20, signals={"field": zero, "slip": zero + 4, "position": zero, "effort": zero})
+    np.testing.assert_array_equal(build_dataset(log).elements[0].slip, 4.0)
+
+
+def test_the_coaxial_pair() -> None:
+    t = np.arange(50) * 1e-3
+    log = recording(
+        50,
+        signals={"E": np.sign(np.sin(300 * t)) * 0.5, "theta": 8 * t, "alpha": 3 * t, "T": t},
+        units={"E": "", "theta": "rad", "alpha": "rad", "T": "N*m"},
+    )
+    data = build_dataset(log, device="coaxial")
+    first, second = data.elements
+    np.testing.assert_allclose(first.slip, 5.0)
+    np.testing.assert_allclose(second.slip, -11.0)
+    assert np.all((first.field == 0) | (second.field == 0))
+    assert data.units == Units("N*m", "", "rad/s")
+    with pytest.raises(MappingError, match="no signal T for device coaxial"):
+        build_dataset(recording(20, signals={n: np.zeros(20) for n in ("E", "theta", "alpha")}), device="coaxial")
+
+
+# --- rows of a mask ---------------------------------------------------------------------------------------------------
+
+
+@st.composite
+def datasets(draw: st.DrawFn) -> Dataset:
+    """Up to three logs of up to three spans; the row's number is its effort."""
+    lengths = draw(st.lists(st.lists(st.integers(2, 12), min_size=1, max_size=3), min_size=1, max_size=3))
+    spans, sources, at = [], [], 0
+    for log in lengths:
+        start = at
+        for count in log:
+            spans.append(Span(at, at + count, draw(st.sampled_from([1e-3, None]))))
+            at += count
+        sources.append((start, at))
+    row = np.arange(at, dtype=float)
+    return Dataset(
+        "single",
+        (Element(row * 2, row * 3),),
+        row,
+        Clock(row * 1e-3, tuple(spans)),
+        Units("N", "V", "m/s"),
+        tuple(f"log{i}" for i in range(len(sources))),
+        tuple(sources),
+    )
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=datasets(), seed=st.integers(0, 2**32 - 1), share=st.floats(0, 1))
+def test_take_keeps_rows_spans_and_sources(data: Dataset, seed: int, share: float) -> None:
+    mask = np.random.default_rng(seed).random(data.rows) < share
+    taken = data.take(mask)
+    # Rows: those of the mask that have a neighbour in it, in the same span.
+    home = np.empty(data.rows, int)
+    for i, span in enumerate(data.clock.spans):
+        home[span.start : span.stop] = i
+
+    def beside(k: int, other: int) -> bool:
+        return 0 <= other < data.rows and bool(mask[other]) and home[other] == home[k]
+
+    expected = [k for k in range(data.rows) if mask[k] and (beside(k, k - 1) or beside(k, k + 1))]
+    rows = taken.effort.astype(int)
+    assert rows.tolist() == expected
+    np.testing.assert_array_equal(taken.elements[0].field, rows * 2)
+    np.testing.assert_array_equal(taken.elements[0].slip, rows * 3)
+    np.testing.assert_array_equal(taken.clock.time, rows * 1e-3)
+    # Spans: cover all rows in order, two rows at least, none across a removed row or an old gap.
+    assert [k for s in taken.clock.spans for k in range(s.start, s.stop)] == list(range(taken.rows))
+    for span in taken.clock.spans:
+        here = rows[span.start : span.stop]
+        assert here.size >= 2
+        assert np.all(np.diff(here) == 1)
+        old = data.clock.spans[home[here[0]]]
+        assert old.start <= here[0] <= here[-1] < old.stop
+        assert span.period == old.period
+    # No cut that is not needed.
+    for one, two in zip(taken.clock.spans[:-1], taken.clock.spans[1:], strict=True):
+        a, b = rows[one.stop - 1], rows[two.start]
+        assert b != a + 1 or home[a] != home[b]
+    # Sources: each row stays with its log.
+    assert taken.sources == data.sources
+    for (a, b), (start, stop) in zip(taken.source_rows, data.source_rows, strict=True):
+        assert rows[a:b].tolist() == [k for k in expected if start <= k < stop]
+
+
+def test_take_all_and_nothing() -> None:
+    data = build_dataset([recording(20, "a"), recording(10, "b")])
+    whole = data.take(np.ones(30, np.bool_))
+    assert whole.clock.spans == data.clock.spans
+    assert whole.source_rows == data.source_rows
+    np.testing.assert_array_equal(whole.effort, data.effort)
+    empty = data.take(np.zeros(30, np.bool_))
+    assert (empty.rows, empty.clock.spans, empty.source_rows) == (0, (), ((0, 0), (0, 0)))
+
+
+# --- splits -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_share_is_the_end_of_each_log() -> None:
+    data = build_dataset([recording(100, "a"), recording(40, "b")])
+    mask = hold_out(data, 0.3)
+    np.testing.assert_array_equal(np.flatnonzero(mask), [*range(70, 100), *range(128, 140)])
+
+
+@pytest.mark.parametrize("share", [0.0, -0.1, 0.9, 1.0, 5, float("nan")])
+def test_shares_that_are_none(share: float) -> None:
+    with pytest.raises(SettingError, match="a test share of"):
+        hold_out(build_dataset(recording(100)), share)
+
+
+def test_patterns_take_whole_logs_by_the_file_s_name() -> None:
+    data = build_dataset([recording(20, n) for n in ("runs/a_1.txt", "runs/a_2.txt", "runs/b_1.txt")])
+    np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["a_2.txt"])), range(20, 40))
+    np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["*_1.txt"])), [*range(20), *range(40, 60)])
+    np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["a_2*", "b*"])), range(20, 60))
+
+
+def test_patterns_that_leave_nothing_or_match_nothing() -> None:
+    data = build_dataset([recording(20, "a.txt"), recording(20, "b.txt")])
+    with pytest.raises(SettingError, match="'c\\*' matches none of 2 logs"):
+        hold_out(data, ["a.txt", "c*"])
+    with pytest.raises(SettingError, match="all logs are held out"):
+        hold_out(data, ["*"])
+
+
+@given(rows=st.integers(40, 400), count=st.integers(2, 8))
+def test_blocks_put_each_row_into_one(rows: int, count: int) -> None:
+    data = build_dataset(recording(rows))
+    if rows // count < 20:
+        with pytest.raises(SettingError, match=f"{count} blocks of {rows} rows"):
+            blocks(data, count)
+        return
+    masks = blocks(data, count)
+    assert len(masks) == count
+    np.testing.assert_array_equal(np.sum(masks, axis=0), 1)
+    for mask in masks:
+        rows_of = np.flatnonzero(mask)
+        assert np.all(np.diff(rows_of) == 1)
+        assert abs(rows_of.size - rows / count) <= 1
+
+
+@pytest.mark.parametrize("count", [-1, 0, 1])
+def test_fewer_than_two_blocks(count: int) -> None:
+    with pytest.raises(SettingError):
+        blocks(build_dataset(recording(100)), count)

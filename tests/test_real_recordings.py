@@ -1,0 +1,152 @@
+"""Recordings that nobody here made: the figures that they have given so far, and no worse."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.flowcurve import FlowCurve, fit_flow_curve
+from erclutch.logs.flow_table import read_flow_curves
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+
+if not SHARED.is_dir():
+    pytest.skip(f"needs the measured data beside the project: {SHARED}", allow_module_level=True)
+
+NEES = SHARED / "mr_damper_nees" / "ranran_50_converted.csv"
+UTFSM = SHARED / "mr_damper_utfsm"
+FLOW = SHARED / "flow_curves"
+
+
+def fit(*arguments: str | Path) -> dict[str, Any]:
+    command = [sys.executable, "-m", "erclutch", "fit", *map(str, arguments), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def inspect(*arguments: str | Path) -> dict[str, Any]:
+    command = [sys.executable, "-m", "erclutch", "inspect", *map(str, arguments), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+# --- the NEES damper --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def nees() -> dict[str, Any]:
+    """All models on the damper whose voltage is switched, the last 30 % in time held out."""
+    return fit(NEES, "--field", "Y [V]", "--slip", "V [cm/s]", "--effort", "F [N]", "--test", "0.3")
+
+
+def figures_of(run: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(entry["test"] for entry in run["ranking"] if entry["name"] == name)
+
+
+@pytest.mark.slow
+def test_nees_bingham_without_a_lag(nees: dict[str, Any]) -> None:
+    assert nees["test_rows"] == round(0.3 * 74_068)
+    share, low, high = figures_of(nees, "bingham")["share"]
+    assert abs(share - 0.354) <= 0.01
+    assert low < share < high
+
+
+@pytest.mark.slow
+def test_nees_bingham_with_a_lag(nees: dict[str, Any]) -> None:
+    assert figures_of(nees, "bingham+lag")["share"][0] <= 0.26
+    tau = next(e for e in nees["ranking"] if e["name"] == "bingham+lag")["fit"]["parameters"]
+    tau = next(p for p in tau if p["name"] == "tau")
+    assert np.isclose(tau["value"], 1 / 190, rtol=0.3)
+    assert tau["low"] < tau["value"] < tau["high"]
+
+
+@pytest.mark.slow
+def test_nees_best_law(nees: dict[str, Any]) -> None:
+    assert nees["ranking"][0]["test"]["share"][0] <= 0.255
+    assert nees["best"] == nees["ranking"][0]["name"]
+    assert "+" in nees["recommended"]  # a lag matters more than the shape of the law
+    for entry in nees["ranking"]:
+        assert entry["fit"]["converged"], entry["name"]
+
+
+# --- the UTFSM damper -------------------------------------------------------------------------------------------------
+
+_UTFSM_COLUMNS = ("--time", "c1 [s]", "--slip", "c3 [mm/s]", "--effort", "c4 [N]")
+
+
+@pytest.mark.slow
+def test_utfsm_bingham_over_30_logs() -> None:
+    run = fit(
+        UTFSM / "preprocessed",
+        *("--name-pattern", "{amplitude}mm{frequency}Hz{field}A"),
+        *_UTFSM_COLUMNS,
+        *("--test", "*0x5A.txt", "--test", "5mm3Hz*", "--models", "bingham"),
+    )
+    assert len(run["logs"]) == 30
+    assert figures_of(run, "bingham")["rmse"][0] <= 164.0
+    assert any("no lag between command and field" in f["message"] for f in run["findings"])
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "segments", "more"),
+    [
+        ("ME5mm3Hz.txt", 39_800, 5, ("--constant", "field=0.5 A")),
+        ("15Hz0x5A.txt", 48_000, 1, ("--name-pattern", "{frequency}Hz{field}A")),
+    ],
+)
+def test_raw_exports_open(name: str, rows: int, segments: int, more: tuple[str, str]) -> None:
+    columns = ("--position", "CHANNEL0 [cm]", "--effort", "CHANNEL1 [980.665 N]")
+    body = inspect(UTFSM / "raw" / name, *columns, *more)
+    assert body["problem"] is None
+    assert body["rows"] == rows
+    assert len(body["segments"]) == segments
+    assert body["signals"]["effort"] == "N"
+
+
+# --- flow curves ------------------------------------------------------------------------------------------------------
+
+
+def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
+    curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv")
+    assert [label for label, *_ in curves] == ["0.68", "0.70", "0.72", "0.74", "0.76", "0.78", "0.80"]
+    for label, rates, stresses in curves:
+        found = fit_flow_curve(FlowCurve(label, np.array(rates), np.array(stresses)), "herschel-bulkley")
+        assert found.stop == "converged"
+        assert found.log_rmse <= 0.030, label
+        values = {e.name: e for e in found.estimates}
+        assert values["T_y"].low < values["T_y"].value < values["T_y"].high
+        assert 0.3 < values["m"].value < 0.7
+
+
+def test_all_eight_files_are_read() -> None:
+    files = sorted(FLOW.glob("*.csv"))
+    assert len(files) == 8
+    for path in files:
+        curves = read_flow_curves(path)
+        assert curves
+        assert all(len(rates) == len(stresses) >= 4 for _, rates, stresses in curves), path.name
+        assert all(min(rates) > 0 and min(stresses) > 0 for _, rates, stresses in curves), path.name
+
+
+@pytest.mark.slow
+def test_every_law_fits_every_flow_curve() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "erclutch", "flowcurve", *sorted(FLOW.glob("*.csv")), "--json"],
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    for curve in json.loads(done.stdout):
+        assert len(curve["fits"]) == 5
+        assert curve["fits"][0]["log_rmse"] <= 0.06, (curve["file"], curve["curve"])
+        errors = {f["law"]: f["log_rmse"] for f in curve["fits"]}
+        assert errors["herschel-bulkley"] <= errors["bingham"] * (1 + 1e-6)

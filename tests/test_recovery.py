@@ -1,0 +1,86 @@
+"""Known-truth recovery with fewer repetitions than `studies/recovery.py`, whose table is the statement."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+STUDY = Path(__file__).resolve().parents[1] / "studies" / "recovery.py"
+REPETITIONS = 60
+CASES = (
+    "on-off",
+    "quadratic",
+    "bingham",
+    "bingham/critical",
+    "casson",
+    "herschel-bulkley",
+    "seo-seo",
+    "cho-choi-jhon",
+    "hem",
+    "rbfm-5",
+    "rbfm-10",
+    "bingham+lag",
+    "bingham+rise-fall",
+)
+
+
+@pytest.fixture(scope="module")
+def study() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("erclutch_recovery_study", STUDY)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # its dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_study_has_the_whole_ladder(study: ModuleType) -> None:
+    from erclutch.laws import LADDER
+
+    assert set(study.TRUTHS) == set(CASES)
+    assert set(LADDER) <= set(CASES)
+
+
+def test_the_truth_lies_well_inside_its_bounds(study: ModuleType) -> None:
+    import numpy as np
+
+    from erclutch.laws import law_from_name
+    from erclutch.model import Structure
+
+    for truth in study.TRUTHS.values():
+        structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+        for s in structure.shapes(study.PERIOD):
+            scale = np.log if s.scale == "log" else float
+            value, lower, upper = (float(scale(v)) for v in (truth.shape[s.name], s.lower, s.upper))
+            assert 0.04 < (value - lower) / (upper - lower) < 0.96, (truth.name, s.name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("noise", ["white", "ar1"])
+def test_intervals_hold_the_truth(study: ModuleType, name: str, noise: str) -> None:
+    (found,) = study.study([name], [noise], REPETITIONS)
+    assert found.converged == REPETITIONS
+    assert found.at_bounds == 0
+    # 95 % +- 3 points and twice the standard error of a single parameter's share in 60 repetitions (2.8 points): a
+    # law's parameters may all be correlated, so pooling them need not make it smaller.
+    assert found.pooled >= 0.95 - 0.03 - 0.056, found
+    # No single parameter is beyond three standard errors below that: a wrong interval of one parameter shows.
+    least = min(found.inside, key=found.inside.__getitem__)
+    assert found.inside[least] / REPETITIONS >= 0.95 - 0.03 - 3 * 0.028, (least, found)
+    # The estimates scatter around the truth, and intervals are as wide as that scatter: not too wide either.
+    assert max(abs(bias) for bias in found.bias.values()) < 4.5 / REPETITIONS**0.5, found
+    assert all(0.65 < width < 1.45 for width in found.width.values()), found
+
+
+@pytest.mark.slow
+def test_the_command_says_whether_laws_hit(study: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    assert study.main(["--repetitions", "40", "--laws", "bingham", "--noises", "white", "--workers", "1"]) in (0, 1)
+    lines = capsys.readouterr().out
+    assert "bingham" in lines
+    assert "40/40" in lines
