@@ -20,6 +20,7 @@ _COMMANDS = {
     "demo": "See it work: make a small synthetic log, fit all models, print the table.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "laws": "List the laws.",
 }

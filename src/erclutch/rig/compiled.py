@@ -1,0 +1,18 @@
+"""The just-in-time compiler, in one place: machine code without a C compiler on the user's machine, cached on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def compiled(function: F) -> F:
+    """Compile a function of numbers, arrays and named tuples of them; the result is kept beside the source.
+
+    IEEE arithmetic is kept (no fast-math), so the same seed gives the same log.
+    """
+    numba: Any = import_module("numba")
+    return numba.njit(cache=True, fastmath=False, error_model="numpy")(function)

@@ -1,0 +1,234 @@
+"""One internal step of the whole rig, compiled: forces, then speeds half a step later, then positions and states.
+
+Leapfrog: speeds live half a step behind positions and internal states. Elastic forces are explicit, viscous ones
+implicit by the mean of the old and the new speed, internal states move under the speed in the middle of their step.
+So the scheme is of second order, and the friction of sliding chains, seals and screw needs no special case at zero
+speed.
+
+Sign: + is the direction in which CH1 drives. Slips: w1 = omega - omega_r, w2 = -omega - omega_r.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.rig.compiled import compiled
+from erclutch.rig.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
+from erclutch.rig.friction import bristle_after, sliding_force
+from erclutch.rig.integrate import decay
+from erclutch.rig.parts import POINTS, Clutch, Drive, Fluid, Parts, Screw
+from erclutch.rig.supply import voltage_after
+
+Array = NDArray[np.float64]
+
+# The state vector. Angles in rad, speeds in rad/s half a step behind them, the rest as named.
+THETA, OMEGA, PHI_R, OMEGA_R, PHI_L, OMEGA_L = 0, 1, 2, 3, 4, 5
+MOTOR, VOLT_1, VOLT_2, FIELD_1, FIELD_2 = 6, 7, 8, 9, 10
+BRISTLE_IN, SEAL_1, SEAL_2, BRISTLE_L = 11, 12, 13, 14
+WARMTH, METER_A, METER_B, TABLE = 15, 16, 17, 18
+# The ledger of energy in J: motor's work, field's work on strained chains, dissipation; and its smallest single term.
+WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
+TORQUE = 23  # torque of the fluid and seals on the rotors, N m
+GAP_1 = 24
+GAP_2 = GAP_1 + 2 * POINTS
+SIZE = GAP_2 + 2 * POINTS
+
+
+@compiled
+def _gap_torque(
+    x: Array, at: int, slip: float, field: float, warm: float, clutch: Clutch, fluid: Fluid
+) -> tuple[float, float]:
+    """Torque of the strained chains, and of viscosity per slip."""
+    stiffness = yield_stress(field, clutch.strength, fluid) / fluid.yield_strain
+    residual = fluid.residual_yield / fluid.yield_strain
+    chains, viscous = 0.0, 0.0
+    for i in range(POINTS):
+        s, z = x[at + i], x[at + POINTS + i]
+        chains += clutch.weight[i] * (stiffness * s + residual) * z
+        eta = viscosity(slip * clutch.arm[i], s, field, warm, fluid) * clutch.viscosity
+        viscous += clutch.weight[i] * eta * clutch.arm[i]
+    return chains, viscous
+
+
+@compiled
+def _gap_after(
+    x: Array, at: int, slip: float, before: float, field: float, clutch: Clutch, fluid: Fluid, dt: float
+) -> None:
+    """Structure and strain one step later, and their entries in the ledger."""
+    rate, halving = structure_rates(0.5 * (before + field), fluid)
+    old = yield_stress(before, clutch.strength, fluid) / fluid.yield_strain
+    new = yield_stress(field, clutch.strength, fluid) / fluid.yield_strain
+    residual = fluid.residual_yield / fluid.yield_strain
+    for i in range(POINTS):
+        shear = slip * clutch.arm[i]
+        s, z = x[at + i], x[at + POINTS + i]
+        s_new = structure_after(s, rate, halving, shear, fluid, dt)
+        z_new = strain_after(z, shear, fluid, dt)
+        x[at + i], x[at + POINTS + i] = s_new, z_new
+        volume = clutch.weight[i] / clutch.arm[i]
+        soft, stiff = old * s + residual, new * s_new + residual
+        squared = 0.5 * (z * z + z_new * z_new)
+        lost = volume * 0.5 * (soft + stiff) * squared * abs(shear) / fluid.yield_strain * dt
+        x[FIELD_WORK] += volume * 0.5 * squared * (stiff - soft)
+        x[DISSIPATED] += lost
+        x[SMALLEST] = min(x[SMALLEST], lost)
+
+
+@compiled
+def _dry(x: Array, at: int, speed: float, sliding: float, stiffness: float, dt: float) -> None:
+    """A bristle one step later, and its entry in the ledger."""
+    z = x[at]
+    z_new = bristle_after(z, speed, sliding, stiffness, dt)
+    x[at] = z_new
+    if sliding > 0.0:
+        lost = stiffness * stiffness * abs(speed) * 0.5 * (z * z + z_new * z_new) / sliding * dt
+        x[DISSIPATED] += lost
+        x[SMALLEST] = min(x[SMALLEST], lost)
+
+
+@compiled
+def _screw_sliding(x: Array, screw: Screw, speed: float) -> float:
+    """Sliding friction of the screw: Stribeck, direction and place."""
+    force = sliding_force(speed, screw.coulomb, screw.breakaway, screw.stribeck_speed)
+    place = 1.0 + screw.waviness * (math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7))
+    way = 1.0 + screw.asymmetry if speed > 0.0 else 1.0 - screw.asymmetry
+    return force * place * way
+
+
+@compiled
+def _motor_torque(x: Array, drive: Drive) -> float:
+    """Torque on the input shaft, with its ripple."""
+    ripple = math.sin(8.0 * x[THETA]) + 0.4 * math.sin(24.0 * x[THETA] + 1.0)
+    return x[MOTOR] * (1.0 + drive.ripple * ripple)
+
+
+@compiled
+def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: float) -> None:
+    """Voltages and fields in the gaps one step later."""
+    share = 1.0 - decay(dt / parts.fluid.polarisation)
+    for channel in range(2):
+        command = first if channel == 0 else second
+        voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
+        middle = 0.5 * (voltage + x[VOLT_1 + channel])
+        x[VOLT_1 + channel] = voltage
+        x[FIELD_1 + channel] += share * (middle / parts.clutch_1.gap - x[FIELD_1 + channel])
+
+
+@compiled
+def _speeds_after(x: Array, parts: Parts, locked: bool, dt: float) -> None:
+    """New speeds from the forces at this time; work and viscous losses into the ledger."""
+    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
+    warm = math.exp(-parts.thermal.thinning * x[WARMTH])
+    slip_1, slip_2 = x[OMEGA] - x[OMEGA_R], -x[OMEGA] - x[OMEGA_R]
+    chains_1, thick_1 = _gap_torque(x, GAP_1, slip_1, x[FIELD_1], warm, parts.clutch_1, fluid)
+    chains_2, thick_2 = _gap_torque(x, GAP_2, slip_2, x[FIELD_2], warm, parts.clutch_2, fluid)
+    pull_1 = chains_1 + parts.clutch_1.seal / parts.clutch_1.seal_slip * x[SEAL_1]
+    pull_2 = chains_2 + parts.clutch_2.seal / parts.clutch_2.seal_slip * x[SEAL_2]
+    twist = screw.stiffness * (x[PHI_R] - x[PHI_L])
+    limit = screw.half_stroke / screw.lead * 2.0 * math.pi
+    beyond = max(abs(x[PHI_L]) - limit, 0.0)
+    stop = math.copysign(screw.stop_stiffness * beyond, x[PHI_L])
+    drag = screw.viscous + (screw.stop_damping if beyond > 0.0 else 0.0)
+    motor = _motor_torque(x, drive)
+    # (2 J / dt + K) v = force + 2 J / dt v_old for the mean speeds v, K tridiagonal and symmetric.
+    j_in, j_r, j_l = 2.0 * drive.inertia / dt, 2.0 * screw.rotor_inertia / dt, 2.0 * screw.load_inertia / dt
+    f_in = motor - drive.coulomb / drive.presliding * x[BRISTLE_IN] - pull_1 + pull_2 + j_in * x[OMEGA]
+    f_r = pull_1 + pull_2 - twist + j_r * x[OMEGA_R]
+    f_l = twist - screw.coulomb / screw.presliding * x[BRISTLE_L] - stop + j_l * x[OMEGA_L]
+    across = thick_2 - thick_1
+    d_in = j_in + drive.viscous + thick_1 + thick_2
+    d_r = j_r + thick_1 + thick_2 + screw.damping
+    d_l = j_l + screw.damping + drag
+    d_r -= across * across / d_in
+    f_r -= across / d_in * f_in
+    if locked:
+        v_l = 0.0
+        v_r = f_r / d_r
+    else:
+        d_l -= screw.damping * screw.damping / d_r
+        v_l = (f_l + screw.damping / d_r * f_r) / d_l
+        v_r = (f_r + screw.damping * v_l) / d_r
+    v_in = (f_in - across * v_r) / d_in
+    x[OMEGA], x[OMEGA_R] = 2.0 * v_in - x[OMEGA], 2.0 * v_r - x[OMEGA_R]
+    x[OMEGA_L] = 0.0 if locked else 2.0 * v_l - x[OMEGA_L]
+    w_1, w_2 = v_in - v_r, -v_in - v_r
+    x[TORQUE] = pull_1 + pull_2 + thick_1 * w_1 + thick_2 * w_2
+    x[WORK] += motor * v_in * dt
+    lost = thick_1 * w_1 * w_1 + thick_2 * w_2 * w_2 + drive.viscous * v_in * v_in
+    lost += screw.damping * (v_r - v_l) * (v_r - v_l) + drag * v_l * v_l
+    x[DISSIPATED] += lost * dt
+    _meter_after(x, twist + screw.damping * (v_r - v_l), parts, dt)
+
+
+@compiled
+def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
+    """The torque meter: two first-order stages."""
+    share = 1.0 - decay(2.0 * math.pi * parts.sensors.torque_bandwidth * dt)
+    x[METER_A] += share * (torque - x[METER_A])
+    x[METER_B] += share * (x[METER_A] - x[METER_B])
+
+
+@compiled
+def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, dt: float) -> None:
+    """Positions and internal states under the new speeds."""
+    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
+    omega, omega_r, omega_l = x[OMEGA], x[OMEGA_R], x[OMEGA_L]
+    lost = x[DISSIPATED]
+    field_1, field_2 = x[FIELD_1], x[FIELD_2]
+    _electric_after(x, parts, first, second, dt)
+    _gap_after(x, GAP_1, omega - omega_r, field_1, x[FIELD_1], parts.clutch_1, fluid, dt)
+    _gap_after(x, GAP_2, -omega - omega_r, field_2, x[FIELD_2], parts.clutch_2, fluid, dt)
+    for channel in range(2):
+        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
+        slip = (omega if channel == 0 else -omega) - omega_r
+        _dry(x, SEAL_1 + channel, slip, clutch.seal, clutch.seal / clutch.seal_slip, dt)
+    electric = x[VOLT_1] ** 2 / parts.supply.leakage_1 + x[VOLT_2] ** 2 / parts.supply.leakage_2
+    heat = (x[DISSIPATED] - lost) / dt + electric
+    x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
+    sliding = sliding_force(omega, drive.coulomb, drive.breakaway, drive.stribeck_speed)
+    _dry(x, BRISTLE_IN, omega, sliding, drive.coulomb / drive.presliding, dt)
+    _dry(x, BRISTLE_L, omega_l, _screw_sliding(x, screw, omega_l), screw.coulomb / screw.presliding, dt)
+    wanted = min(max(motor, -drive.torque_limit), drive.torque_limit)
+    x[MOTOR] += (wanted - x[MOTOR]) * (1.0 - decay(dt / drive.torque_time))
+    x[THETA] += dt * omega
+    x[PHI_R] += dt * omega_r
+    x[PHI_L] += dt * omega_l
+    place = x[PHI_L] * screw.lead / (2.0 * math.pi)
+    x[TABLE] = min(max(x[TABLE], place - 0.5 * screw.backlash), place + 0.5 * screw.backlash)
+
+
+@compiled
+def advance(
+    x: Array, parts: Parts, first: float, second: float, motor: float, locked: bool, dt: float, steps: int
+) -> None:
+    """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
+    for _ in range(steps):
+        _speeds_after(x, parts, locked, dt)
+        _states_after(x, parts, first, second, motor, dt)
+
+
+@compiled
+def stored(x: Array, parts: Parts, before: Array) -> float:
+    """Kinetic and elastic energy in J; ``before`` holds the speeds of half a step ago."""
+    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
+    total = 0.25 * drive.inertia * (x[OMEGA] ** 2 + before[0] ** 2)
+    total += 0.25 * screw.rotor_inertia * (x[OMEGA_R] ** 2 + before[1] ** 2)
+    total += 0.25 * screw.load_inertia * (x[OMEGA_L] ** 2 + before[2] ** 2)
+    total += 0.5 * screw.stiffness * (x[PHI_R] - x[PHI_L]) ** 2
+    beyond = max(abs(x[PHI_L]) - screw.half_stroke / screw.lead * 2.0 * math.pi, 0.0)
+    total += 0.5 * screw.stop_stiffness * beyond**2
+    total += 0.5 * drive.coulomb / drive.presliding * x[BRISTLE_IN] ** 2
+    total += 0.5 * screw.coulomb / screw.presliding * x[BRISTLE_L] ** 2
+    for channel in range(2):
+        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
+        at = GAP_1 if channel == 0 else GAP_2
+        total += 0.5 * clutch.seal / clutch.seal_slip * x[SEAL_1 + channel] ** 2
+        stiffness = yield_stress(x[FIELD_1 + channel], clutch.strength, fluid) / fluid.yield_strain
+        residual = fluid.residual_yield / fluid.yield_strain
+        for i in range(POINTS):
+            volume = clutch.weight[i] / clutch.arm[i]
+            total += 0.5 * volume * (stiffness * x[at + i] + residual) * x[at + POINTS + i] ** 2
+    return total

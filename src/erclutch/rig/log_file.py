@@ -1,0 +1,139 @@
+"""Writing logs: Parquet, CSV or MATLAB, with units and what made them inside; whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import RunError
+
+Array = NDArray[np.float64]
+Columns = Sequence[tuple[str, str]]
+
+_BYTES_A_NUMBER = {".parquet": 9.0, ".csv": 14.0, ".mat": 9.0}
+
+
+def write_log(
+    path: str | Path,
+    columns: Columns,
+    chunks: Iterable[Array],
+    about: Mapping[str, Any],
+    *,
+    rows: int,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Write a log that `erclutch.read` opens.
+
+    Args:
+        path: ends in .parquet, .csv or .mat.
+        columns: name and unit of each column.
+        chunks: stretches of rows, each of shape (n, columns).
+        about: label and settings, kept inside the file as JSON.
+        rows: how many rows there will be.
+        progress: called with the share that is written.
+
+    Raises:
+        RunError: another ending, a folder that is missing or cannot be written, or too little space.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise RunError(f"a log cannot end in {suffix!r}", where=str(path), remedy="End it in .parquet, .csv or .mat")
+    _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
+    handle, partial = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
+    os.close(handle)
+    try:
+        _WRITERS[suffix](Path(partial), columns, _counted(chunks, rows, progress), about)
+        Path(partial).chmod(0o644)
+        os.replace(partial, path)
+    except OSError as error:
+        raise RunError(
+            f"the log cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place"
+        ) from error
+    finally:
+        Path(partial).unlink(missing_ok=True)
+    return path
+
+
+def _room(path: Path, needed: float) -> None:
+    if not path.parent.is_dir():
+        raise RunError("its folder does not exist", where=str(path), remedy=f"Make {path.parent} first")
+    if not os.access(path.parent, os.W_OK):
+        raise RunError("its folder cannot be written", where=str(path), remedy="Give another place")
+    free = shutil.disk_usage(path.parent).free
+    if needed > free:
+        raise RunError(
+            f"about {needed / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB are free",
+            where=str(path),
+            remedy="Give fewer --seconds or another disk",
+        )
+
+
+def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], None] | None) -> Iterable[Array]:
+    done = 0
+    for chunk in chunks:
+        yield chunk
+        done += chunk.shape[0]
+        if progress is not None:
+            progress(done / rows)
+
+
+def _parquet(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+    pa: Any = import_module("pyarrow")
+    pq: Any = import_module("pyarrow.parquet")
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
+    schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
+    with pq.ParquetWriter(path, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False) as writer:
+        for chunk in _gathered(chunks, 60_000):
+            arrays = [pa.array(np.ascontiguousarray(chunk[:, i])) for i in range(len(columns))]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+
+
+def _gathered(chunks: Iterable[Array], size: int) -> Iterable[Array]:
+    """Chunks joined to at least ``size`` rows."""
+    waiting: list[Array] = []
+    for chunk in chunks:
+        waiting.append(chunk)
+        if sum(c.shape[0] for c in waiting) >= size:
+            yield np.concatenate(waiting)
+            waiting = []
+    if waiting:
+        yield np.concatenate(waiting)
+
+
+def _csv(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(f"# {about.get('label', 'erclutch')}: {json.dumps(about)}\n")
+        file.write(",".join(f"{name} [{unit}]" if unit else name for name, unit in columns) + "\n")
+        for chunk in chunks:
+            np.savetxt(file, chunk, delimiter=",", fmt="%.9g")
+
+
+def _mat(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+    from scipy.io import savemat
+
+    rows = np.concatenate(list(chunks))
+    body: dict[str, Any] = {name: rows[:, i : i + 1] for i, (name, _) in enumerate(columns)}
+    units = json.dumps(dict(columns))
+    savemat(
+        path,
+        {**body, "erclutch_about": json.dumps(about), "erclutch_units": units},
+        do_compression=True,
+        appendmat=False,
+    )
+
+
+_WRITERS: dict[str, Callable[[Path, Columns, Iterable[Array], Mapping[str, Any]], None]] = {
+    ".parquet": _parquet,
+    ".csv": _csv,
+    ".mat": _mat,
+}

@@ -1,0 +1,145 @@
+"""The rig at its controller's rate, compiled: sense, command, step, row after row.
+
+Columns of a log, in the order of `LOGGED`, and the true states beside it, in the order of `TRUE`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.rig.compiled import compiled
+from erclutch.rig.kernel import (
+    FIELD_1,
+    FIELD_2,
+    METER_B,
+    MOTOR,
+    OMEGA,
+    OMEGA_L,
+    OMEGA_R,
+    PHI_L,
+    PHI_R,
+    TABLE,
+    THETA,
+    TORQUE,
+    WARMTH,
+    advance,
+)
+from erclutch.rig.parts import Parts
+from erclutch.rig.supply import interlocked
+
+Array = NDArray[np.float64]
+
+#: What a rig logs: name, unit.
+LOGGED = (
+    ("E1", ""),
+    ("E2", ""),
+    ("motor_torque", "N*m"),
+    ("theta", "rad"),
+    ("table", "m"),
+    ("alpha_rotary", "rad"),
+    ("T", "N*m"),
+)
+#: What only a twin knows: name, unit.
+TRUE = (
+    ("true_theta_dot", "rad/s"),
+    ("true_alpha_dot", "rad/s"),
+    ("true_rotor_speed", "rad/s"),
+    ("true_torque", "N*m"),
+    ("true_motor_torque", "N*m"),
+    ("true_field_1", "V/m"),
+    ("true_field_2", "V/m"),
+    ("true_warming", "K"),
+)
+
+
+@compiled
+def sense(x: Array, parts: Parts, noise: float, row: Array) -> None:
+    """What the sensors read: theta, table position, output shaft's angle, torque; into row[3:7]."""
+    sensors = parts.sensors
+    turn = 2.0 * math.pi
+    row[3] = math.floor(x[THETA] / turn * sensors.motor_counts) / sensors.motor_counts * turn
+    row[4] = math.floor(x[TABLE] / sensors.table_step) * sensors.table_step
+    row[5] = math.floor(x[PHI_R] / turn * sensors.rotary_counts) / sensors.rotary_counts * turn
+    torque = x[METER_B] + noise * sensors.torque_noise
+    if sensors.torque_step > 0.0:
+        torque = math.floor(torque / sensors.torque_step + 0.5) * sensors.torque_step
+    row[6] = torque
+
+
+@compiled
+def true_states(x: Array, row: Array) -> None:
+    """What only the twin knows, into row[0:8]."""
+    row[0], row[1], row[2] = x[OMEGA], x[OMEGA_L], x[OMEGA_R]
+    row[3], row[4] = x[TORQUE], x[MOTOR]
+    row[5], row[6], row[7] = x[FIELD_1], x[FIELD_2], x[WARMTH]
+
+
+@compiled
+def run_open(
+    x: Array,
+    parts: Parts,
+    field: Array,
+    motor: Array,
+    noise: Array,
+    locked: bool,
+    soft: float,
+    guard: Array,
+    dt: float,
+    steps: int,
+    log: Array,
+    true: Array,
+) -> None:
+    """Predefined commands. Beyond the soft stroke whole half-waves are mirrored, so that the table comes back.
+
+    ``soft`` in rad of the screw, 0 for no guard; ``guard`` is [mirrored now, last command] and is kept between calls.
+    """
+    for k in range(field.size):
+        wanted = field[k]
+        # A sequence changes sides, or steps, between half-waves: only there may its mirror begin or end.
+        if wanted * guard[1] <= 0.0 or abs(wanted - guard[1]) > 0.1:
+            outward = (x[PHI_L] > soft and wanted > 0.0) or (x[PHI_L] < -soft and wanted < 0.0)
+            guard[0] = 1.0 if soft > 0.0 and outward else 0.0
+        guard[1] = wanted
+        if guard[0] > 0.5:
+            wanted = -wanted
+        first, second, _ = interlocked(max(wanted, 0.0), max(-wanted, 0.0))
+        sense(x, parts, noise[k], log[k])
+        true_states(x, true[k])
+        log[k, 0], log[k, 1], log[k, 2] = first, second, motor[k]
+        advance(x, parts, first, second, motor[k], locked, dt, steps)
+
+
+@compiled
+def run_tracking(
+    x: Array,
+    parts: Parts,
+    reference: Array,
+    motor: Array,
+    noise: Array,
+    gains: Array,
+    memory: Array,
+    dt: float,
+    steps: int,
+    log: Array,
+    true: Array,
+) -> None:
+    """Position tracking by the PD law of equation (23), with its split into E1 and E2.
+
+    ``reference`` holds alpha_r and its speed, shape (n, 2); ``gains`` k_p and k_d; ``memory`` the last alpha, nan at
+    first.
+    """
+    period = dt * steps
+    for k in range(motor.size):
+        sense(x, parts, noise[k], log[k])
+        true_states(x, true[k])
+        alpha = log[k, 4] * 2.0 * math.pi / parts.screw.lead
+        speed = 0.0 if math.isnan(memory[0]) else (alpha - memory[0]) / period
+        memory[0] = alpha
+        wanted = gains[0] * (reference[k, 0] - alpha) + gains[1] * (reference[k, 1] - speed)
+        wanted = min(max(wanted, -parts.supply.command_limit), parts.supply.command_limit)
+        first, second = max(wanted, 0.0), max(-wanted, 0.0)
+        log[k, 0], log[k, 1], log[k, 2] = first, second, motor[k]
+        advance(x, parts, first, second, motor[k], False, dt, steps)

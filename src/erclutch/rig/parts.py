@@ -1,0 +1,169 @@
+"""Parameters of the parts as the compiled code takes them: named tuples of floats, one a part."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.rig.parameters import RigParameters
+
+#: Gauss points over the radius of a gap.
+POINTS = 5
+
+
+class Supply(NamedTuple):
+    """High-voltage unit; see default.toml for meanings and units."""
+
+    command_limit: float
+    voltage_limit: float
+    time_constant: float
+    slew_up: float
+    slew_down: float
+    leakage_1: float
+    leakage_2: float
+
+
+class Fluid(NamedTuple):
+    """The ER fluid."""
+
+    polarisation: float
+    critical_field: float
+    viscosity: float
+    thinning: float
+    thinning_rate: float
+    field_thickening: float
+    residual_yield: float
+    yield_strain: float
+    breaking_rate: float
+    breaking_exponent: float
+    building_time: float
+    decay_time: float
+    rearranging_strain: float
+
+
+class Clutch(NamedTuple):
+    """One clutch: geometry of its gap and what differs between the two.
+
+    Attributes:
+        gap: between discs [m].
+        arm: r / gap at the Gauss points: shear rate per slip, shape (POINTS,).
+        weight: faces x 2 pi r^2 dr at the Gauss points: torque per shear stress [m^3], shape (POINTS,).
+        strength: yield stress over the critical-field form 1.313 X^1.5 tanh(sqrt X) [Pa].
+        viscosity: over the fluid's.
+        seal: friction torque of the lip seal [N m].
+        seal_slip: presliding angle of the seal [rad].
+    """
+
+    gap: float
+    arm: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    strength: float
+    viscosity: float
+    seal: float
+    seal_slip: float
+
+
+class Drive(NamedTuple):
+    """Motor, gears and housings."""
+
+    inertia: float
+    torque_time: float
+    torque_limit: float
+    ripple: float
+    coulomb: float
+    breakaway: float
+    stribeck_speed: float
+    viscous: float
+    presliding: float
+
+
+class Screw(NamedTuple):
+    """Output shaft, torque meter's compliance, ball screw and table."""
+
+    rotor_inertia: float
+    load_inertia: float
+    stiffness: float
+    damping: float
+    lead: float
+    half_stroke: float
+    stop_stiffness: float
+    stop_damping: float
+    coulomb: float
+    breakaway: float
+    stribeck_speed: float
+    viscous: float
+    presliding: float
+    asymmetry: float
+    waviness: float
+    backlash: float
+
+
+class Sensors(NamedTuple):
+    """Torque meter and encoders."""
+
+    torque_bandwidth: float
+    torque_noise: float
+    torque_step: float
+    motor_counts: float
+    table_step: float
+    rotary_counts: float
+
+
+class Thermal(NamedTuple):
+    """Heat of both clutches."""
+
+    capacity: float
+    loss: float
+    thinning: float
+
+
+class Parts(NamedTuple):
+    """All parts of the rig."""
+
+    supply: Supply
+    fluid: Fluid
+    clutch_1: Clutch
+    clutch_2: Clutch
+    drive: Drive
+    screw: Screw
+    sensors: Sensors
+    thermal: Thermal
+
+
+def yield_form(ratio: float) -> float:
+    """The critical-field form 1.313 X^1.5 tanh(sqrt X) for X = E / E_c."""
+    return float(1.313 * ratio**1.5 * np.tanh(np.sqrt(ratio)))
+
+
+def parts_of(rig: RigParameters) -> Parts:
+    """Parameters as the compiled code takes them."""
+    clutch = rig.section("clutch")
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    inner, outer, gap = clutch["inner_radius"], clutch["outer_radius"], clutch["gap"]
+    radius = 0.5 * (outer - inner) * points + 0.5 * (outer + inner)
+    weight = 0.5 * (outer - inner) * weights * 2.0 * np.pi * radius**2 * clutch["faces"]
+    full = yield_form(rig.value("supply.voltage_limit") / gap / rig.value("fluid.critical_field"))
+
+    def one(i: int) -> Clutch:
+        return Clutch(
+            gap=gap,
+            arm=radius / gap,
+            weight=weight,
+            strength=clutch[f"rated_torque_{i}"] / (float(weight.sum()) * full),
+            viscosity=clutch[f"viscosity_{i}"],
+            seal=clutch[f"seal_{i}"],
+            seal_slip=clutch["seal_slip"],
+        )
+
+    return Parts(
+        Supply(**rig.section("supply")),
+        Fluid(**rig.section("fluid")),
+        one(1),
+        one(2),
+        Drive(**rig.section("drive")),
+        Screw(**rig.section("screw")),
+        Sensors(**rig.section("sensors")),
+        Thermal(**rig.section("thermal")),
+    )

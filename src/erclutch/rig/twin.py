@@ -1,0 +1,115 @@
+"""The digital twin as a rig. TWIN: everything that comes from it is labelled so."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from types import TracebackType
+
+import numpy as np
+
+from erclutch.rig.interface import Command, Measurement
+from erclutch.rig.kernel import OMEGA, SIZE, WARMTH, advance
+from erclutch.rig.loop import sense
+from erclutch.rig.parameters import RigParameters, default_rig
+from erclutch.rig.parts import parts_of
+from erclutch.rig.supply import interlocked
+
+LABEL = "TWIN"
+PERIOD = 1.0e-3
+
+
+class Twin:
+    """Two coaxial ER clutches on a ball screw, stepped at 1 kHz.
+
+    Args:
+        rig: its parameters; None is the default rig.
+        seed: of the torque meter's noise.
+        locked: whether the output shaft is held.
+        speed: initial speed of the motor in rad/s.
+
+    Attributes:
+        events: how often a command was changed or refused, by kind: ``both fields``, ``beyond limit``, ``not finite``.
+    """
+
+    def __init__(
+        self, rig: RigParameters | None = None, *, seed: int = 0, locked: bool = False, speed: float = 0.0
+    ) -> None:
+        self.rig = rig or default_rig()
+        self.events: Counter[str] = Counter()
+        self._parts = parts_of(self.rig)
+        self._steps = substeps(self.rig)
+        self._random = np.random.default_rng(seed)
+        self._locked = locked
+        self._state = np.zeros(SIZE)
+        self._state[OMEGA] = speed
+        self._rows = 0
+        self._command = Command()
+        self._measured = self._read()
+
+    @property
+    def period(self) -> float:
+        """Sampling period in s."""
+        return PERIOD
+
+    @property
+    def warming(self) -> float:
+        """How much warmer the clutches are than at the start, in K: only a twin knows."""
+        return float(self._state[WARMTH])
+
+    def sense(self) -> Measurement:
+        """Read the sensors; the same until the next step."""
+        return self._measured
+
+    def command(self, command: Command) -> None:
+        """Set the commands for the next step.
+
+        As the supply would: a field beyond its limit is clipped, of two fields the smaller gives way, and a command
+        that is not finite counts as zero; each is counted in `events`.
+        """
+        limit = self.rig.value("supply.command_limit")
+        first, second = (self._clipped(field, 0.0, limit) for field in (command.E1, command.E2))
+        first, second, gave_way = interlocked(first, second)
+        if gave_way:
+            self.events["both fields"] += 1
+        bound = self.rig.value("drive.torque_limit")
+        self._command = Command(first, second, self._clipped(command.motor_torque, -bound, bound))
+
+    def step(self) -> None:
+        """Let one period pass."""
+        now = self._command
+        advance(
+            self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, PERIOD / self._steps, self._steps
+        )
+        self._rows += 1
+        self._measured = self._read()
+
+    def close(self) -> None:
+        """Fields and torque to zero."""
+        self._command = Command()
+
+    def __enter__(self) -> Twin:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _clipped(self, value: float, low: float, high: float) -> float:
+        if not math.isfinite(value):
+            self.events["not finite"] += 1
+            return 0.0
+        if not low <= value <= high:
+            self.events["beyond limit"] += 1
+        return min(max(value, low), high)
+
+    def _read(self) -> Measurement:
+        row = np.zeros(7)
+        sense(self._state, self._parts, float(self._random.standard_normal()), row)
+        return Measurement(self._rows * PERIOD, *(float(v) for v in row[3:7]))
+
+
+def substeps(rig: RigParameters) -> int:
+    """Internal steps in a sampling period."""
+    return max(1, round(PERIOD / rig.value("integration.step")))

@@ -1,0 +1,122 @@
+"""The twin's physics against closed forms, its step against half of it, and its energy against itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from erclutch.rig import kernel as k
+from erclutch.rig.excitation import FieldSettings, field_sequence, torque_sequence
+from erclutch.rig.fluid import strain_after, structure_after, structure_rates, yield_stress
+from erclutch.rig.parameters import default_rig
+from erclutch.rig.parts import POINTS, Parts, parts_of
+
+STEP = default_rig().value("integration.step")
+
+
+def run(parts: Parts, seconds: float, step: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Torque meter each ms, the last state, and the speeds half a step before it."""
+    rng = np.random.default_rng(seed)
+    rows = round(seconds * 1000)
+    fields, motor = field_sequence(rows, rng, FieldSettings()), torque_sequence(rows, rng)
+    x = np.zeros(k.SIZE)
+    x[k.OMEGA] = 40.0
+    torque, steps = np.empty(rows), round(1e-3 / step)
+    before = x[[k.OMEGA, k.OMEGA_R, k.OMEGA_L]]
+    for i in range(rows):
+        k.advance(x, parts, max(fields[i], 0.0), max(-fields[i], 0.0), motor[i], False, step, steps - 1)
+        before = x[[k.OMEGA, k.OMEGA_R, k.OMEGA_L]]
+        k.advance(x, parts, max(fields[i], 0.0), max(-fields[i], 0.0), motor[i], False, step, 1)
+        torque[i] = x[k.METER_B]
+    return torque, x, before
+
+
+def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
+    parts = parts_of(default_rig())
+    whole, half, quarter = (run(parts, 8.0, STEP / n)[0] for n in (1, 2, 4))
+
+    def off(a: np.ndarray, b: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2)))
+
+    assert off(whole, half) < 0.01
+    assert off(half, quarter) < 0.5 * off(whole, half)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int) -> None:
+    parts = parts_of(default_rig())
+    _, x, before = run(parts, 5.0, STEP, seed)
+    start = 0.5 * parts.drive.inertia * 40.0**2
+    gained = k.stored(x, parts, before) - start
+    assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
+    assert x[k.SMALLEST] >= 0.0
+    assert x[k.DISSIPATED] > 0.0
+
+
+def held(slip: float, command: float, channel: int, changes: dict[str, float]) -> float:
+    """Torque of one clutch at a constant slip, once it is steady: rotor held, housing driven at a speed."""
+    rig = default_rig().changed({"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, **changes})
+    parts = parts_of(rig)
+    clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
+    field = command / parts.supply.command_limit * parts.supply.voltage_limit / clutch.gap
+    torque, rate = 0.0, structure_rates(field, parts.fluid)
+    strength = yield_stress(field, clutch.strength, parts.fluid)
+    for i in range(POINTS):
+        shear, s, z = slip * clutch.arm[i], 0.0, 0.0
+        for _ in range(200_000 if slip * clutch.arm[i] < 1.0 else 4000):
+            s = structure_after(s, rate[0], rate[1], shear, parts.fluid, STEP)
+            z = strain_after(z, shear, parts.fluid, STEP)
+        torque += clutch.weight[i] * strength * s * z / parts.fluid.yield_strain
+    return torque
+
+
+@pytest.mark.parametrize(("channel", "rated"), [(0, "rated_torque_1"), (1, "rated_torque_2")])
+def test_a_slow_fully_built_clutch_gives_its_rated_torque(channel: int, rated: str) -> None:
+    """Table I at 2000 V, slow enough that shear breaks little of the structure."""
+    wanted = default_rig().value(f"clutch.{rated}")
+    assert held(0.05, 0.5, channel, {}) == pytest.approx(wanted, rel=0.01)
+
+
+def test_the_disc_integral_of_a_bingham_fluid() -> None:
+    """N [2 pi / 3 tau_y (r2^3 - r1^3) + pi eta w / (2 h) (r2^4 - r1^4)] with a constant yield stress and viscosity."""
+    rig = default_rig()
+    c, clutch = rig.section("clutch"), parts_of(rig).clutch_1
+    tau, eta, w = 1500.0, 0.2, 12.0
+    shear = w * clutch.arm
+    got = float(np.sum(clutch.weight * (tau + eta * shear)))
+    r1, r2, h, n = c["inner_radius"], c["outer_radius"], c["gap"], c["faces"]
+    expected = n * (2 * math.pi / 3 * tau * (r2**3 - r1**3) + math.pi * eta * w / (2 * h) * (r2**4 - r1**4))
+    assert got == pytest.approx(expected, rel=1e-3)
+
+
+def test_torque_follows_a_step_of_the_field_within_milliseconds() -> None:
+    """63 % of the final torque of a held output shaft, after a full step at a steady motor speed."""
+    parts = parts_of(default_rig())
+    x = np.zeros(k.SIZE)
+    x[k.OMEGA] = 20.0
+    k.advance(x, parts, 0.0, 0.0, 0.12, True, STEP, 200)
+    rest = x[k.METER_B]
+    trace = []
+    for _ in range(60):
+        k.advance(x, parts, 0.2, 0.0, 0.12, True, STEP, 10)
+        trace.append(x[k.METER_B] - rest)
+    rise = 0.5 * (1 + int(np.argmax(np.array(trace) > 0.632 * max(trace))))
+    assert 1.0 <= rise <= 10.0
+
+
+@pytest.mark.parametrize(("channel", "milliamperes"), [(1, 0.29), (2, 0.27)])
+def test_leakage_current_of_table_1(channel: int, milliamperes: float) -> None:
+    rig = default_rig()
+    current = rig.value("supply.voltage_limit") / rig.value(f"supply.leakage_{channel}")
+    assert 1e3 * current == pytest.approx(milliamperes, rel=0.01)
+
+
+def test_a_locked_shaft_does_not_turn() -> None:
+    parts = parts_of(default_rig())
+    x = np.zeros(k.SIZE)
+    k.advance(x, parts, 0.4, 0.0, 0.1, True, STEP, 20_000)
+    assert x[k.OMEGA_L] == 0.0
+    assert x[k.PHI_L] == 0.0
+    assert abs(x[k.METER_B]) > 0.01
