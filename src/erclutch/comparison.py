@@ -46,7 +46,7 @@ class Settings:
     Attributes:
         models: specifications of laws; ("all",) is the ladder.
         lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
-            law            if the data ask for it.
+            law if the data ask for it.
         test: share of each log, its end, that is held out; or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).

@@ -15,6 +15,7 @@ app = App(
     version=__version__,
     help_format="plaintext",
     result_action="return_value",
+    suppress_keyboard_interrupt=False,
 )
 _COMMANDS = {
     "demo": "See it work: make a small synthetic log, fit all models, print the table.",

@@ -72,7 +72,7 @@ class Minimum:
 
 
 def minimise(
-    problem: Problem, start: Array, *, tolerance: float = 1e-10, max_iterations: int = 100, reach: float = 100.0
+    problem: Problem, start: Array, *, tolerance: float = 1e-10, max_iterations: int = 100, reach: float = 10.0
 ) -> Minimum:
     """Minimise a sum of squares from a start.
 
@@ -94,7 +94,7 @@ def minimise(
         trial: Array = np.clip(u + step, problem.lower, problem.upper)
         step = trial - u
         if not step.any():
-            stop = "converged" if _stationary(model, problem, u, floor) else "stalled"
+            stop = "converged" if _stationary(model, problem, u, floor, tolerance) else "stalled"
             break
         length = float(np.linalg.norm(scale * step))
         radius = min(radius, length) if tries == 1 else radius
@@ -112,7 +112,7 @@ def minimise(
             stop = "converged"
             break
         if radius <= tolerance * float(np.linalg.norm(scale * u)):
-            stationary = _stationary(model, problem, u, floor)
+            stationary = _stationary(model, problem, u, floor, tolerance)
             if stationary or fresh_starts == 0:
                 stop = "converged" if stationary else "stalled"
                 break
@@ -195,8 +195,9 @@ def _predicted(model: Linearisation, step: Array) -> float:
     return float(model.vector @ model.vector - np.sum((model.vector - model.triangle @ step) ** 2))
 
 
-def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float) -> bool:
+def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float, tolerance: float) -> bool:
+    """Whether the residual is at right angles to what the free coordinates can change."""
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
     norms = _norms(model.triangle) * max(model.cost**0.5, floor) + np.finfo(float).tiny
-    return bool(np.all(np.abs(gradient / norms)[free] < 1e-6))
+    return bool(np.all(np.abs(gradient / norms)[free] < max(1e-6, tolerance**0.5)))
