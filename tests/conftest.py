@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 
-#: A skip that stays one: only another user could run the test, and continuous integration may run as root.
-
 
 def _strict() -> bool:
     return os.environ.get("ERCLUTCH_NO_SKIP") == "1"
