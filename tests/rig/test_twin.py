@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -230,3 +231,40 @@ def test_the_command(tmp_path: Path) -> None:
         assert done.returncode == 2
         assert done.stderr.startswith("error: ")
         assert "Traceback" not in done.stderr
+
+
+# --- excitation -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
+def test_a_command_sequence_is_what_section_3b_asks_for(tmp_path: Path, suffix: str) -> None:
+    from erclutch.cli.excite import excite
+
+    path = tmp_path / f"commands{suffix}"
+    excite(out=path, seconds=20.0, seed=4)
+    columns = erclutch.read_table(path).columns
+    first, second, motor = (columns[name] for name in ("E1", "E2", "motor_torque"))
+    assert first.size == 20_000
+    assert not np.any((first > 0) & (second > 0))
+    assert min(first.min(), second.min()) >= 0.0
+    assert max(first.max(), second.max()) <= 0.5
+    assert 0.04 <= motor.min() < motor.max() <= 0.15
+    # Half a period of the torque lasts 5 to 250 ms: 100 to 2 Hz.
+    held = np.diff(np.flatnonzero(np.diff(motor, prepend=np.nan, append=np.nan)))
+    assert held[:-1].min() >= 5
+    assert held.max() <= 250
+    again = tmp_path / f"again{suffix}"
+    excite(out=again, seconds=20.0, seed=4)
+    np.testing.assert_array_equal(erclutch.read_table(again).columns["E1"], first)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"seconds": 0.0}, {"seed": -1}, {"rate": 0.0}, {"torque": (0.2, 0.1)}, {"highest": 400.0}, {"lowest": 200.0}],
+)
+def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> None:
+    from erclutch.cli.excite import excite
+
+    with pytest.raises(SettingError):
+        excite(out=tmp_path / "c.csv", **options)
+    assert not list(tmp_path.iterdir())

@@ -22,6 +22,7 @@ _COMMANDS = {
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
+    "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "laws": "List the laws.",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -167,6 +168,17 @@ def coverage(field: Array, slip: Array, name: str) -> str:
         lines.append(f"{(rows[row] + rows[row + 1]) / 2:>10.3g} {cells}")
     left, right = f"{columns[0]:.3g}", f"{columns[-1]:.3g}"
     return "\n".join([*lines, f"{'':>10} {left}{right:>{60 - len(left)}}"])
+
+
+def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
+    """Share of a signal's power in bands of frequency up to 200 Hz: (from, to, share)."""
+    power = np.abs(np.fft.rfft(values - np.mean(values))) ** 2
+    frequency = np.fft.rfftfreq(values.size, 1.0 / rate)
+    edges = [edge for edge in (0.0, 2.0, 10.0, 50.0, 100.0, 200.0) if edge <= rate / 2]
+    total = float(power.sum()) or 1.0
+    return [
+        (a, b, float(power[(frequency >= a) & (frequency < b)].sum()) / total) for a, b in itertools.pairwise(edges)
+    ]
 
 
 _SHADES = " ░▒▓█"
