@@ -23,8 +23,8 @@ def excite(
 ) -> None:
     """Write the commands of section III-B: pseudorandom square and sine fields, pseudorandom square motor torque.
 
-    Only one clutch is ever under field. The sequence does not look at the rig: keeping the table within its stroke is the
-    rig's to do.
+    Only one clutch is ever under field. The sequence does not look at the rig: keeping the table within its stroke is
+    the rig's to do.
 
     Args:
         out: Sequence to write: .csv, .mat or .parquet.
