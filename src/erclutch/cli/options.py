@@ -65,7 +65,7 @@ class LogOptions:
     lead: Annotated[str | None, Parameter(group=_READING)] = None
     """Lead of the screw, for example '10 mm'."""
     constant: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
-    """A signal that is the same all through the log, for example 'field=0.5 A'; may be repeated."""
+    """A constant signal, for example 'field=0.5 A', or one number a segment between gaps: 'field=0,0.5,1 A'."""
     name_pattern: Annotated[str | None, Parameter(group=_READING)] = None
     """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""
     map: Annotated[Path | None, Parameter(group=_READING)] = None

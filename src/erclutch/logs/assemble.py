@@ -44,6 +44,7 @@ class _Draft:
     units: dict[str, str] = field(default_factory=dict[str, str])
     columns: dict[str, str] = field(default_factory=dict[str, str])
     constants: dict[str, float] = field(default_factory=dict[str, float])
+    stepped: dict[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
     notes: list[str] = field(default_factory=list[str])
 
     def present(self, signals: tuple[str, ...]) -> bool:
@@ -134,10 +135,10 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
         for key, (number, unit) in name_pattern.constants_of(chosen.name_pattern, table.name).items():
             given[key] = (number, unit, "from the file's name")
     for key, text in chosen.constants.items():
-        try:
-            given[key] = (*units.quantity(text), chosen.source)
-        except UnitError as error:
-            raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy, where=table.name) from error
+        if "," in text:
+            _take_steps(draft, key, text)
+        else:
+            given[key] = (*_quantity(draft, key, text), chosen.source)
     allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
     for key, (number, unit, source) in given.items():
         text = f"{number:g} {unit}" if unit else f"{number:g}"
@@ -155,6 +156,37 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
             draft.signals[key], draft.units[key] = values * factor, si
             draft.constants[key] = number * factor
             draft.notes.append(f"{key} <- constant {text} ({source})")
+
+
+def _take_steps(draft: _Draft, key: str, text: str) -> None:
+    """A signal that is constant in each segment: one number after another, the unit behind the last (``0, 1 A``)."""
+    *earlier, last = text.split(",")
+    final, unit = _quantity(draft, key, last)
+    numbers = (*(_quantity(draft, key, number)[0] for number in earlier), final)
+    if key not in SIGNALS:
+        raise MappingError(f"{key} is no signal", remedy="Give one number", where=draft.table.name)
+    factor, si = units.conversion(unit, SIGNALS[key], key, draft.table.name) if unit else (1.0, "?")
+    draft.stepped[key] = tuple(number * factor for number in numbers)
+    draft.signals[key], draft.units[key] = np.full(draft.table.rows, numbers[0] * factor), si
+    draft.notes.append(f"{key} <- {text.strip()}, one number a segment (given)")
+
+
+def _quantity(draft: _Draft, key: str, text: str) -> tuple[float, str | None]:
+    try:
+        return units.quantity(text)
+    except UnitError as error:
+        raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy, where=draft.table.name) from error
+
+
+def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.intp], stops: NDArray[np.intp]) -> None:
+    for key, numbers in draft.stepped.items():
+        if len(numbers) != starts.size:
+            raise MappingError(
+                f"{len(numbers)} numbers for {key} and {starts.size} segments between gaps",
+                remedy="Give one number for each; erclutch inspect shows the segments",
+                where=draft.table.name,
+            )
+        signals[key] = _frozen(np.repeat(np.array(numbers), (stops - starts).astype(np.int64)))
 
 
 def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
@@ -330,6 +362,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
     signals: dict[str, Array] = {}
     for name, values in draft.signals.items():
         signals[name] = _frozen(values[kept[fine]])
+    _step_signals(draft, signals, starts, stops)
     time = _frozen(clock.time[fine])
     return Recording(
         name=draft.table.name,

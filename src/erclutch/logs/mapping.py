@@ -15,7 +15,7 @@ of the log; the first that exists is read. Its keys, all optional::
     effort = {column = 4, unit = "N", scale = -1}
 
     [constants]                      # signals that are the same all through the log, and other numbers
-    field = "0.5 A"
+    field = "0.5 A"                  # or one number a segment between gaps: "0, 0.25, 0.5 A"
 
 A label is a column's name, with the unit in brackets where the file does not give it or gives it wrongly; a minus
 before it turns the sign (``-F [N]``). What the command line says wins over the file, and the file over guesses.
