@@ -9,23 +9,11 @@ from types import ModuleType
 
 import pytest
 
+from erclutch.laws import LADDER
+
 STUDY = Path(__file__).resolve().parents[1] / "studies" / "recovery.py"
 REPETITIONS = 60
-CASES = (
-    "on-off",
-    "quadratic",
-    "bingham",
-    "bingham/critical",
-    "casson",
-    "herschel-bulkley",
-    "seo-seo",
-    "cho-choi-jhon",
-    "hem",
-    "rbfm-5",
-    "rbfm-10",
-    "bingham+lag",
-    "bingham+rise-fall",
-)
+CASES = (*LADDER, "bingham+lag", "bingham+rise-fall")
 
 
 @pytest.fixture(scope="module")

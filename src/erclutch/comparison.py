@@ -248,22 +248,8 @@ def _second_time_constant(
     if not lagged:
         return []
     one = min(lagged, key=lambda o: o.train_cost)
-    structure = one.model.structure
-    two = _fit_all(
-        train,
-        [
-            Structure(
-                structure.device,
-                structure.specification,
-                structure.law,
-                "rise-fall",
-                structure.friction,
-                structure.offset,
-            )
-        ],
-        1,
-        report,
-    )[0]
+    structure = replace(one.model.structure, dynamics="rise-fall")
+    two = _fit_all(train, [structure], 1, report)[0]
     independent = min(independent_rows(train.effort - o.model.predict(train)) for o in (one, two))
     criteria = [
         information_criteria(o.train_cost, o.train_rows, independent, o.parameters)["bic_independent"]

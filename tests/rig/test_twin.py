@@ -30,7 +30,7 @@ def test_every_parameter_has_a_source_and_lies_in_its_range() -> None:
     assert set(rig.entries) == set(SECTIONS)
     for section, entries in rig.entries.items():
         for name, entry in entries.items():
-            assert entry.source in {"paper", "catalogue", "assumed", "calibrated"}, (section, name)
+            assert entry.source in {"paper", "catalogue", "assumed", "prototype"}, (section, name)
             assert entry.low <= entry.value <= entry.high or name == "backlash", (section, name)
             assert entry.meaning
 

@@ -14,6 +14,7 @@ from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
     from erclutch.comparison import Comparison, Settings
+    from erclutch.dataset import Dataset
     from erclutch.signals import Recording
 
 _MODELS = Group("Models and figures", sort_key=1)
@@ -118,15 +119,13 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
     return test
 
 
-def compare_with_progress(data: object, settings: Settings) -> Comparison:
+def compare_with_progress(data: Dataset, settings: Settings) -> Comparison:
     """Compare, with a progress bar on a terminal's standard error."""
     from rich.console import Console
     from rich.progress import Progress
 
     from erclutch.comparison import compare
-    from erclutch.dataset import Dataset
 
-    assert isinstance(data, Dataset)
     screen = Console(stderr=True)
     with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
         task = bar.add_task("fitting", total=None)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import ErclutchError
+
+if TYPE_CHECKING:
+    from erclutch.logs import Table
+    from erclutch.signals import Array, Recording
 
 
 def inspect(
@@ -62,24 +66,19 @@ def inspect(
         screen.print(show.coverage(element.field, element.slip, name), markup=False)
 
 
-def _figures(values: object) -> tuple[float, float, float, float]:
+def _figures(values: Array) -> tuple[float, float, float, float]:
     import numpy as np
 
-    array = np.asarray(values, np.float64)
-    finite = array[np.isfinite(array)]
-    missing = float(array.size - finite.size)
+    finite = values[np.isfinite(values)]
+    missing = float(values.size - finite.size)
     if not finite.size:
         return float("nan"), float("nan"), float("nan"), missing
     return float(finite.min()), float(finite.max()), float(finite.mean()), missing
 
 
-def _print_json(raw: object, recording: object, problem: ErclutchError | None) -> None:
+def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError | None) -> None:
     from json import dumps
 
-    from erclutch.logs import Table
-    from erclutch.signals import Recording
-
-    assert isinstance(raw, Table)
     body: dict[str, object] = {
         "columns": {
             name: {
@@ -91,7 +90,7 @@ def _print_json(raw: object, recording: object, problem: ErclutchError | None) -
         "notes": list(raw.notes),
         "problem": str(problem) if problem else None,
     }
-    if isinstance(recording, Recording):
+    if recording is not None:
         body |= {
             "signals": dict(recording.units),
             "rows": recording.rows,

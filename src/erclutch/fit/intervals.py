@@ -27,7 +27,7 @@ class Uncertainty:
         quantile: half width of the 95 % interval in standard errors.
         rank: numerical rank of the Jacobian, columns scaled to one.
         condition: ratio of its largest and smallest singular value.
-        bandwidth: rows over which residuals were taken as correlated; 1 for none.
+        bandwidth: of the long-run covariance, in rows, after whitening; 1 where rows have no order.
     """
 
     errors: Array

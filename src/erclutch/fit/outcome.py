@@ -55,7 +55,7 @@ class FitOutcome:
         paper_form: the same numbers in the published symbols, where those differ; by element for a pair.
         rank, unknowns: numerical rank of the Jacobian against the number of free parameters.
         condition: its condition number, columns scaled to one.
-        bandwidth: rows over which the residuals are correlated, as used for the intervals.
+        bandwidth: of the covariance behind the intervals, in rows, after whitening; 1 where rows have no order.
         train_cost: sum of squared residuals on the training rows.
         train_rows: number of training rows.
     """
@@ -99,6 +99,6 @@ class FitOutcome:
             "rank": self.rank,
             "unknowns": self.unknowns,
             "condition": as_json(self.condition),
-            "correlated_rows": self.bandwidth,
+            "bandwidth_rows": self.bandwidth,
             "train_rows": self.train_rows,
         }

@@ -32,7 +32,7 @@ class Entry:
 
     Attributes:
         value, unit: the number, in SI.
-        source: paper, catalogue, assumed or calibrated.
+        source: paper, catalogue, assumed or prototype.
         low, high: plausible range; the limits of a calibration.
         meaning: one phrase.
     """
@@ -105,7 +105,7 @@ def _unknown(path: str, rig: RigParameters) -> SettingError:
 
     known = [f"{section}.{key}" for section, names in rig.entries.items() for key in names]
     near = difflib.get_close_matches(path, known, n=1)
-    hint = f"Did you mean {near[0]}" if near else "erclutch rig prints them all"
+    hint = f"Did you mean {near[0]}" if near else "They are listed in default.toml of the package erclutch.rig"
     return SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=rig.name)
 
 
