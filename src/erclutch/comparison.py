@@ -26,7 +26,7 @@ from erclutch.evaluate import (
     score,
 )
 from erclutch.fit import FitOutcome, fit_structure
-from erclutch.laws import LADDER, law_from_name
+from erclutch.laws import LADDER, PAPER, law_from_name
 from erclutch.model import Structure
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Settings:
     """What a comparison does; together with the log it determines every figure.
 
     Attributes:
-        models: specifications of laws; ("all",) is the ladder.
+        models: specifications of laws; "all" is the ladder, "paper" the laws of the paper's tables.
         lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
             law if the data ask for it.
         test: share of each log, its end, that is held out; or patterns of the names of logs that are.
@@ -135,6 +135,7 @@ class Comparison:
         raise SettingError(f"no model {name!r} here", remedy=f"There are {', '.join(e.name for e in self.entries)}")
 
 
+_SETS = {"all": LADDER, "paper": PAPER}
 _NO_LAG = Finding(
     "note",
     "dynamics",
@@ -192,7 +193,7 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     """
     if settings.lag not in LAGS:
         raise SettingError(f"unknown lag {settings.lag!r}", remedy=f"Choose one of {', '.join(LAGS)}")
-    names = [name for model in settings.models for name in (LADDER if model == "all" else (model,))]
+    names = [name for model in settings.models for name in _SETS.get(model, (model,))]
     if not names:
         raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
     forms: dict[Lag, tuple[DynamicsForm, ...]] = {
@@ -214,8 +215,8 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
 def _full_name(name: str, device: str) -> str:
     """The canonical specification, so that ``ss`` and ``seo-seo`` are one and files carry one name."""
     law = law_from_name(name, device)
-    form = name.partition("/")[2].strip().lower()
-    return f"{law.name}/{form}" if form else law.name
+    forms = sorted(name.strip().lower().split("/")[1:], key=lambda form: form == "forward")
+    return "/".join([law.name, *dict.fromkeys(forms)])
 
 
 def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, report: Progress) -> list[FitOutcome]:

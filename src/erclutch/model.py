@@ -21,7 +21,7 @@ from erclutch.dual import pick
 from erclutch.dynamics import Clock, DynamicsForm, respond
 from erclutch.errors import ErclutchError, RunError
 from erclutch.laws import Dimension, Gain, Law, Shape, law_from_name
-from erclutch.laws.smooth import direction
+from erclutch.laws.smooth import FORWARD, direction
 
 Array = NDArray[np.float64]
 
@@ -69,6 +69,11 @@ class Structure:
         """Number of elements of the device."""
         return 2 if self.device == "coaxial" else 1
 
+    @property
+    def ways(self) -> tuple[float, ...]:
+        """Sign in which each element drives: a law sees it as forward. Laws are odd, so only `Law.forward` feels it."""
+        return (1.0, -1.0) if self.elements == 2 else (1.0,)
+
     def shapes(self, period: float) -> tuple[Shape, ...]:
         """All nonlinear parameters: of the stimulus, the law, the dynamics."""
         return (*self.law.stimulus_shape, *self.law.shape, *_dynamics_shapes(self.dynamics, period))
@@ -101,15 +106,17 @@ class Structure:
         stimulus_count, law_count = len(self.law.stimulus_shape), len(self.law.shape)
         stimulus, shape = q[:stimulus_count], q[stimulus_count : stimulus_count + law_count]
         columns: list[Any] = []
-        for element in elements:
+        for way, element in zip(self.ways, elements, strict=True):
             command: Any = element.field / reference.field
             if self.law.stimulus is not None:
                 command = self.law.stimulus(command, *stimulus)
             strength = np.abs(self._in_fluid(command, clock, q[stimulus_count + law_count :], rows))
-            slip = element.slip[rows] / reference.slip
-            columns.extend(self.law.columns(strength, slip, *shape))
+            slip = way * element.slip[rows] / reference.slip
+            turn = FORWARD if self.law.forward else shape[0]
+            own = [*self.law.columns(strength, slip, *shape)]
             if self.friction:
-                columns.append(direction(slip, shape[0]))
+                own.append(direction(slip, turn) * np.ones(slip.size))
+            columns.extend(own if way > 0 else (-c for c in own))
         if self.offset:
             columns.append(np.ones(clock.time[rows].size))
         return columns

@@ -150,6 +150,7 @@ def run_to_dict(comparison: Comparison, recordings: Sequence[Recording], reading
         "units": {"effort": data.units.effort, "field": data.units.field, "slip": data.units.slip},
         "logs": [
             {"name": r.name, "sha256": r.digest, "rows": r.rows, "segments": len(r.segments), "period_s": r.period}
+            | {"origin": r.origin}
             for r in recordings
         ],
         "notes": list(data.notes),

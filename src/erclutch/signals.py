@@ -49,6 +49,7 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
             SignalKind("alpha_dot", "speed of the output", ("rad/s",)),
             SignalKind("alpha_raw", "position of the table on the screw", ("m",)),
             SignalKind("T", "torque that the pair transmits", ("N*m",)),
+            SignalKind("motor_torque", "torque that the motor is commanded", ("N*m",)),
         )
     }
 )
@@ -68,6 +69,7 @@ class Recording:
         uniform: whether the steps inside segments are equal up to the rounding of the time column.
         digest: SHA-256 of the file's bytes, hexadecimal.
         constants: numbers that hold for the whole log (from its name, its header or the mapping).
+        origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
     """
 
@@ -80,6 +82,7 @@ class Recording:
     uniform: bool
     digest: str
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
+    origin: str = ""
     notes: tuple[str, ...] = ()
 
     @property

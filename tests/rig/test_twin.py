@@ -16,7 +16,7 @@ from erclutch.rig import log_file
 from erclutch.rig.interface import Command
 from erclutch.rig.log_file import write_log
 from erclutch.rig.parameters import SECTIONS, default_rig, load_rig
-from erclutch.rig.scenarios import COLUMNS, SCENARIOS, prepare
+from erclutch.rig.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS, prepare
 from erclutch.rig.twin import Twin
 
 COMMAND = (sys.executable, "-m", "erclutch")
@@ -30,7 +30,8 @@ def test_every_parameter_has_a_source_and_lies_in_its_range() -> None:
     assert set(rig.entries) == set(SECTIONS)
     for section, entries in rig.entries.items():
         for name, entry in entries.items():
-            assert entry.source in {"paper", "catalogue", "assumed", "prototype"}, (section, name)
+            assert entry.source in {"paper", "catalogue", "assumed", "calibrated"}, (section, name)
+            assert (entry.source == "calibrated") == (entry.interval is not None) == (entry.start is not None)
             assert entry.low <= entry.value <= entry.high or name == "backlash", (section, name)
             assert entry.meaning
 
@@ -56,7 +57,11 @@ def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
         ("[wheels]\nradius = 1\n", "there is no section [wheels]"),
         ('[screw]\nlead = { value = 5, unit = "mm" }\n', "screw.lead is given in 'mm'"),
         ("[clutch]\nouter_radius = 0.005\n", "is not above the inner radius"),
-        ("[screw]\nbreakaway = 0.001\n", "is below screw.coulomb"),
+        ("[screw]\nbreakaway = 0.9\n", "is 0.9 times Coulomb friction"),
+        ("[excitation]\nsines = 1.5\n", "A share is at most 1"),
+        ("[excitation]\nlowest = 200.0\n", "is not below excitation.highest"),
+        ("[fluid]\nviscosity = { value = 0.1, range = 3 }\n", "unreadable range"),
+        ("[fluid]\nviscosity = { value = 0.1, range = [0.2, 0.1] }\n", "Give the lower end first"),
         ("[drive\n", "cannot be read"),
     ],
 )
@@ -121,13 +126,15 @@ def test_sensing_does_not_disturb_and_closing_takes_the_fields_away() -> None:
 @pytest.mark.parametrize("name", list(SCENARIOS))
 def test_every_scenario_runs_and_repeats(name: str) -> None:
     first, again, other = (prepare(name, seconds=2.0, seed=s).columns() for s in (1, 1, 2))
-    assert list(first) == [c for c, _ in COLUMNS]
+    assert list(first) == [c for c, _ in (SINGLE_COLUMNS if SCENARIOS[name].single else COLUMNS)]
     for column, (_, values) in first.items():
         assert values.shape == (2000,)
         assert np.isfinite(values).all(), column
         np.testing.assert_array_equal(values, again[column][1])
-    assert not np.array_equal(first["T"][1], other["T"][1])
-    assert not np.any((first["E1"][1] > 0) & (first["E2"][1] > 0))
+    effort = "effort" if SCENARIOS[name].single else "T"
+    assert not np.array_equal(first[effort][1], other[effort][1])
+    if not SCENARIOS[name].single:
+        assert not np.any((first["E1"][1] > 0) & (first["E2"][1] > 0))
 
 
 def test_scenarios_are_what_the_paper_says() -> None:

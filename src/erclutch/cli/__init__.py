@@ -22,12 +22,14 @@ _COMMANDS = {
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
+    "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "laws": "List the laws.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
-    app.command(f"erclutch.cli.{_name}:{_name}", name=_name, help=_help, sort_key=_order)
+    _module = _name.replace("-", "_")
+    app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
 
 _FIRST = """erclutch: from a log of an electro- or magnetorheological clutch, brake or damper to a checked torque model.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, SettingError
 
 if TYPE_CHECKING:
     from erclutch.logs import Table
@@ -19,6 +19,9 @@ def inspect(
     log: Annotated[Path, Parameter(name="LOG")],
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
+    plots: Path | None = None,
+    start: float | None = None,
+    seconds: float = 1.0,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Show a log's columns, sampling, gaps and coverage, and what each column is taken for.
@@ -26,10 +29,17 @@ def inspect(
     Args:
         log: The log.
         json: Print as JSON instead of tables.
+        plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
+        start: First second of the section. Default: a typical one.
+        seconds: Length of the section.
         reading: How to read the log.
     """
     from erclutch.logs import read_table
 
+    if not seconds > 0 or not (start is None or start >= 0):
+        raise SettingError(
+            f"--seconds {seconds} --start {start}", remedy="Give a length above 0 and a start of 0 or more"
+        )
     raw = read_table(log, variable=reading.variable)
     problem: ErclutchError | None = None
     recording = None
@@ -37,6 +47,7 @@ def inspect(
         recording = reading.read([log])[0]
     except ErclutchError as error:
         problem = error
+    drawn = [] if plots is None else _draw(plots, log, recording, problem, start, seconds, reading)
     if json:
         _print_json(raw, recording, problem)
         return
@@ -64,6 +75,28 @@ def inspect(
     for i, element in enumerate(elements):
         name = f" of CH{i + 1}" if len(elements) > 1 else ""
         screen.print(show.coverage(element.field, element.slip, name), markup=False)
+    for path in drawn:
+        screen.print(f"drawn: {path}", markup=False, soft_wrap=True)
+
+
+def _draw(
+    folder: Path,
+    log: Path,
+    recording: Recording | None,
+    problem: ErclutchError | None,
+    start: float | None,
+    seconds: float,
+    reading: LogOptions,
+) -> list[Path]:
+    """Figure 3 and the coverage of a log, in a folder."""
+    from erclutch.figures.coverage import draw_coverage
+    from erclutch.figures.section import draw_section, titled
+
+    if recording is None:
+        raise problem or SettingError("the log is not understood", remedy="Inspect it without --plots")
+    section = draw_section(recording, folder / f"{log.stem}-section.png", start=start, seconds=seconds)
+    data = reading.dataset([recording])
+    return [*section, *draw_coverage(data, folder / f"{log.stem}-coverage.png", titled(recording))]
 
 
 def _figures(values: Array) -> tuple[float, float, float, float]:

@@ -58,6 +58,8 @@ class LogOptions:
     """Position of the table on the screw (coaxial); needs --lead."""
     t: Annotated[str | None, Parameter(name="--T", group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque of the pair (coaxial)."""
+    motor_torque: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Time stamps."""
     rate: Annotated[str | None, Parameter(group=_READING)] = None
@@ -88,7 +90,7 @@ class LogOptions:
 
         names = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
         signals = ("field", "slip", "position", "effort", "e1", "e2", "e", "theta", "theta_dot")
-        signals += ("alpha", "alpha_dot", "alpha_raw", "t")
+        signals += ("alpha", "alpha_dot", "alpha_raw", "t", "motor_torque")
         columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
         values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
         constants = {name.strip(): value for name, _, value in (pair.partition("=") for pair in self.constant)}

@@ -56,6 +56,10 @@ def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]
     rate = " and ".join(f"{1 / p:.6g} Hz" for p in periods[:3])
     gaps = f", {cuts} gap{'s' if cuts > 1 else ''}" if cuts else ""
     lines = [f"{what}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
+    made = sorted({r.origin for r in recordings if r.origin})
+    if made:
+        some = "" if all(r.origin for r in recordings) else " (some of the logs)"
+        lines.append(f"{' and '.join(made)} data{some}: made by a computer, not a measurement")
     notes = dict.fromkeys(note for r in recordings for note in r.notes)
     lines += [f"  {note}" for note in list(notes)[: most * 2]]
     if len(notes) > most * 2:

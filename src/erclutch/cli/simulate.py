@@ -31,7 +31,7 @@ def simulate(
     from erclutch.cli import show
     from erclutch.rig.log_file import write_log
     from erclutch.rig.parameters import load_rig
-    from erclutch.rig.scenarios import COLUMNS, SCENARIOS, prepare
+    from erclutch.rig.scenarios import SCENARIOS, prepare
 
     output = show.console()
     if scenario is None:
@@ -44,7 +44,7 @@ def simulate(
         task = bar.add_task("TWIN: compiling once, then running", total=1.0)
         path = write_log(
             out or Path(f"{scenario}.parquet"),
-            COLUMNS,
+            run.names,
             run.chunks(),
             run.about(),
             rows=run.rows,
@@ -53,4 +53,5 @@ def simulate(
     size = path.stat().st_size / 1e6
     output.print(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}", markup=False)
     output.print(f"{path}: {size:.1f} MB", markup=False, soft_wrap=True)
-    output.print(f"Next: erclutch fit {path} --device coaxial --derivative kalman", markup=False, soft_wrap=True)
+    device = "" if run.scenario.single else " --device coaxial"
+    output.print(f"Next: erclutch fit {path}{device}", markup=False, soft_wrap=True)

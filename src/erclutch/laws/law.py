@@ -85,6 +85,7 @@ class Law:
         stimulus_shape: parameters of the stimulus.
         paper_form: gives the published symbols from (shape, gains of one element, reference field), all in the user's
             units, where they differ from ours.
+        forward: whether the yield effort keeps its sign, that in which the device drives, at any slip.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Law:
     stimulus: Callable[..., Any] | None = None
     stimulus_shape: tuple[Shape, ...] = ()
     paper_form: Callable[[dict[str, float], dict[str, float], float], dict[str, float]] | None = None
+    forward: bool = False
 
 
 EFFORT = Dimension(effort=1)

@@ -20,9 +20,13 @@ OFF_ZERO = 1e-10
 TRANSITION_SLIP = Shape("w_s", "slip over which the sign of the yield effort turns", 1e-3, 3.0, SLIP, scale="log")
 
 
+#: In place of w_s: the slip has one sign, whatever the sensors say.
+FORWARD: float = float("inf")
+
+
 def direction(w: Any, w_s: Any) -> Any:
-    """Sign of the slip, turning smoothly over w_s: tanh(w / w_s)."""
-    return np.tanh(w / w_s)
+    """Sign of the slip, turning smoothly over w_s: tanh(w / w_s). With `FORWARD` it is always 1."""
+    return 1.0 if w_s is FORWARD else np.tanh(w / w_s)
 
 
 def power(x: Any, n: Any) -> Any:

@@ -31,6 +31,8 @@ NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
         (("T",),),
     ),
 }
+#: What a device may have besides; taken by its name where it is there.
+OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
 _COUNTER = "samplenumber"
 
 
@@ -73,6 +75,7 @@ def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: In
     _take_chosen(draft, chosen)
     _take_constants(draft, chosen)
     _take_guesses(draft, chosen)
+    _take_optional(draft, chosen)
     if "alpha_raw" in draft.signals:
         _turn_screw(draft, chosen.lead)
     rows = np.arange(table.rows)
@@ -82,9 +85,13 @@ def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: In
     return _recording(draft, clock, rows[~bad_time], bad)
 
 
+def _signals_of(device: DeviceName) -> set[str]:
+    return {signal for group in NEEDS[device] for option in group for signal in option} | set(OPTIONAL[device])
+
+
 def _take_chosen(draft: _Draft, chosen: ColumnMap) -> None:
     """The columns that the user named."""
-    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    allowed = _signals_of(draft.device)
     for signal, choice in chosen.columns.items():
         if signal not in allowed:
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {', '.join(sorted(allowed))})"
@@ -139,7 +146,7 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
             _take_steps(draft, key, text)
         else:
             given[key] = (*_quantity(draft, key, text), chosen.source)
-    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    allowed = _signals_of(draft.device)
     for key, (number, unit, source) in given.items():
         text = f"{number:g} {unit}" if unit else f"{number:g}"
         if key not in allowed:
@@ -213,6 +220,15 @@ def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
             names = " or ".join(" and ".join(option) for option in group)
             needed = next(signal for signal in group[0] if signal not in draft.signals)
             raise failure or guess.missing(draft.table, needed, taken, names)
+
+
+def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
+    """What the device may have besides, if one column is called so and is finite; it never stops a reading."""
+    taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+    for signal in OPTIONAL[draft.device]:
+        found = [] if signal in draft.signals else guess.candidates(draft.table, signal, taken)[0]
+        if len(found) == 1 and np.all(np.isfinite(draft.table.columns[found[0]])):
+            _add(draft, signal, found[0], draft.table.units.get(found[0]), 1.0, "guessed from its name")
 
 
 def _conflicts(draft: _Draft, group: tuple[tuple[str, ...], ...], option: tuple[str, ...]) -> bool:
@@ -374,6 +390,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
         uniform=clock.uniform,
         digest=draft.table.digest,
         constants=MappingProxyType(dict(draft.constants)),
+        origin=draft.table.origin,
         notes=(*draft.notes, *clock.notes),
     )
 

@@ -26,6 +26,7 @@ _NAMES = {
     "alpha_dot": "alphadot dalpha outputspeed",
     "alpha_raw": "alpharaw screwposition tableposition",
     "T": "torque effort t",
+    "motor_torque": "motortorque torquecommand torquecmd",
 }
 _NEED_UNIT = {"v", "t", "m", "d", "n", "u", "b", "x", "tau", "load"}  # short names that mean several things
 _TIME = re.compile(

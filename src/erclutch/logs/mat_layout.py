@@ -9,6 +9,7 @@ counts from 1 and X may be an array of rasters. No file from a dSPACE machine wa
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from dataclasses import dataclass, field
@@ -187,16 +188,27 @@ def _workspace(nodes: dict[str, Any]) -> Found | None:
     time = next((array for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1), None)
     lengths = Counter(max(array.shape) for array in arrays.values())
     rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
-    found = Found({}, constants=constants)
+    found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
+    units = _own_units(found.metadata)
     for name, array in arrays.items():
         parts = _columns_of(name, array, rows)
         found.columns.update(parts)
-        found.units.update({part: None for part, _ in parts})
+        found.units.update({part: units.get(part) for part, _ in parts})
         if not parts:
             found.notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
         elif array.ndim == 2 and array.shape[0] != rows:
             found.notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
     return found if found.columns else None
+
+
+def _own_units(metadata: dict[str, str]) -> dict[str, str]:
+    """Units that erclutch writes beside its vectors."""
+    try:
+        units: Any = json.loads(metadata.get("erclutch_units", "{}"))
+    except (ValueError, RecursionError):
+        return {}
+    pairs = cast("dict[str, Any]", units).items() if isinstance(units, dict) else ()
+    return {name: unit for name, unit in pairs if isinstance(unit, str)}
 
 
 def _flat(node: Any) -> np.ndarray[Any, Any] | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 from erclutch.signals import Array
 
@@ -37,6 +39,18 @@ class Table:
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
+
+    @property
+    def origin(self) -> str:
+        """Label that a file made by erclutch gives itself, such as TWIN; "" for all others."""
+        for key in ("erclutch", "erclutch_about"):
+            try:
+                about: Any = json.loads(self.metadata.get(key, "{}"))
+            except (ValueError, RecursionError):
+                continue
+            if isinstance(about, dict) and isinstance(label := cast("dict[str, Any]", about).get("label"), str):
+                return label
+        return next((label for label in ("TWIN", "SYNTHETIC") if label in self.metadata), "")
 
     @property
     def rows(self) -> int:

@@ -12,7 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def compiled(function: F) -> F:
     """Compile a function of numbers, arrays and named tuples of them; the result is kept beside the source.
 
-    IEEE arithmetic is kept (no fast-math), so the same seed gives the same log.
+    It runs without the interpreter's lock. IEEE arithmetic is kept (no fast-math), so the same seed gives the same log.
     """
     numba: Any = import_module("numba")
-    return numba.njit(cache=True, fastmath=False, error_model="numpy")(function)
+    return numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)

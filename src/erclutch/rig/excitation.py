@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FieldSettings:
-    """How a field sequence is drawn.
+    """How a field sequence is drawn; a rig file's section [excitation] has the rig's own.
 
     Attributes:
         largest: largest command (0.5 = 2000 V).
@@ -32,9 +32,9 @@ class FieldSettings:
     largest: float = 0.5
     lowest: float = 2.0
     highest: float = 100.0
-    peakedness: float = 1.86
-    sines: float = 0.9
-    alternating: float = 0.92
+    peakedness: float = 1.0
+    sines: float = 0.5
+    alternating: float = 0.9
     stretch: float = 1.0
 
     def __post_init__(self) -> None:
@@ -94,10 +94,15 @@ def _squares(
 
 
 def torque_sequence(
-    rows: int, rng: np.random.Generator, low: float = 0.04, high: float = 0.15, rate: float = 1000.0
+    rows: int,
+    rng: np.random.Generator,
+    low: float = 0.04,
+    high: float = 0.15,
+    rate: float = 1000.0,
+    settings: FieldSettings | None = None,
 ) -> Array:
-    """Pseudorandom square motor torque in N m, shape (rows,); 2 - 100 Hz."""
-    frequencies = FieldSettings()
+    """Pseudorandom square motor torque in N m, shape (rows,); frequencies as those of the field."""
+    frequencies = settings or FieldSettings()
     out = np.empty(rows)
     k = 0
     while k < rows:

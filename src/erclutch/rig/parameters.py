@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -13,17 +13,19 @@ from typing import Any, cast
 
 from erclutch.errors import SettingError
 
-SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "integration")
+SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "excitation", "integration")
 
 #: May be zero; all others must be positive.
 _MAY_BE_ZERO = {
     "fluid": {"thinning", "field_thickening", "residual_yield"},
     "clutch": {"seal_1", "seal_2"},
-    "drive": {"ripple", "coulomb", "breakaway", "viscous"},
-    "screw": {"damping", "stop_damping", "coulomb", "breakaway", "viscous", "asymmetry", "waviness", "backlash"},
+    "drive": {"ripple", "coulomb", "viscous"},
+    "screw": {"damping", "stop_damping", "coulomb", "viscous", "asymmetry", "waviness", "backlash"},
     "sensors": {"torque_noise", "torque_step"},
     "thermal": {"thinning"},
+    "excitation": {"sines", "alternating", "motor_low"},
 }
+_SHARES = ("excitation.sines", "excitation.alternating")
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,11 @@ class Entry:
 
     Attributes:
         value, unit: the number, in SI.
-        source: paper, catalogue, assumed or prototype.
+        source: paper, catalogue, assumed or calibrated.
         low, high: plausible range; the limits of a calibration.
         meaning: one phrase.
+        start: of a calibrated value, what its calibration started from.
+        interval: of a calibrated value, its 95 % interval.
     """
 
     value: float
@@ -43,6 +47,8 @@ class Entry:
     low: float
     high: float
     meaning: str
+    start: float | None = None
+    interval: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -90,10 +96,23 @@ class RigParameters:
         for path, value in values.items():
             old = self.entry(path)
             section, _, key = path.partition(".")
-            entries[section][key] = Entry(
-                _checked(path, value, old.unit), old.unit, source or old.source, old.low, old.high, old.meaning
+            entries[section][key] = replace(
+                old, value=_checked(path, value, old.unit), source=source or old.source, interval=None
             )
         return _consistent(RigParameters(entries, self.name))
+
+    def calibrated(self, found: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
+        """The same rig with calibrated values: ``section.name`` -> (value, start, low, high).
+
+        Raises:
+            SettingError: an unknown parameter or a value that physics forbids.
+        """
+        made = self.changed({path: numbers[0] for path, numbers in found.items()}, "calibrated")
+        entries = {section: dict(names) for section, names in made.entries.items()}
+        for path, (_, start, low, high) in found.items():
+            section, _, key = path.partition(".")
+            entries[section][key] = replace(entries[section][key], start=start, interval=(low, high))
+        return RigParameters(entries, self.name)
 
     def to_dict(self) -> dict[str, dict[str, float]]:
         """Values as JSON."""
@@ -128,14 +147,31 @@ def _consistent(rig: RigParameters) -> RigParameters:
             where=rig.name,
         )
     for part in ("drive", "screw"):
-        if rig.value(f"{part}.breakaway") < rig.value(f"{part}.coulomb"):
+        if rig.value(f"{part}.breakaway") < 1.0:
             raise SettingError(
-                f"{part}.breakaway {rig.value(f'{part}.breakaway'):g} N*m is below {part}.coulomb "
-                f"{rig.value(f'{part}.coulomb'):g} N*m",
-                remedy="Break-away friction is at least Coulomb friction",
+                f"{part}.breakaway is {rig.value(f'{part}.breakaway'):g} times Coulomb friction",
+                remedy="Break-away friction is at least Coulomb friction: give 1 or more",
+                where=rig.name,
+            )
+    for path in _SHARES:
+        if rig.value(path) > 1.0:
+            raise SettingError(f"{path} is {rig.value(path):g}", remedy="A share is at most 1", where=rig.name)
+    for low, high in (("lowest", "highest"), ("motor_low", "motor_high")):
+        if rig.value(f"excitation.{low}") >= rig.value(f"excitation.{high}"):
+            raise SettingError(
+                f"excitation.{low} {rig.value(f'excitation.{low}'):g} is not below excitation.{high} "
+                f"{rig.value(f'excitation.{high}'):g}",
+                remedy="Correct one of them",
                 where=rig.name,
             )
     return rig
+
+
+def _entry(e: Mapping[str, Any]) -> Entry:
+    low, high = (float(v) for v in e["range"])
+    interval = (float(e["interval"][0]), float(e["interval"][1])) if "interval" in e else None
+    start = float(e["start"]) if "start" in e else None
+    return Entry(float(e["value"]), e["unit"], e["source"], low, high, e["meaning"], start, interval)
 
 
 @lru_cache(maxsize=1)
@@ -143,15 +179,7 @@ def default_rig() -> RigParameters:
     """The rig of the paper, as far as it is known; what is not is assumed or calibrated, and says so."""
     text = resources.files("erclutch.rig").joinpath("default.toml").read_text(encoding="utf-8")
     body = tomllib.loads(text)
-    entries = {
-        section: {
-            key: Entry(
-                float(e["value"]), e["unit"], e["source"], float(e["range"][0]), float(e["range"][1]), e["meaning"]
-            )
-            for key, e in body[section].items()
-        }
-        for section in SECTIONS
-    }
+    entries = {section: {key: _entry(e) for key, e in body[section].items()} for section in SECTIONS}
     return _consistent(RigParameters(entries))
 
 
@@ -168,8 +196,8 @@ def load_rig(path: str | Path) -> RigParameters:
         body = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise SettingError(f"the rig file cannot be read ({error})", remedy="Correct it", where=path.name) from error
-    base = RigParameters(default_rig().entries, path.name)
-    values: dict[str, float] = {}
+    entries = {section: dict(names) for section, names in default_rig().entries.items()}
+    base = RigParameters(entries, path.name)
     for section, content in body.items():
         if section == "calibration":
             continue
@@ -178,15 +206,29 @@ def load_rig(path: str | Path) -> RigParameters:
                 f"there is no section [{section}]", remedy=f"Use one of {', '.join(SECTIONS)}", where=path.name
             )
         for key, given in cast(dict[str, Any], content).items():
-            entry = base.entry(f"{section}.{key}")
-            values[f"{section}.{key}"] = _given(f"{section}.{key}", given, entry.unit, path.name)
-    return base.changed(values)
+            entries[section][key] = _given(f"{section}.{key}", given, base.entry(f"{section}.{key}"), path.name)
+    return _consistent(base)
 
 
-def _given(path: str, given: Any, unit: str, where: str) -> float:
+def _given(path: str, given: Any, entry: Entry, where: str) -> Entry:
+    """An entry of a user's file: a number, or a table like those of the default file."""
     if not isinstance(given, dict):
-        return _checked(path, given, unit, where)
+        return replace(entry, value=_checked(path, given, entry.unit, where), start=None, interval=None)
     table = cast(dict[str, Any], given)
-    if table.get("unit", unit) != unit:
-        raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {unit}", where=where)
-    return _checked(path, table.get("value"), unit, where)
+    if table.get("unit", entry.unit) != entry.unit:
+        raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where)
+    value = _checked(path, table.get("value"), entry.unit, where)
+    whole = {"unit": entry.unit, "source": "given", "range": [entry.low, entry.high], "meaning": entry.meaning, **table}
+    try:
+        made = _entry({**whole, "value": value})
+    except (TypeError, ValueError, IndexError) as error:
+        raise SettingError(
+            f"{path} has an unreadable range, start or interval",
+            remedy="Write each like range = [0.1, 2.0]",
+            where=where,
+        ) from error
+    if not made.low < made.high:
+        raise SettingError(
+            f"{path} has the range {made.low:g} to {made.high:g}", remedy="Give the lower end first", where=where
+        )
+    return made

@@ -137,6 +137,16 @@ def yield_form(ratio: float) -> float:
     return float(1.313 * ratio**1.5 * np.tanh(np.sqrt(ratio)))
 
 
+def _with_breakaway(part: dict[str, float]) -> dict[str, float]:
+    """Break-away friction as a torque."""
+    return {**part, "breakaway": part["breakaway"] * part["coulomb"]}
+
+
+def single_clutch(parts: Parts) -> Parts:
+    """CH1 alone: of the second clutch nothing is left, neither fluid nor seal."""
+    return parts._replace(clutch_2=parts.clutch_2._replace(weight=0.0 * parts.clutch_2.weight, seal=0.0))
+
+
 def parts_of(rig: RigParameters) -> Parts:
     """Parameters as the compiled code takes them."""
     clutch = rig.section("clutch")
@@ -162,8 +172,8 @@ def parts_of(rig: RigParameters) -> Parts:
         Fluid(**rig.section("fluid")),
         one(1),
         one(2),
-        Drive(**rig.section("drive")),
-        Screw(**rig.section("screw")),
+        Drive(**_with_breakaway(rig.section("drive"))),
+        Screw(**_with_breakaway(rig.section("screw"))),
         Sensors(**rig.section("sensors")),
         Thermal(**rig.section("thermal")),
     )

@@ -7,7 +7,7 @@ encoders), and the 20 minutes of tracking over which the temperature was watched
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,9 @@ from erclutch.rig.excitation import FieldSettings, field_sequence, half_sine_tor
 from erclutch.rig.kernel import OMEGA, SIZE
 from erclutch.rig.loop import LOGGED, TRUE, run_open, run_tracking
 from erclutch.rig.parameters import RigParameters, default_rig
-from erclutch.rig.parts import parts_of
+from erclutch.rig.parts import parts_of, single_clutch
 from erclutch.rig.twin import LABEL, PERIOD, substeps
+from erclutch.signals import Recording
 
 Array = NDArray[np.float64]
 
@@ -34,50 +35,71 @@ class Scenario:
     Attributes:
         name, meaning: what it is, with the paper's section.
         seconds: how long it lasts by default.
-        excitation: settings of the field sequence; None is zero field.
-        motor: makes the motor torque from (rows, generator).
+        excitation: what differs from the rig's own excitation in the field sequence; None is zero field.
+        motor: makes the motor torque from (rows, generator, rig).
         locked: the output shaft is held.
         speed: initial speed of the motor in rad/s.
         tracking: frequency of a tracked sine in Hz, in place of a field sequence.
         changes: parameters of the rig that differ.
+        single: CH1 alone, as a single device.
     """
 
     name: str
     meaning: str
     seconds: float
-    excitation: FieldSettings | None
-    motor: Callable[[int, np.random.Generator], Array]
+    excitation: Mapping[str, float] | None
+    motor: Callable[[int, np.random.Generator, RigParameters], Array]
     locked: bool = False
     speed: float = 40.0
     tracking: float | None = None
     changes: Mapping[str, float] = field(default_factory=dict[str, float])
+    single: bool = False
 
 
-def _constant(rows: int, rng: np.random.Generator) -> Array:
+def _constant(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     return np.full(rows, 0.1)
 
 
-def _narrow(rows: int, rng: np.random.Generator) -> Array:
-    return torque_sequence(rows, rng, 0.05, 0.10)
+def _own(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
+    settings = rig.section("excitation")
+    return torque_sequence(rows, rng, settings["motor_low"], settings["motor_high"], settings=_fields(rig, {}))
 
 
-_EXCITED = FieldSettings()
+def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
+    return torque_sequence(rows, rng, 0.05, 0.10, settings=_fields(rig, {}))
+
+
+def _half_sines(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
+    return half_sine_torque(rows, rng)
+
+
+def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
+    """Squares up to the motor's rated torque, now one way and now the other, so that the slip changes sign."""
+    size = torque_sequence(rows, rng, 0.04, 0.30, settings=FieldSettings(highest=20.0))
+    side = torque_sequence(rows, rng, -1.0, 1.0, settings=FieldSettings(lowest=0.5, highest=5.0))
+    return np.copysign(size, side)
+
+
+def _fields(rig: RigParameters, changes: Mapping[str, float]) -> FieldSettings:
+    """How the rig's field commands are drawn."""
+    own = {key: rig.section("excitation")[key] for key in ("lowest", "highest", "peakedness", "sines", "alternating")}
+    largest, stretch = rig.value("supply.command_limit"), rig.value("excitation.stretch")
+    return FieldSettings(**{**own, "largest": largest, "stretch": stretch, **changes})
+
+
+_EXCITED: Mapping[str, float] = {}
 _BACKLASH = 1.0e-4  # m: what an ordinary screw without preload has
 
 SCENARIOS: Mapping[str, Scenario] = {
     s.name: s
     for s in (
-        Scenario("training", "data collection of III-B: 290,000 samples", 290.0, _EXCITED, torque_sequence),
-        Scenario("test", "the same, shorter, for testing", 30.0, _EXCITED, torque_sequence),
-        Scenario(
-            "sine", "predefined sines at constant motor torque, IV-B", 30.0, replace(_EXCITED, sines=1.0), _constant
-        ),
-        Scenario(
-            "square", "predefined squares with random motor torque, IV-B", 30.0, replace(_EXCITED, sines=0.0), _narrow
-        ),
+        Scenario("training", "data collection of III-B: 290,000 samples", 290.0, _EXCITED, _own),
+        Scenario("test", "the same, shorter, for testing", 30.0, _EXCITED, _own),
+        Scenario("sine", "predefined sines at constant motor torque, IV-B", 30.0, {"sines": 1.0}, _constant),
+        Scenario("square", "predefined squares with random motor torque, IV-B", 30.0, {"sines": 0.0}, _narrow),
         Scenario("tracking-slow", "PD tracking at 0.4 Hz, IV-C", 75.0, None, _constant, tracking=0.4),
         Scenario("tracking-fast", "PD tracking at 2 Hz, IV-C", 15.0, None, _constant, tracking=2.0),
-        Scenario("zero-field", "no field, half-sine motor torque, IV-D", 20.0, None, half_sine_torque, speed=1.0),
+        Scenario("zero-field", "no field, half-sine motor torque, IV-D", 20.0, None, _half_sines, speed=1.0),
         Scenario("zero-motion", "output shaft held, IV-E", 20.0, _EXCITED, _narrow, locked=True),
         Scenario("encoders", "linear and rotary encoder, no backlash, V", 15.0, None, _constant, tracking=0.4),
         Scenario(
@@ -90,12 +112,27 @@ SCENARIOS: Mapping[str, Scenario] = {
             changes={"screw.backlash": _BACKLASH},
         ),
         Scenario("temperature", "20 minutes of tracking at 2 Hz, IV-C", 1200.0, None, _constant, tracking=2.0),
+        Scenario(
+            "brake", "CH1 alone, output shaft held", 60.0, _EXCITED, _both_ways, locked=True, speed=0.0, single=True
+        ),
+        Scenario(
+            "clutch",
+            "CH1 alone, driving a flywheel with friction",
+            60.0,
+            _EXCITED,
+            _own,
+            changes={"screw.half_stroke": 1e6, "screw.viscous": 5e-4},
+            single=True,
+        ),
     )
 }
 
 #: Gains of equation (23) on the twin, per rad and per rad/s of the screw; the paper prints none and tuned none.
 GAINS = np.array([0.08, 2.0e-3])
 _AMPLITUDE = 0.02  # m: of the tracked sine
+
+
+_NO_SIGNALS = ("time", "table", "alpha_rotary")
 
 
 @dataclass(frozen=True)
@@ -113,7 +150,7 @@ class TwinRun:
     rows: int
 
     def chunks(self) -> Iterator[Array]:
-        """The log, stretch by stretch, each of shape (rows, 17): time, what a rig logs, what only a twin knows."""
+        """The log, stretch by stretch, each of shape (rows, names): what a rig logs, what only a twin knows."""
         state = np.zeros(SIZE)
         state[OMEGA] = self.scenario.speed
         start = _tracking if self.scenario.tracking else _open
@@ -124,12 +161,38 @@ class TwinRun:
             logged, true = np.zeros((at.stop - first, len(LOGGED))), np.zeros((at.stop - first, len(TRUE)))
             stepper(state, at, logged, true)
             time, alpha = np.arange(first, at.stop) * PERIOD, logged[:, 4] * turn
-            yield np.column_stack([time, logged[:, :4], alpha, logged[:, 4:], true]).astype(np.float64)
+            if self.scenario.single:
+                position = logged[:, 3] - logged[:, 5]
+                parts = [time, logged[:, 0], logged[:, 2], position, logged[:, 6], true[:, :6], true[:, 7]]
+            else:
+                parts = [time, logged[:, :4], alpha, logged[:, 4:], true]
+            yield np.column_stack(parts).astype(np.float64)
 
     def columns(self) -> dict[str, tuple[str, Array]]:
         """The whole log by column, with units."""
         rows = np.concatenate(list(self.chunks()))
-        return {name: (unit, rows[:, i]) for i, (name, unit) in enumerate(COLUMNS)}
+        return {name: (unit, rows[:, i]) for i, (name, unit) in enumerate(self.names)}
+
+    @property
+    def names(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each column."""
+        return SINGLE_COLUMNS if self.scenario.single else COLUMNS
+
+    def recording(self) -> Recording:
+        """The log as it would be read from a file, without the columns that only a twin knows."""
+        columns = self.columns()
+        names = [name for name, _ in self.names if not name.startswith("true_") and name not in _NO_SIGNALS]
+        return Recording(
+            name=f"{self.scenario.name}, seed {self.seed}",
+            signals={name: columns[name][1] for name in names},
+            units={name: columns[name][0] or ("?" if self.scenario.single else "") for name in names},
+            time=columns["time"][1],
+            period=PERIOD,
+            segments=((0, self.rows),),
+            uniform=True,
+            digest="",
+            origin=LABEL,
+        )
 
     def about(self) -> dict[str, object]:
         """Label, settings and parameters, as JSON values."""
@@ -146,6 +209,16 @@ class TwinRun:
 
 #: Columns of a twin's log. alpha is the table's position as an angle of the screw, equation (4).
 COLUMNS = (("time", "s"), *LOGGED[:4], ("alpha", "rad"), *LOGGED[4:], *TRUE)
+#: Of a single clutch or brake; position is the angle of the housing against the rotor.
+SINGLE_COLUMNS = (
+    ("time", "s"),
+    ("field", ""),
+    ("motor_torque", "N*m"),
+    ("position", "rad"),
+    ("effort", "N*m"),
+    *TRUE[:6],
+    TRUE[7],
+)
 
 
 def prepare(name: str, *, rig: RigParameters | None = None, seconds: float | None = None, seed: int = 0) -> TwinRun:
@@ -176,10 +249,17 @@ _Stepper = Callable[[Array, slice, Array, Array], None]
 
 def _open(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
     rng = np.random.default_rng(seed)
-    wanted = np.zeros(rows) if scenario.excitation is None else field_sequence(rows, rng, scenario.excitation)
-    motor, noise = scenario.motor(rows, rng), rng.standard_normal(rows)
+    zero = scenario.excitation is None
+    wanted = np.zeros(rows) if zero else field_sequence(rows, rng, _fields(rig, scenario.excitation or {}))
+    motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
     parts, steps, guard = parts_of(rig), substeps(rig), np.zeros(2)
-    soft = 0.0 if scenario.locked else 0.18 * rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
+    if scenario.single:
+        wanted, parts = np.abs(wanted), single_clutch(parts)
+    soft = (
+        0.0
+        if scenario.locked or scenario.single
+        else 0.18 * rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
+    )
 
     def step(state: Array, at: slice, logged: Array, true: Array) -> None:
         run_open(
@@ -202,7 +282,7 @@ def _open(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Step
 
 def _tracking(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
     rng = np.random.default_rng(seed)
-    motor, noise = scenario.motor(rows, rng), rng.standard_normal(rows)
+    motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
     omega = 2.0 * np.pi * (scenario.tracking or 1.0)
     phase = omega * np.arange(rows) * PERIOD
     height = _AMPLITUDE / (5.0 if omega > 2 * np.pi else 1.0) * 2.0 * np.pi / rig.value("screw.lead")

@@ -1,0 +1,251 @@
+"""Calibrating the twin: chosen parameters of a rig, within their ranges, to a log or to the paper's summary figures.
+
+Coordinates run from 0 to 1 over the logarithm of a parameter's plausible range (over the range itself where it may be
+zero). A target gives weighted residuals for a rig; the plausible range enters as a wide prior round the start.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.calibrate.search import Progress, Residuals, local, wide
+from erclutch.errors import SettingError
+from erclutch.fit.intervals import uncertainty
+from erclutch.rig.parameters import Entry, RigParameters
+
+Array = NDArray[np.float64]
+
+__all__ = ["Calibrated", "Calibration", "Target", "calibrate"]
+
+#: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
+PRIOR = 0.25
+_STEP = 0.04  # of a difference quotient, as a share of the range
+
+
+class Target(Protocol):
+    """What a rig is calibrated to."""
+
+    @property
+    def name(self) -> str:
+        """For people: the log's name, or what the figures are of."""
+        ...
+
+    @property
+    def ordered(self) -> bool:
+        """Whether residuals are samples in time, whose spread and correlation give the intervals.
+
+        Otherwise their standard deviation is one by what the target asks for.
+        """
+        ...
+
+    def residuals(self, rig: RigParameters) -> Array:
+        """Weighted differences between the rig and the target, shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """One parameter that was calibrated.
+
+    Attributes:
+        path: section.name.
+        value, low, high: estimate and 95 % interval.
+        start: where the search and the prior started.
+        learnt: 1 less the width of the interval over that of the prior: what the target told about it.
+        at_bound: "lower", "upper" or None.
+    """
+
+    path: str
+    value: float
+    low: float
+    high: float
+    start: float
+    learnt: float
+    at_bound: str | None
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Outcome of a calibration.
+
+    Attributes:
+        rig: the start with the new values.
+        parameters: what was calibrated.
+        target: its name.
+        before, after: sum of squared residuals at the start and at the end, without the prior.
+        evaluations: how often the rig was simulated.
+    """
+
+    rig: RigParameters
+    parameters: tuple[Calibrated, ...]
+    target: str
+    before: float
+    after: float
+    evaluations: int
+
+
+def calibrate(
+    rig: RigParameters,
+    paths: Sequence[str],
+    target: Target,
+    *,
+    seed: int = 1,
+    evaluations: int = 0,
+    workers: int = 2,
+    journal: Path | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Calibrate parameters of a rig.
+
+    Args:
+        rig: where to start; a value that was calibrated before starts where that calibration did.
+        paths: parameters as section.name.
+        target: what to come near.
+        seed: of the wide search.
+        evaluations: of the wide search (CMA-ES); 0 searches locally (Levenberg-Marquardt) from the start.
+        workers: simulations side by side; changes no figure.
+        journal: file that keeps each evaluation of the wide search, from which it resumes.
+        progress: called with the evaluations done and the best cost so far.
+
+    Raises:
+        SettingError: an unknown parameter, one given twice, or none.
+    """
+    space = _Space(rig, paths)
+    with _side_by_side(space, target, workers) as all_residuals:
+        before = target.residuals(space.rig_at(space.start))
+        report = progress or _silent
+        if evaluations:
+            settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
+            found, count = wide(all_residuals, space.start, seed, evaluations, journal, settings, report)
+        else:
+            found, count = local(all_residuals, space.start, _STEP, report)
+        slopes = difference_quotients(all_residuals, found)
+    after = target.residuals(space.rig_at(found))
+    widths = _widths(slopes, after, target.ordered)
+    return space.outcome(found, widths, target.name, float(before @ before), float(after @ after), count)
+
+
+def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
+    """Half widths of 95 % intervals, linearised; the last rows of the slopes are the prior's."""
+    quantile: float = import_module("scipy.stats").norm.ppf(0.975)
+    if not ordered:
+        return quantile * np.sqrt(np.sum(np.linalg.pinv(np.linalg.qr(slopes, mode="r")) ** 2, axis=1))
+    spread = uncertainty(slopes[: residual.size], residual, ordered=True)
+    with np.errstate(divide="ignore"):
+        return 1.0 / np.sqrt((1.0 / (spread.quantile * spread.errors)) ** 2 + (1.0 / (quantile * PRIOR)) ** 2)
+
+
+@contextmanager
+def _side_by_side(space: _Space, target: Target, workers: int) -> Generator[Residuals, None, None]:
+    """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock)."""
+    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+    if workers <= 1:
+        with threadpool_limits(1):
+            yield lambda points: [space.residuals(u, target) for u in points]
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_one_blas_thread) as pool:
+
+        def all_residuals(points: Sequence[Array]) -> list[Array]:
+            return list(pool.map(space.residuals, points, [target] * len(points)))
+
+        try:
+            yield all_residuals
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _one_blas_thread() -> None:
+    """In a worker: one thread, and Ctrl-C is the parent's to answer."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+    threadpool_limits(1)
+
+
+def _silent(done: int, cost: float) -> None:
+    """No progress is shown."""
+
+
+def difference_quotients(residuals: Callable[[Sequence[Array]], list[Array]], u: Array, step: float = _STEP) -> Array:
+    """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
+    highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
+    lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
+    values = residuals([*highs, *lows])
+    widths = [float((h - low).sum()) for h, low in zip(highs, lows, strict=True)]
+    pairs = zip(values[: u.size], values[u.size :], widths, strict=True)
+    return np.column_stack([(high - low) / width for high, low, width in pairs])
+
+
+class _Space:
+    """Coordinates of the chosen parameters."""
+
+    def __init__(self, rig: RigParameters, paths: Sequence[str]) -> None:
+        if not paths or len(set(paths)) != len(paths):
+            raise SettingError(
+                f"parameters to calibrate: {', '.join(paths) or 'none'}", remedy="Name at least one, each once"
+            )
+        self.rig, self.paths = rig, tuple(paths)
+        self.entries = [rig.entry(path) for path in paths]
+        starts = [e.value if e.start is None else e.start for e in self.entries]
+        for path, entry, value in zip(paths, self.entries, starts, strict=True):
+            if not entry.low <= value <= entry.high:
+                raise SettingError(
+                    f"{path} starts at {value:g} {entry.unit}, outside its range {entry.low:g} to {entry.high:g}",
+                    remedy="Correct the value or the range",
+                    where=rig.name,
+                )
+        self.start = np.array([_coordinate(e, v) for e, v in zip(self.entries, starts, strict=True)])
+
+    def rig_at(self, u: Array) -> RigParameters:
+        """The rig at a point."""
+        values = {p: _value(e, float(x)) for p, e, x in zip(self.paths, self.entries, u, strict=True)}
+        return self.rig.changed(values)
+
+    def residuals(self, u: Array, target: Target) -> Array:
+        """Residuals of the target and of the prior."""
+        return np.concatenate([target.residuals(self.rig_at(u)), (u - self.start) / PRIOR])
+
+    def outcome(
+        self, u: Array, widths: Array, target: str, before: float, after: float, evaluations: int
+    ) -> Calibration:
+        """Values with intervals, clipped to the ranges."""
+        found: list[Calibrated] = []
+        for i, (path, entry) in enumerate(zip(self.paths, self.entries, strict=True)):
+            low, high = (float(np.clip(u[i] + s * widths[i], 0.0, 1.0)) for s in (-1.0, 1.0))
+            bound = "lower" if u[i] <= 1e-6 else "upper" if u[i] >= 1.0 - 1e-6 else None
+            value, start = _value(entry, float(u[i])), _value(entry, float(self.start[i]))
+            learnt = max(0.0, 1.0 - float(widths[i]) / (1.96 * PRIOR))
+            found.append(Calibrated(path, value, _value(entry, low), _value(entry, high), start, learnt, bound))
+        values: Mapping[str, tuple[float, float, float, float]] = {
+            c.path: (c.value, c.start, c.low, c.high) for c in found
+        }
+        return Calibration(self.rig.calibrated(values), tuple(found), target, before, after, evaluations)
+
+
+def _logarithmic(entry: Entry) -> bool:
+    return entry.low > 0
+
+
+def _coordinate(entry: Entry, value: float) -> float:
+    if _logarithmic(entry):
+        return float(np.log(value / entry.low) / np.log(entry.high / entry.low))
+    return (value - entry.low) / (entry.high - entry.low)
+
+
+def _value(entry: Entry, u: float) -> float:
+    if _logarithmic(entry):
+        value: Any = entry.low * (entry.high / entry.low) ** u
+    else:
+        value = entry.low + u * (entry.high - entry.low)
+    return float(f"{value:.6g}")  # what the file will hold is what was simulated

@@ -1,0 +1,54 @@
+"""Figures: real files in the format asked for, the numbers beside them, the same bytes twice, and clear refusals."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.dataset import build_dataset
+from erclutch.errors import RunError
+from erclutch.figures.coverage import draw_coverage
+from erclutch.figures.section import draw_section
+from erclutch.rig.scenarios import prepare
+
+MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
+
+
+@pytest.mark.parametrize("suffix", sorted(MAGIC))
+@pytest.mark.parametrize("scenario", ["test", "brake"])
+def test_section_and_coverage(tmp_path: Path, suffix: str, scenario: str) -> None:
+    log = prepare(scenario, seconds=2.0).recording()
+    section = draw_section(log, tmp_path / f"s{suffix}", start=0.5, seconds=0.25)
+    data = build_dataset(log, device="single" if scenario == "brake" else "coaxial")
+    coverage = draw_coverage(data, tmp_path / f"c{suffix}", log.name)
+    for picture, numbers in (section, coverage):
+        assert picture.read_bytes().startswith(MAGIC[suffix])
+        assert numbers.suffix == ".csv"
+    with section[1].open() as file:
+        rows = list(csv.DictReader(file))
+    effort = "effort" if scenario == "brake" else "T"
+    assert len(rows) == 250
+    np.testing.assert_allclose([float(r[effort]) for r in rows], log.signals[effort][500:750], rtol=1e-8)
+    with coverage[1].open() as file:
+        counts = [int(r["rows"]) for r in csv.DictReader(file)]
+    assert sum(counts) == log.rows * len(data.elements)
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in (*section, *coverage))
+
+
+def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
+    log = prepare("test", seconds=1.0).recording()
+    for suffix in MAGIC:
+        first, second = (draw_section(log, tmp_path / f"{n}{suffix}")[0].read_bytes() for n in "ab")
+        assert first == second, suffix
+
+
+def test_what_cannot_be_drawn(tmp_path: Path) -> None:
+    log = prepare("test", seconds=1.0).recording()
+    with pytest.raises(RunError, match=r"cannot end in '.gif'"):
+        draw_section(log, tmp_path / "a.gif")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="cannot be written"):
+        draw_section(log, tmp_path / "file" / "a.png")
