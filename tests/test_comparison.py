@@ -17,6 +17,7 @@ from erclutch.errors import CheckError, SettingError
 from erclutch.fit import fit_structure
 from erclutch.laws import LADDER
 from erclutch.logs import read
+from erclutch.model import TorqueModel
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +30,12 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 @pytest.fixture(scope="module")
 def compared(data: Dataset) -> Comparison:
     return compare(data, Settings(models=("quadratic", "bingham", "hem"), blocks=2))
+
+
+def law_of(comparison: Comparison, name: str) -> TorqueModel:
+    model = comparison.entry(name).outcome.model
+    assert isinstance(model, TorqueModel)
+    return model
 
 
 def test_entries_are_ranked_and_the_best_is_first(compared: Comparison) -> None:
@@ -48,7 +55,7 @@ def test_auto_fits_each_model_with_and_without_a_lag(compared: Comparison) -> No
 
 
 def test_the_lag_of_the_log_is_found(compared: Comparison) -> None:
-    tau, delay = (compared.entry("hem+lag").outcome.model.shape[name] for name in ("tau", "delay"))
+    tau, delay = (law_of(compared, "hem+lag").shape[name] for name in ("tau", "delay"))
     assert np.isclose(tau, 4e-3, rtol=0.2)
     assert np.isclose(delay, 2e-3, atol=0.6e-3)
 
@@ -68,7 +75,7 @@ def test_folds_are_fits_on_the_other_blocks(compared: Comparison) -> None:
     train = compared.data.take(~compared.test)
     entry = compared.entry("bingham")
     for block, rmse in zip(blocks(train, 2), entry.folds, strict=True):
-        model = fit_structure(train.take(~block), entry.outcome.model.structure).model
+        model = fit_structure(train.take(~block), law_of(compared, "bingham").structure).model
         assert np.isclose(rmse, np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2)))
 
 
@@ -162,7 +169,7 @@ def test_separate_time_constants_where_the_log_has_them() -> None:
     log = Dataset("single", (Element(command, slip),), effort, clock, Units("N*m", "V", "rad/s"))
     found = compare(log, Settings(models=("quadratic", "bingham")))
     assert found.best == "bingham+rise-fall"
-    shape = found.entry(found.best).outcome.model.shape
+    shape = law_of(found, found.best).shape
     assert np.isclose(shape["tau_rise"], -1e-3 / np.log(0.7), rtol=0.1)
     assert np.isclose(shape["tau_fall"], -1e-3 / np.log(0.96), rtol=0.1)
 

@@ -22,10 +22,10 @@ from erclutch.model import (
     TorqueModel,
     digest_of,
     in_user_units,
-    load_model,
     model_from_dict,
     unit_text,
 )
+from erclutch.saved import load_model
 
 UNITS = Units("N*m", "V", "rad/s")
 
@@ -79,6 +79,7 @@ def test_a_saved_model_predicts_the_same_bits(
     path = tmp_path / "model.json"
     path.write_text(json.dumps(model.to_dict(), indent=2), encoding="utf-8")
     back = load_model(path)
+    assert isinstance(back, TorqueModel)
     assert back.to_dict() == model.to_dict()
     assert back.name == model.name
     expected = model.predict(data)

@@ -25,11 +25,15 @@ if TYPE_CHECKING:
     from erclutch.errors import ErclutchError
     from erclutch.evaluate import score
     from erclutch.fit import FitOutcome, fit_structure
+    from erclutch.fit.networks import fit_network
     from erclutch.flowcurve import FlowCurve, fit_flow_curve
     from erclutch.laws import law_from_name
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
-    from erclutch.model import Structure, TorqueModel, load_model
+    from erclutch.model import Structure, TorqueModel
+    from erclutch.networks import NetworkStructure, network_from_name
+    from erclutch.networks.model import NetworkModel
     from erclutch.runs import read_run, write_run
+    from erclutch.saved import load_model
     from erclutch.signals import Recording
 
 _HOMES = {
@@ -42,8 +46,12 @@ _HOMES = {
     "flowcurve": ("FlowCurve", "fit_flow_curve"),
     "laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
-    "model": ("Structure", "TorqueModel", "load_model"),
+    "model": ("Structure", "TorqueModel"),
+    "networks": ("NetworkStructure", "network_from_name"),
+    "networks.model": ("NetworkModel",),
+    "fit.networks": ("fit_network",),
     "runs": ("read_run", "write_run"),
+    "saved": ("load_model",),
     "signals": ("Recording",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -56,6 +64,8 @@ __all__ = [
     "ErclutchError",
     "FitOutcome",
     "FlowCurve",
+    "NetworkModel",
+    "NetworkStructure",
     "Recording",
     "Settings",
     "Structure",
@@ -64,10 +74,12 @@ __all__ = [
     "build_dataset",
     "compare",
     "fit_flow_curve",
+    "fit_network",
     "fit_structure",
     "hold_out",
     "law_from_name",
     "load_model",
+    "network_from_name",
     "read",
     "read_run",
     "read_table",

@@ -26,10 +26,15 @@ from erclutch.evaluate import (
     score,
 )
 from erclutch.fit import FitOutcome, fit_structure
-from erclutch.laws import LADDER, PAPER, law_from_name
-from erclutch.model import Structure
+from erclutch.fit.networks import fit_network
+from erclutch.laws import LADDER, law_from_name
+from erclutch.model import TIMES, Structure, TorqueModel
+from erclutch.networks import NetworkStructure, is_network, network_from_name
+from erclutch.networks.model import NetworkModel
+from erclutch.paper import APPROACHES
 
 Array = NDArray[np.float64]
+AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel]
 Lag = Literal["auto", "none", "lag", "rise-fall"]
 LAGS: tuple[Lag, ...] = ("auto", "none", "lag", "rise-fall")
 
@@ -51,7 +56,9 @@ class Settings:
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
         offset: a constant effort; None: as for friction.
-        seed: of the bootstrap.
+        seed: of the bootstrap and of the networks' starts.
+        past: rows back that are inputs of networks too.
+        polish: whether networks get a last round over all rows.
         workers: models fitted side by side; changes no figure.
     """
 
@@ -63,6 +70,8 @@ class Settings:
     offset: bool | None = None
     seed: int = 0
     workers: int = 2
+    past: tuple[int, ...] = ()
+    polish: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values, without what changes no figure."""
@@ -86,7 +95,7 @@ class Entry:
         notes: what to worry about with this model.
     """
 
-    outcome: FitOutcome
+    outcome: AnyOutcome
     train: Score
     test: Score
     criteria: dict[str, float]
@@ -135,7 +144,7 @@ class Comparison:
         raise SettingError(f"no model {name!r} here", remedy=f"There are {', '.join(e.name for e in self.entries)}")
 
 
-_SETS = {"all": LADDER, "paper": PAPER}
+_SETS = {"all": (*LADDER, "rbfn-10", "fnn-16"), "paper": tuple(APPROACHES)}
 _NO_LAG = Finding(
     "note",
     "dynamics",
@@ -165,12 +174,17 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
     findings = check(data, test)
     train = data.take(~test)
     lag: Lag = "none" if settings.lag == "auto" and steady_command(train) else settings.lag
-    structures = structures_for(data, replace(settings, lag=lag))
+    chosen = replace(settings, lag=lag)
+    structures = structures_for(data, chosen)
+    networks = networks_for(data, chosen)
+    if not structures and not networks:
+        raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
     if lag != settings.lag:
         findings += (_NO_LAG,)
     outcomes = _fit_all(train, structures, settings.workers, report)
     if lag == "auto":
         outcomes += _second_time_constant(train, outcomes, settings, report)
+    outcomes += fit_networks(train, networks, outcomes, chosen, report)
     entries = _score_all(data, train, test, outcomes, settings)
     best, recommended = recommend(
         {e.name: e.test for e in entries},
@@ -193,9 +207,6 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     """
     if settings.lag not in LAGS:
         raise SettingError(f"unknown lag {settings.lag!r}", remedy=f"Choose one of {', '.join(LAGS)}")
-    names = [name for model in settings.models for name in _SETS.get(model, (model,))]
-    if not names:
-        raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
     forms: dict[Lag, tuple[DynamicsForm, ...]] = {
         "auto": ("none", "lag"),
         "none": ("none",),
@@ -208,8 +219,29 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     return [
         Structure(data.device, name, law_from_name(name, data.device), form, friction, offset)
         for form in forms[settings.lag]
-        for name in dict.fromkeys(_full_name(name, data.device) for name in names)
+        for name in dict.fromkeys(_full_name(n, data.device) for n in _names(settings) if not is_network(n))
     ]
+
+
+def _names(settings: Settings) -> list[str]:
+    return [name for model in settings.models for name in _SETS.get(model, (model,))]
+
+
+def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
+    """The networks that a comparison fits, memoryless ones first.
+
+    Raises:
+        SettingError: a network that cannot be.
+    """
+    forms: dict[Lag, tuple[DynamicsForm, ...]] = {"auto": ("none", "lag"), "rise-fall": ("rise-fall",)}
+    return list(
+        dict.fromkeys(
+            network_from_name(name, data.device, dynamics=form, past=settings.past, extras=tuple(data.extras))
+            for form in forms.get(settings.lag, ("lag",) if settings.lag == "lag" else ("none",))
+            for name in _names(settings)
+            if is_network(name)
+        )
+    )
 
 
 def _full_name(name: str, device: str) -> str:
@@ -219,7 +251,7 @@ def _full_name(name: str, device: str) -> str:
     return "/".join([law.name, *dict.fromkeys(forms)])
 
 
-def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, report: Progress) -> list[FitOutcome]:
+def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, report: Progress) -> list[AnyOutcome]:
     """Fits side by side, one BLAS thread each; results in the order of the structures whatever finishes first."""
     threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
     with threadpool_limits(1), ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
@@ -233,7 +265,48 @@ def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, repo
         return [future.result() for future in futures]
 
 
-def _as_completed(futures: Sequence[Future[FitOutcome]]) -> Iterable[str]:
+def fit_networks(
+    train: Dataset,
+    networks: Sequence[NetworkStructure],
+    outcomes: Sequence[AnyOutcome],
+    settings: Settings,
+    report: Progress,
+) -> list[AnyOutcome]:
+    """Networks one after another, their starts side by side; behind a lag with the time constants of the best law."""
+    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+    found: list[AnyOutcome] = []
+    with threadpool_limits(1):
+        for done, network in enumerate(networks, start=1):
+            dynamics = _dynamics_for(train, network, outcomes)
+            found.append(
+                fit_network(
+                    train,
+                    network,
+                    seed=settings.seed,
+                    polish=settings.polish,
+                    workers=settings.workers,
+                    dynamics=dynamics,
+                )
+            )
+            report(done, len(networks), found[-1].model.name)
+    return found
+
+
+def _dynamics_for(train: Dataset, network: NetworkStructure, outcomes: Sequence[AnyOutcome]) -> dict[str, float]:
+    """Delay and time constants of the law with the lowest cost among those with the same dynamics."""
+    if network.dynamics == "none":
+        return {}
+    laws = [o.model for o in sorted(outcomes, key=lambda o: o.train_cost) if isinstance(o.model, TorqueModel)]
+    same = [law for law in laws if law.structure.dynamics == network.dynamics]
+    if not same:
+        law = law_from_name("bingham", train.device)
+        single = train.device == "single"
+        structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
+        same = [fit_structure(train, structure).model]
+    return {name: same[0].shape[name] for name in TIMES[network.dynamics]}
+
+
+def _as_completed(futures: Sequence[Future[FitOutcome[TorqueModel]]]) -> Iterable[str]:
     waiting = set(futures)
     while waiting:
         done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
@@ -242,14 +315,18 @@ def _as_completed(futures: Sequence[Future[FitOutcome]]) -> Iterable[str]:
 
 
 def _second_time_constant(
-    train: Dataset, outcomes: list[FitOutcome], settings: Settings, report: Progress
-) -> list[FitOutcome]:
+    train: Dataset, outcomes: list[AnyOutcome], settings: Settings, report: Progress
+) -> list[AnyOutcome]:
     """The best lagged law with separate time constants, if the training data ask for them."""
-    lagged = [o for o in outcomes if o.model.structure.dynamics == "lag"]
+    lagged = [
+        (o, o.model.structure)
+        for o in outcomes
+        if isinstance(o.model, TorqueModel) and o.model.structure.dynamics == "lag"
+    ]
     if not lagged:
         return []
-    one = min(lagged, key=lambda o: o.train_cost)
-    structure = replace(one.model.structure, dynamics="rise-fall")
+    one, structure = min(lagged, key=lambda pair: pair[0].train_cost)
+    structure = replace(structure, dynamics="rise-fall")
     two = _fit_all(train, [structure], 1, report)[0]
     independent = min(independent_rows(train.effort - o.model.predict(train)) for o in (one, two))
     criteria = [
@@ -260,7 +337,7 @@ def _second_time_constant(
 
 
 def _score_all(
-    data: Dataset, train: Dataset, test: NDArray[np.bool_], outcomes: Sequence[FitOutcome], settings: Settings
+    data: Dataset, train: Dataset, test: NDArray[np.bool_], outcomes: Sequence[AnyOutcome], settings: Settings
 ) -> list[Entry]:
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - p for p in predictions]
@@ -277,7 +354,7 @@ def _score_all(
                 train=score(data.effort[~test], predicted[~test], block=lengths[1], seed=settings.seed),
                 test=score(data.effort[test], predicted[test], block=lengths[0], seed=settings.seed),
                 criteria=information_criteria(cost, train.rows, independent, outcome.parameters),
-                folds=_cross_validate(train, outcome.model.structure, settings),
+                folds=_cross_validate(train, outcome, settings),
                 predicted=predicted,
                 excess=excess((data.effort - predicted)[test], best, block=lengths[0], seed=settings.seed),
                 sound=_sound(outcome) and not _wild(data, predicted, test),
@@ -287,22 +364,34 @@ def _score_all(
     return sorted(entries, key=lambda e: e.test.rmse.value)
 
 
-def _cross_validate(train: Dataset, structure: Structure, settings: Settings) -> tuple[float, ...]:
+def _cross_validate(train: Dataset, outcome: AnyOutcome, settings: Settings) -> tuple[float, ...]:
     """RMSE on each block of the training rows, fitted on the others."""
     if not settings.blocks:
         return ()
     errors: list[float] = []
     for block in blocks(train, settings.blocks):
-        model = fit_structure(train.take(~block), structure).model
+        model = _refit(train.take(~block), outcome, settings).model
         errors.append(float(np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2))))
     return tuple(errors)
 
 
-def _unidentified(outcome: FitOutcome) -> list[str]:
+def _refit(train: Dataset, outcome: AnyOutcome, settings: Settings) -> AnyOutcome:
+    """The same model fitted to other rows."""
+    model = outcome.model
+    if isinstance(model, TorqueModel):
+        return fit_structure(train, model.structure)
+    return fit_network(
+        train, model.structure, seed=settings.seed, polish=settings.polish, workers=1, dynamics=model.dynamics
+    )
+
+
+def _unidentified(outcome: AnyOutcome) -> list[str]:
     return [e.name for e in outcome.estimates if not e.at_bound and np.isinf(e.high - e.low)]
 
 
-def _sound(outcome: FitOutcome) -> bool:
+def _sound(outcome: AnyOutcome) -> bool:
+    if outcome.weights:
+        return outcome.stop != "stalled"
     known = outcome.rank == outcome.unknowns and not _unidentified(outcome)
     return outcome.converged and known and outcome.condition <= _MEANINGLESS
 
@@ -313,9 +402,9 @@ def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     return int(np.count_nonzero(~(np.abs(predicted[test] - seen.mean()) < 3.0 * float(np.ptp(seen)))))
 
 
-def _notes(outcome: FitOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
+def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
     notes: list[str] = []
-    if not outcome.converged:
+    if not outcome.converged and not outcome.weights:
         notes.append(f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)")
     if outcome.at_bounds:
         notes.append(f"at a bound: {', '.join(outcome.at_bounds)}")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import fnmatch
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import PurePath
 from typing import cast
@@ -36,6 +36,7 @@ class Dataset:
         sources: names of the logs, in order.
         source_rows: rows of each log, [start, stop).
         notes: what was done on the way, for the user.
+        extras: further logged inputs by name, each (n,).
     """
 
     device: DeviceName
@@ -46,6 +47,7 @@ class Dataset:
     sources: tuple[str, ...] = ("log",)
     source_rows: tuple[tuple[int, int], ...] = ()
     notes: tuple[str, ...] = ()
+    extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
     def __post_init__(self) -> None:
         if not self.source_rows:
@@ -77,6 +79,7 @@ class Dataset:
             self,
             elements=tuple(Element(e.field[keep], e.slip[keep]) for e in self.elements),
             effort=self.effort[keep],
+            extras={name: values[keep] for name, values in self.extras.items()},
             clock=Clock(self.clock.time[keep], tuple(spans)),
             source_rows=tuple(bounds),
         )
@@ -160,6 +163,7 @@ def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
         units=Units(units.get(effort, "?"), units.get(field, "?"), units.get(slip, "?")),
         sources=(log.name,),
         notes=tuple(notes),
+        extras=dict(log.extras),
     )
 
 
@@ -173,7 +177,8 @@ def _without_lone_rows(log: Recording) -> tuple[Recording, int]:
     ends = np.cumsum([b - a for a, b in kept])
     segments = tuple((int(end - (b - a)), int(end)) for (a, b), end in zip(kept, ends, strict=True))
     signals = {name: values[rows] for name, values in log.signals.items()}
-    return replace(log, signals=signals, time=log.time[rows], segments=segments), lone
+    extras = {name: values[rows] for name, values in log.extras.items()}
+    return replace(log, signals=signals, extras=extras, time=log.time[rows], segments=segments), lone
 
 
 def _same_unit(log: Recording, units: dict[str, str], pairs: Sequence[tuple[str, str]]) -> None:
@@ -196,6 +201,7 @@ def _join(parts: list[Dataset]) -> Dataset:
         for s in part.clock.spans
     ]
     count = len(parts[0].elements)
+    shared = [name for name in parts[0].extras if all(name in part.extras for part in parts)]
     notes = dict.fromkeys(note for part in parts for note in part.notes)
     return Dataset(
         device=parts[0].device,
@@ -207,6 +213,7 @@ def _join(parts: list[Dataset]) -> Dataset:
             for i in range(count)
         ),
         effort=np.concatenate([p.effort for p in parts]),
+        extras={name: np.concatenate([p.extras[name] for p in parts]) for name in shared},
         clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
         units=parts[0].units,
         sources=tuple(p.sources[0] for p in parts),

@@ -10,7 +10,6 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -146,6 +145,14 @@ def _dynamics_shapes(form: DynamicsForm, period: float) -> tuple[Shape, ...]:
     )
 
 
+#: Names of the parameters of each form of dynamics.
+TIMES: Mapping[DynamicsForm, tuple[str, ...]] = {
+    "none": (),
+    "lag": ("delay", "tau"),
+    "rise-fall": ("delay", "tau_rise", "tau_fall"),
+}
+
+
 def in_user_units(value: float, dimension: Dimension, reference: Reference) -> float:
     """A normalised number in the data's own units."""
     return value * reference.field**dimension.field * reference.slip**dimension.slip
@@ -207,6 +214,21 @@ class Rows(Protocol):
         """Units of effort, field and slip."""
         ...
 
+    @property
+    def extras(self) -> Mapping[str, Array]:
+        """Further logged inputs by name."""
+        ...
+
+
+def outside_of(data: Rows, trained_on: Range) -> NDArray[np.bool_]:
+    """Rows whose field or slip lies more than 1 % outside a range, shape (n,)."""
+    out = np.zeros(data.clock.time.size, np.bool_)
+    for element in data.elements:
+        for values, (low, high) in ((element.field, trained_on.field), (element.slip, trained_on.slip)):
+            slack = 0.01 * (high - low)
+            out |= (values < low - slack) | (values > high + slack)
+    return out
+
 
 @dataclass(frozen=True)
 class TorqueModel:
@@ -228,6 +250,11 @@ class TorqueModel:
     units: Units
     trained_on: Range
     about: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return self.structure.law.title
 
     @property
     def name(self) -> str:
@@ -252,12 +279,7 @@ class TorqueModel:
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
-        out = np.zeros(data.clock.time.size, np.bool_)
-        for element in data.elements:
-            for values, (low, high) in ((element.field, self.trained_on.field), (element.slip, self.trained_on.slip)):
-                slack = 0.01 * (high - low)
-                out |= (values < low - slack) | (values > high + slack)
-        return out
+        return outside_of(data, self.trained_on)
 
     def effort(self, elements: Sequence[Element], clock: Clock) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,)."""
@@ -380,24 +402,3 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         trained_on=Range(pair["field"], pair["slip"], pair["effort"]),
         about={str(key): str(value) for key, value in body["about"].items()},
     )
-
-
-def load_model(path: str | Path) -> TorqueModel:
-    """Read a model's JSON file.
-
-    Raises:
-        RunError: the file is missing, is no JSON, or is not a model that this version reads.
-    """
-    if Path(path).is_dir():
-        raise RunError(
-            "a folder, not a model's file",
-            where=str(path),
-            remedy="For a run, use erclutch.read_run(folder).model(name), or give a file of its models folder",
-        )
-    try:
-        body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"no readable model: {error}", where=str(path), remedy="Give a model file of a run") from error
-    if not isinstance(body, dict):
-        raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
-    return model_from_dict(cast(dict[str, Any], body), str(path))

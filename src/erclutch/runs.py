@@ -28,7 +28,8 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.comparison import Comparison, Entry
 from erclutch.errors import RunError
-from erclutch.model import TorqueModel, digest_of, load_model
+from erclutch.model import digest_of
+from erclutch.saved import Model, load_model
 from erclutch.signals import Recording
 
 RUN_SCHEMA = 1
@@ -183,7 +184,7 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
             "name": entry.name,
             "file": f"models/{file_name(entry.name)}.json",
             "model_digest": entry.outcome.model.to_dict()["digest"],
-            "title": entry.outcome.model.structure.law.title,
+            "title": entry.outcome.model.title,
             "parameters_count": entry.outcome.parameters,
             "train": entry.train.to_dict(),
             "test": entry.test.to_dict(),
@@ -280,7 +281,7 @@ class Run:
         """Models, best test error first."""
         return tuple(entry["name"] for entry in self.body["ranking"])
 
-    def model(self, name: str | None = None) -> TorqueModel:
+    def model(self, name: str | None = None) -> Model:
         """A model of the run; None gives the recommended one.
 
         Raises:

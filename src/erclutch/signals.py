@@ -70,6 +70,7 @@ class Recording:
         digest: SHA-256 of the file's bytes, hexadecimal.
         constants: numbers that hold for the whole log (from its name, its header or the mapping).
         origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
+        extras: further inputs for networks, as logged: name -> samples, shape (n,).
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
     """
 
@@ -83,6 +84,7 @@ class Recording:
     digest: str
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     origin: str = ""
+    extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
 
     @property

@@ -21,7 +21,7 @@ Residuals = Callable[[Sequence[Array]], list[Array]]
 Progress = Callable[[int, float], None]
 
 _POPULATION = 16
-_FIRST_WIDTH = 0.15  # standard deviation of the first generation, as a share of the range
+_FIRST_WIDTH = 0.08  # standard deviation of the first generation, as a share of the range
 
 
 def wide(

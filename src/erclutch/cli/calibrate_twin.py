@@ -80,6 +80,7 @@ def calibrate_twin(
         )
     about = _about(found, target, seed, log is None)
     write_rig(out, found.rig, about)
+    out.with_suffix(".journal").unlink(missing_ok=True)
     _print(found, show.console())
     show.console().print(f"{out}: use it with --rig {out}", markup=False, soft_wrap=True)
 

@@ -32,6 +32,8 @@ def fit(
     friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     seed: Annotated[int, Parameter(group=_MODELS)] = 0,
+    past: Annotated[tuple[int, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
+    polish: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
@@ -42,25 +44,30 @@ def fit(
 
     Args:
         logs: One log or several of the same device; a folder stands for the logs in it.
-        models: Names from `erclutch laws`, for example --models bingham hem/square rbfm-10; default: all of them.
+        models: Names from `erclutch laws` and networks, for example --models bingham hem/square fnn-16 rbfn-50; 'paper'
+            stands for those of its tables, 'all' (default) for all laws, fnn-16 and rbfn-10.
         lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
         test: Held out: a share (the end of each log), or a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.
-        seed: Seed of the bootstrap that gives the bands.
+        seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
+        past: Rows back that networks take as inputs too, for example --past 1 2 4.
+        polish: Train networks on all rows at last, not only on centroids.
         workers: Models fitted side by side; changes no figure.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
+    from dataclasses import replace
+
     from erclutch.runs import may_write, run_to_dict, write_run
 
     began = time.perf_counter()
     if out is not None:
         may_write(out, force)
-    settings = _settings(models, lag, test, blocks, friction, offset, seed, workers)
+    settings = replace(_settings(models, lag, test, blocks, friction, offset, seed, workers), past=past, polish=polish)
     recordings = reading.read(logs)
     data = reading.dataset(recordings)
     comparison = compare_with_progress(data, settings)

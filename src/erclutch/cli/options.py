@@ -60,6 +60,8 @@ class LogOptions:
     """Torque of the pair (coaxial)."""
     motor_torque: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
+    input: Annotated[tuple[str, ...], Parameter(group=_COLUMNS, negative=(), show_default=False)] = ()
+    """A further column that networks take as input, for example an acceleration; more than once for several."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Time stamps."""
     rate: Annotated[str | None, Parameter(group=_READING)] = None
@@ -101,7 +103,7 @@ class LogOptions:
                 remedy=f"Write it like --constant 'field=0.5 A'; signals are {', '.join(SIGNALS)}",
             )
         given = {key: value for key, value in values.items() if value is not None}
-        return ColumnMap.from_dict({**given, "columns": columns, "constants": constants})
+        return ColumnMap.from_dict({**given, "columns": columns, "constants": constants, "inputs": list(self.input)})
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:
         """Read logs; folders stand for the logs in them.

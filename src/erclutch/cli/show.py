@@ -17,9 +17,9 @@ from erclutch.evaluate import TOLERATED
 from erclutch.signals import Array
 
 if TYPE_CHECKING:
-    from erclutch.comparison import Comparison, Entry
+    from erclutch.comparison import AnyOutcome, Comparison, Entry
     from erclutch.evaluate import Figure
-    from erclutch.fit import Estimate, FitOutcome
+    from erclutch.fit import Estimate
     from erclutch.signals import Recording
 
 
@@ -90,7 +90,7 @@ def ranking(comparison: Comparison, width: int) -> Table:
         "R2": [number(e.test.r2.value, 3) for e in comparison.entries],
         "max error": [number(e.test.largest.value, 3) for e in comparison.entries],
         "train RMSE": [number(e.train.rmse.value) for e in comparison.entries],
-        "condition": [f"{e.outcome.condition:.0e}" for e in comparison.entries],
+        "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in comparison.entries],
     }
     if any(e.folds for e in comparison.entries):
         folds = f"{len(comparison.entries[0].folds)}-block RMSE"
@@ -127,8 +127,10 @@ def verdict(comparison: Comparison) -> str:
     )
 
 
-def parameters(outcome: FitOutcome) -> Table:
-    """Parameters of a model with their intervals, and the published symbols where they differ."""
+def parameters(outcome: AnyOutcome) -> Table | str:
+    """Parameters of a model with their intervals, and the published symbols where they differ; a network's count."""
+    if outcome.weights:
+        return f"{outcome.model.name}: {outcome.weights} weights, which mean nothing one by one."
     made = estimates(f"Parameters of {outcome.model.name}", outcome.estimates)
     for name, value in outcome.paper_form.items():
         made.add_row(name, "as published", number(value), "", "")

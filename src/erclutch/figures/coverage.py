@@ -27,19 +27,26 @@ def draw_coverage(data: Dataset, path: Path, name: str = "") -> list[Path]:
     """
     colours: Any = import_module("matplotlib.colors")
     edges = [(_edges(e.field), _edges(e.slip)) for e in data.elements]
-    counts = [np.histogram2d(e.field, e.slip, bins=at)[0] for e, at in zip(data.elements, edges, strict=True)]
+    counts: list[Array] = [
+        np.histogram2d(e.field, e.slip, bins=at)[0] for e, at in zip(data.elements, edges, strict=True)
+    ]
     most = max(float(c.max()) for c in counts)
     with style():
         figure: Any = new_figure(2.5, COLUMN)
         axes: Any = figure.subplots(1, len(counts), sharex=True, squeeze=False)[0]
         image: Any = None
         for i, (axis, count) in enumerate(zip(axes, counts, strict=True)):
-            shown = np.where(count.T > 0, count.T, np.nan)
+            shown: Array = np.where(count.T > 0, count.T, np.nan)
             image = axis.pcolormesh(
-                *edges[i], shown, norm=colours.LogNorm(1.0, max(most, 2.0)), cmap="viridis", rasterized=True
+                edges[i][0],
+                edges[i][1],
+                shown,
+                norm=colours.LogNorm(1.0, max(most, 2.0)),
+                cmap="viridis",
+                rasterized=True,
             )
             label = f"CH{i + 1}: " if len(counts) > 1 else ""
-            axis.set_title(f"{label}{float(np.mean(count == 0)):.0%} empty", loc="left")
+            axis.set_title(f"{label}{np.count_nonzero(count == 0) / count.size:.0%} empty", loc="left")
             axis.set_xlabel(_label("Field", data.units.field))
         axes[0].set_ylabel(_label("Slip", data.units.slip))
         figure.colorbar(image, ax=list(axes), label="rows a cell", shrink=0.9)

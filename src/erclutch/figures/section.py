@@ -66,12 +66,12 @@ def titled(recording: Recording) -> str:
 def _rows(recording: Recording, start: float | None, seconds: float) -> slice:
     width = min(max(2, round(seconds / recording.period)), recording.rows)
     if start is not None:
-        first = int(np.searchsorted(recording.time, recording.time[0] + start))
+        first = int(np.count_nonzero(recording.time < recording.time[0] + start))
         return slice(min(first, recording.rows - width), min(first, recording.rows - width) + width)
     effort = recording.signals["effort" if "effort" in recording.signals else "T"]
-    starts = np.arange(0, recording.rows - width + 1, max(1, width // 2))
-    spread = np.array([effort[s : s + width].std() for s in starts])
-    first = int(starts[np.argsort(spread, kind="stable")[spread.size // 2]])
+    starts = range(0, recording.rows - width + 1, max(1, width // 2))
+    spread = [float(effort[s : s + width].std()) for s in starts]
+    first = starts[sorted(range(len(spread)), key=spread.__getitem__)[len(spread) // 2]]
     return slice(first, first + width)
 
 

@@ -16,10 +16,11 @@ from erclutch.dataset import Dataset
 from erclutch.fit.intervals import uncertainty
 from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.ranges import range_of
 from erclutch.fit.starts import scan_points, thinned, windows
 from erclutch.fit.varpro import Projection, Separable, coordinates, jacobian, outer_problem, parameters, project
 from erclutch.laws import Shape
-from erclutch.model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
+from erclutch.model import Reference, Structure, TorqueModel, in_user_units, unit_text
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ def fit_structure(
     starts: Sequence[Sequence[float]] = (),
     scan: int = _SCAN_POINTS,
     ordered: bool = True,
-) -> FitOutcome:
+) -> FitOutcome[TorqueModel]:
     """Fit a structure's parameters by least squares.
 
     Args:
@@ -98,7 +99,7 @@ def _search(few: Separable, rough: Separable, starts: Sequence[Sequence[float]],
 
 def _outcome(
     data: Dataset, structure: Structure, reference: Reference, full: Separable, found: Minimum, ordered: bool
-) -> FitOutcome:
+) -> FitOutcome[TorqueModel]:
     columns, slopes, projection = jacobian(full, found.point)
     residual = full.target - columns @ projection.gains
     moving = ~(found.at_lower | found.at_upper)
@@ -116,7 +117,7 @@ def _outcome(
         shape=dict(zip((s.name for s in full.shapes), q, strict=True)),
         gains=dict(zip((g.name for g in full.gains), projection.gains.tolist(), strict=True)),
         units=data.units,
-        trained_on=_range_of(data),
+        trained_on=range_of(data),
     )
     estimates = (
         *_shape_estimates(model, full.shapes, found, shape_widths),
@@ -135,13 +136,6 @@ def _outcome(
         train_cost=float(residual @ residual),
         train_rows=data.rows,
     )
-
-
-def _range_of(data: Dataset) -> Range:
-    def span(arrays: Sequence[Array]) -> tuple[float, float]:
-        return min(float(a.min()) for a in arrays), max(float(a.max()) for a in arrays)
-
-    return Range(span([e.field for e in data.elements]), span([e.slip for e in data.elements]), span([data.effort]))
 
 
 def _shape_estimates(model: TorqueModel, shapes: tuple[Shape, ...], found: Minimum, widths: Array) -> list[Estimate]:

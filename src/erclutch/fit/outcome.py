@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar
 
 from erclutch.fit.intervals import as_json
 from erclutch.fit.lm import Stop
 from erclutch.model import TorqueModel
+from erclutch.networks.model import NetworkModel
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,11 @@ class Estimate:
         }
 
 
+M = TypeVar("M", bound=TorqueModel | NetworkModel, covariant=True)
+
+
 @dataclass(frozen=True)
-class FitOutcome:
+class FitOutcome(Generic[M]):
     """What came out of a fit.
 
     Attributes:
@@ -58,9 +62,10 @@ class FitOutcome:
         bandwidth: of the covariance behind the intervals, in rows, after whitening; 1 where rows have no order.
         train_cost: sum of squared residuals on the training rows.
         train_rows: number of training rows.
+        weights: number of weights of a network, whose parameters mean nothing one by one; 0 for a law.
     """
 
-    model: TorqueModel
+    model: M
     stop: Stop
     iterations: int
     estimates: tuple[Estimate, ...]
@@ -71,6 +76,7 @@ class FitOutcome:
     bandwidth: int
     train_cost: float
     train_rows: int
+    weights: int = 0
 
     @property
     def converged(self) -> bool:
@@ -80,7 +86,7 @@ class FitOutcome:
     @property
     def parameters(self) -> int:
         """Number of parameters of the model, those on a bound included."""
-        return len(self.estimates)
+        return len(self.estimates) + self.weights
 
     @property
     def at_bounds(self) -> tuple[str, ...]:
@@ -101,4 +107,5 @@ class FitOutcome:
             "condition": as_json(self.condition),
             "bandwidth_rows": self.bandwidth,
             "train_rows": self.train_rows,
+            "weights": self.weights,
         }

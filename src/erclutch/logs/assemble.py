@@ -33,6 +33,7 @@ NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
 }
 #: What a device may have besides; taken by its name where it is there.
 OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
+_INPUT = "input:"
 _COUNTER = "samplenumber"
 
 
@@ -76,6 +77,7 @@ def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: In
     _take_constants(draft, chosen)
     _take_guesses(draft, chosen)
     _take_optional(draft, chosen)
+    _take_inputs(draft, chosen)
     if "alpha_raw" in draft.signals:
         _turn_screw(draft, chosen.lead)
     rows = np.arange(table.rows)
@@ -231,6 +233,16 @@ def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
             _add(draft, signal, found[0], draft.table.units.get(found[0]), 1.0, "guessed from its name")
 
 
+def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
+    """Further inputs that the user named, as logged; they travel with the signals under a name of their own."""
+    for choice in chosen.inputs:
+        name, _, factor = locate(draft.table, choice, "input")
+        values = draft.table.columns[name]
+        draft.signals[f"{_INPUT}{name}"] = values if factor == 1.0 else values * factor
+        draft.columns[f"{_INPUT}{name}"] = name
+        draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
+
+
 def _conflicts(draft: _Draft, group: tuple[tuple[str, ...], ...], option: tuple[str, ...]) -> bool:
     """Whether an alternative says the same as one that is there (E beside E1 and E2), not something more (theta)."""
     return "E" in {signal for other in group for signal in other} or (
@@ -378,6 +390,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
     signals: dict[str, Array] = {}
     for name, values in draft.signals.items():
         signals[name] = _frozen(values[kept[fine]])
+    extras = {name.removeprefix(_INPUT): signals.pop(name) for name in list(signals) if name.startswith(_INPUT)}
     _step_signals(draft, signals, starts, stops)
     time = _frozen(clock.time[fine])
     return Recording(
@@ -391,6 +404,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
         digest=draft.table.digest,
         constants=MappingProxyType(dict(draft.constants)),
         origin=draft.table.origin,
+        extras=MappingProxyType(extras),
         notes=(*draft.notes, *clock.notes),
     )
 

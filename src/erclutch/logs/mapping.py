@@ -8,6 +8,7 @@ of the log; the first that exists is read. Its keys, all optional::
     lead = "10 mm"                   # lead of the screw (alpha_raw); a plain number is in m
     name_pattern = "{amplitude}mm{frequency}Hz{field}A"   # numbers in the file's name; x is the decimal point: 0x25
     variable = "rec001"              # which recording of a MATLAB file
+    inputs = ["D [cm]", "A"]         # further inputs for networks, as logged
     invalid = "drop"                 # cut the log where values are missing, instead of an error
 
     [columns]                        # signal = label, number, or a table
@@ -34,7 +35,7 @@ from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
 from erclutch.signals import SIGNALS
 
-_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "columns", "constants")
+_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
 
 
@@ -68,6 +69,7 @@ class ColumnMap:
         name_pattern: template on the file's name (see the module).
         variable: recording of a MATLAB file.
         invalid: "error" or "drop" for values that are not finite.
+        inputs: further columns that networks may take as inputs.
         source: who said so, for the notes.
     """
 
@@ -79,6 +81,7 @@ class ColumnMap:
     name_pattern: str | None = None
     variable: str | None = None
     invalid: str | None = None
+    inputs: tuple[ColumnChoice, ...] = ()
     source: str = "given"
 
     @classmethod
@@ -132,6 +135,7 @@ class ColumnMap:
             rate=_number(values.get("rate"), "rate", "Hz", where),
             lead=_number(values.get("lead"), "lead", "m", where),
             constants=constants,
+            inputs=_inputs(values.get("inputs", ()), source, where),
             source=source,
             **texts,
         )
@@ -150,6 +154,7 @@ class ColumnMap:
             name_pattern=self.name_pattern or base.name_pattern,
             variable=self.variable or base.variable,
             invalid=self.invalid or base.invalid,
+            inputs=self.inputs or base.inputs,
             source=self.source if base == ColumnMap() else base.source,
         )
 
@@ -238,6 +243,12 @@ def _choice(name: str, value: Any, source: str, where: str) -> ColumnChoice:
             f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"', where=where
         )
     return ColumnChoice(cast("str | int", column), cast("str | None", unit), float(scale), source)
+
+
+def _inputs(value: Any, source: str, where: str) -> tuple[ColumnChoice, ...]:
+    if not isinstance(value, list | tuple):
+        raise MappingError(f"inputs is {value!r}", remedy='Write it as a list: inputs = ["D [cm]"]', where=where)
+    return tuple(_choice("inputs", label, source, where) for label in cast("list[Any]", value))
 
 
 def _number(value: Any, name: str, unit: str, where: str) -> float | None:

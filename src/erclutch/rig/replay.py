@@ -72,10 +72,13 @@ def follow(
         parts: of the rig.
         field: signed field commands E1 - E2, shape (n,).
         motor: motor torque in N m, shape (n,).
-        theta, alpha: measured angles at the start in rad.
-        theta_dot, alpha_dot: measured speeds there in rad/s.
+        theta: measured angle of the motor at the start in rad.
+        alpha: of the output.
+        theta_dot: measured speed of the motor there in rad/s.
+        alpha_dot: of the output.
         torque: measured torque there in N m.
-        dt, steps: internal step in s and how many make a row.
+        dt: internal step in s.
+        steps: how many make a row.
 
     Returns:
         theta, alpha and the metered torque without noise, as sampled, shape (n, 3).

@@ -1,0 +1,131 @@
+"""A network fitted to a data set: inputs, normalisation, training, and the model with its figures on all rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dataset import Dataset
+from erclutch.errors import CheckError
+from erclutch.fit.compress import compress
+from erclutch.fit.lm import Stop
+from erclutch.fit.network import schedule_for, tables_of, train, weights_of
+from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.ranges import range_of
+from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
+from erclutch.networks import NetworkStructure
+from erclutch.networks.inputs import inputs_of
+from erclutch.networks.model import NetworkModel, Scaling, table_shapes
+
+Array = NDArray[np.float64]
+
+
+def fit_network(
+    data: Dataset,
+    structure: NetworkStructure,
+    *,
+    seed: int = 0,
+    polish: bool = False,
+    workers: int = 1,
+    dynamics: Mapping[str, float] | None = None,
+) -> FitOutcome[NetworkModel]:
+    """Fit a network's weights by least squares.
+
+    Args:
+        data: training rows.
+        structure: device, layers, inputs.
+        seed: of the starts; the same seed gives the same weights, whatever the number of workers.
+        polish: whether the last round runs over all rows instead of a fine grid's centroids.
+        workers: starts side by side.
+        dynamics: delay and time constants of the command in s, for a structure with dynamics.
+
+    Raises:
+        CheckError: fewer rows than weights, an input that does not vary, or values that are not finite.
+        MappingError: a further input is not in the data.
+    """
+    x = inputs_of(structure, data.elements, data.clock, data.extras, dynamics or {})
+    _checked(x, data, structure)
+    span = np.column_stack([x.min(axis=1), x.max(axis=1)])
+    low, wide = span[:, 0], span[:, 1] - span[:, 0]
+    middle, half = float(np.mean(data.effort)), float(np.max(np.abs(data.effort - np.mean(data.effort))))
+    if structure.kind == "fnn":
+        scaling = Scaling(low + 0.5 * wide, 0.5 * wide, middle, half)
+    else:
+        scaling = Scaling(low, wide, middle, half)
+    unit, target = scaling.inputs(x), (data.effort - middle) / half
+    learn = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
+    weights, stop, steps = learn(unit, target, structure, seed, polish, workers)
+    model = NetworkModel(
+        structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
+    )
+    residual = data.effort - model.predict(data)
+    return FitOutcome(
+        model=model,
+        stop=stop,
+        iterations=steps,
+        estimates=(),
+        paper_form={},
+        rank=model.parameters,
+        unknowns=model.parameters,
+        condition=float("nan"),
+        bandwidth=1,
+        train_cost=float(residual @ residual),
+        train_rows=data.rows,
+        weights=model.parameters,
+    )
+
+
+def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:
+    where = data.sources[0] if len(data.sources) == 1 else f"{len(data.sources)} logs"
+    count = sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
+    if data.rows < count:
+        raise CheckError(
+            f"{data.rows} training rows for the {count} weights of {structure.specification}",
+            remedy="Log more, or choose a smaller network",
+            where=where,
+        )
+    for name, values in zip(structure.inputs, x, strict=True):
+        if not np.all(np.isfinite(values)):
+            bad = int(np.count_nonzero(~np.isfinite(values)))
+            raise CheckError(
+                f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
+            )
+        if float(np.ptp(values)) == 0.0:
+            raise CheckError(
+                f"input {name} is constant at {values[0]:g} over all training rows",
+                remedy="Log with it changing, or leave it out",
+                where=where,
+            )
+    if not np.all(np.isfinite(data.effort)) or float(np.ptp(data.effort)) == 0.0:
+        raise CheckError(
+            "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
+        )
+
+
+def _learn_fnn(
+    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int
+) -> tuple[dict[str, Array], Stop, int]:
+    found = train(x, y, structure.hidden, seed, schedule_for(structure.hidden, polish), workers)
+    sizes = (x.shape[0], *structure.hidden, 1)
+    assert found.theta.size == weights_of(sizes)
+    return tables_of(found.theta, sizes), found.stop, found.steps
+
+
+def _learn_rbfn(
+    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int
+) -> tuple[dict[str, Array], Stop, int]:
+    neurons, how = structure.hidden[0], structure.centres
+    cells = compress(x, y, 0)
+    found = by_k_means(cells, neurons, seed) if how == "kmeans" else by_forward_selection(cells, neurons, seed)
+    if how in ("refined", "spreads"):
+        finer = compress(x, y, 2 if polish else 1)
+        found = refined(finer, found, one_spread=how == "refined")
+    return rbfn_tables(x, y, found), found.stop, found.steps
+
+
+def rbfn_tables(x: Array, y: Array, found: Centres) -> dict[str, Array]:
+    """Tables of an RBFN with output weights from all rows."""
+    w, _ = weights_for(x, y, None, found.centres, found.spreads)
+    return {"centres": found.centres, "spreads": found.spreads, "w": w[:-1], "b": w[-1:]}

@@ -1,0 +1,178 @@
+"""Fitting an RBFN: centres by orthogonal forward selection, by k-means, or refined by Levenberg-Marquardt.
+
+Forward selection after Chen, Cowan and Grant (1991, doi 10.1109/72.80341): of all candidate centres the one that takes
+most of what is left of the effort, again and again, each made orthogonal to those before. The spread is the one with
+the lowest error of a scan. The output weights are always those of least squares over all rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.compress import Centroids
+from erclutch.fit.lm import Linearisation, Problem, Stop, minimise
+from erclutch.networks.model import gaussians
+
+Array = NDArray[np.float64]
+
+#: Spreads that are scanned, in units of inputs normalised to [0, 1].
+SPREADS: tuple[float, ...] = tuple(float(s) for s in np.geomspace(0.08, 2.0, 10))
+_CANDIDATES = 400
+_BLOCK = 4096
+_RIDGE = 1e-10  # of the largest eigenvalue: what is left of double precision in normal equations
+
+
+@dataclass(frozen=True)
+class Centres:
+    """Centres and spreads of an RBFN.
+
+    Attributes:
+        centres: shape (n, inputs).
+        spreads: shape (n,).
+        stop: how their search ended.
+        steps: of its solver; 0 for a scan.
+    """
+
+    centres: Array
+    spreads: Array
+    stop: Stop = "converged"
+    steps: int = 0
+
+
+def candidates(cells: Centroids, seed: int) -> Array:
+    """Candidate centres out of the centroids, shape (m, inputs)."""
+    rng = np.random.default_rng([seed, 1])
+    chosen: NDArray[np.int64] = rng.permutation(cells.y.size)[:_CANDIDATES]
+    return cells.x[:, np.sort(chosen)].T
+
+
+def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int) -> tuple[list[int], Array]:
+    """Indices of the chosen candidates in their order, and the cost left after each, in the cells' weighting."""
+    root = np.sqrt(cells.count)
+    columns = (gaussians(pool, np.full(len(pool), spread), cells.x) * root).astype(np.float32)
+    left = (cells.y * root).astype(np.float64)
+    basis: list[Array] = [root / float(np.linalg.norm(root))]
+    left -= basis[0] * (basis[0] @ left)
+    first = np.sum(columns.astype(np.float64) ** 2, axis=1)
+    norms = first - (columns @ basis[0]) ** 2
+    chosen: list[int] = []
+    costs: list[float] = []
+    for _ in range(min(neurons, pool.shape[0])):
+        shares = np.where(norms > 1e-6 * first, (columns @ left) ** 2 / np.maximum(norms, 1e-30), -1.0)
+        shares[chosen] = -1.0
+        best = int(np.argmax(shares))
+        direction = columns[best].astype(np.float64)
+        for _ in range(2):  # twice is enough for orthogonality to rounding
+            for other in basis:
+                direction -= other * (other @ direction)
+        direction /= float(np.linalg.norm(direction)) or 1.0
+        left -= direction * (direction @ left)
+        norms -= (columns @ direction) ** 2
+        basis.append(direction)
+        chosen.append(best)
+        costs.append(float(left @ left))
+    return chosen, np.array(costs)
+
+
+def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> Centres:
+    """Centres by forward selection, one spread: that of the scan with the lowest cost."""
+    pool = candidates(cells, seed)
+    if pool.shape[0] < neurons:
+        pool = np.resize(pool, (neurons, pool.shape[1]))
+    scans = [(forward_selection(cells, pool, spread, neurons), spread) for spread in spreads]
+    (chosen, _), spread = min(scans, key=lambda scan: float(scan[0][1][-1]))
+    return Centres(pool[chosen], np.full(neurons, spread))
+
+
+def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> Centres:
+    """Centres by k-means on the weighted centroids, one spread: that of the scan with the lowest cost."""
+    rng = np.random.default_rng([seed, 2])
+    share = cells.count / cells.count.sum()
+    first = cells.x[:, rng.choice(cells.y.size, neurons, replace=cells.y.size < neurons, p=share)].T
+    centres = _lloyd(cells, first)
+    costs = [weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, s))[1] for s in spreads]
+    return Centres(centres, np.full(neurons, spreads[int(np.argmin(costs))]))
+
+
+def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
+    """Lloyd's iteration with weights; a centre without cells stays where it is."""
+    for _ in range(most):
+        distance = np.sum(centres**2, axis=1)[:, None] - 2.0 * centres @ cells.x
+        nearest = np.argmin(distance, axis=0)
+        mass = np.bincount(nearest, cells.count, centres.shape[0])
+        moved = np.array([np.bincount(nearest, cells.count * x, centres.shape[0]) for x in cells.x]).T
+        fresh = np.where(mass[:, None] > 0, moved / np.maximum(mass, 1.0)[:, None], centres)
+        if np.array_equal(fresh, centres):
+            break
+        centres = fresh
+    return centres
+
+
+def refined(cells: Centroids, start: Centres, *, one_spread: bool) -> Centres:
+    """Centres and spreads by Levenberg-Marquardt, output weights projected out (variable projection)."""
+    n, k = start.centres.shape
+    root = np.sqrt(cells.count / cells.count.mean())
+
+    def parts(u: Array) -> tuple[Array, Array]:
+        return u[: n * k].reshape(n, k), np.exp(u[n * k :]) * (np.ones(n) if one_spread else 1.0)
+
+    def solved(u: Array) -> tuple[Array, Array, Array, Array]:
+        centres, spreads = parts(u)
+        columns = np.vstack([gaussians(centres, spreads, cells.x), np.ones(cells.y.size)]) * root
+        w = _least_squares(columns @ columns.T, columns @ (cells.y * root))
+        return columns, w, cells.y * root - w @ columns, spreads
+
+    def cost(u: Array) -> float:
+        residual = solved(u)[2]
+        return float(residual @ residual)
+
+    def linearise(u: Array) -> Linearisation:
+        columns, w, residual, spreads = solved(u)
+        centres, _ = parts(u)
+        scaled = w[:n, None] * columns[:n] / (spreads**2)[:, None]
+        away = cells.x[None] - centres[:, :, None]
+        slopes = (scaled[:, None, :] * away).reshape(n * k, -1)
+        wide = scaled * np.sum(away**2, axis=1)
+        slopes = np.vstack([slopes, wide.sum(axis=0)[None] if one_spread else wide])
+        q, _ = np.linalg.qr(columns.T)
+        free = slopes.T - q @ (q.T @ slopes.T)
+        r: Any = np.linalg.qr(np.column_stack([free, residual]), mode="r")
+        return Linearisation(float(residual @ residual), r[:-1, :-1], r[:-1, -1])
+
+    spreads = np.log(start.spreads[:1] if one_spread else start.spreads)
+    u = np.concatenate([start.centres.ravel(), spreads])
+    lower = np.concatenate([np.full(n * k, -1.0), np.full(spreads.size, np.log(0.02))])
+    upper = np.concatenate([np.full(n * k, 2.0), np.full(spreads.size, np.log(10.0))])
+    found = minimise(Problem(cost, linearise, lower, upper), u, tolerance=1e-5, max_iterations=60, reach=1.0)
+    centres, widths = parts(found.point)
+    return Centres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), found.stop, found.iterations)
+
+
+def _least_squares(square: Array, right: Array) -> Array:
+    solve: Any = import_module("scipy.linalg").solve
+    lift = _RIDGE * float(np.trace(square)) / square.shape[0]
+    return np.asarray(solve(square + lift * np.eye(square.shape[0]), right, assume_a="pos"), np.float64)
+
+
+def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
+    """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left."""
+    n = centres.shape[0]
+    square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0
+    for at in range(0, y.size, _BLOCK):
+        rows = slice(at, at + _BLOCK)
+        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
+        target = y[rows]
+        if count is not None:
+            root = np.sqrt(count[rows])
+            columns, target = columns * root, target * root
+        square += columns @ columns.T
+        right += columns @ target
+        power += float(target @ target)
+    w = _least_squares(square, right)
+    return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)

@@ -1,0 +1,107 @@
+"""Networks: effort of the whole device from its inputs, with no law inside. Tables of weights and one forward pass.
+
+A specification is ``fnn-16`` (one hidden layer of 16), ``fnn-10-6`` (two layers), ``rbfn-50`` (50 neurons, one spread,
+centres by forward selection), and after a slash for the RBFN: ``kmeans`` centres, ``refined`` centres and spread by
+Levenberg-Marquardt, ``spreads`` refined with one spread a neuron.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, cast
+
+from erclutch.device import DeviceName
+from erclutch.dynamics import DynamicsForm
+from erclutch.errors import SettingError
+
+Kind = Literal["fnn", "rbfn"]
+Centres = Literal["forward", "kmeans", "refined", "spreads"]
+
+MOST_NEURONS = 500
+_FORMS: tuple[Centres, ...] = ("forward", "kmeans", "refined", "spreads")
+
+
+@dataclass(frozen=True)
+class NetworkStructure:
+    """What is fitted, without numbers.
+
+    Attributes:
+        device: "single" or "coaxial".
+        specification: name of the network, for example ``fnn-16``.
+        kind: fnn (equations 19, 20) or rbfn (equations 17, 18).
+        hidden: neurons of each hidden layer.
+        centres: how an RBFN's centres are found.
+        dynamics: stages between command and field; their time constants are given to a network, not fitted with it.
+        past: rows back that are inputs too, for example (1, 2).
+        extras: names of further logged inputs.
+    """
+
+    device: DeviceName
+    specification: str
+    kind: Kind
+    hidden: tuple[int, ...]
+    centres: Centres = "forward"
+    dynamics: DynamicsForm = "none"
+    past: tuple[int, ...] = ()
+    extras: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        count = ", ".join(str(n) for n in self.hidden)
+        how = "" if self.centres == "forward" else f", {self.centres}"
+        return f"{self.kind.upper()} ({count} neuron{'s' if self.hidden != (1,) else ''}{how})"
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs, in their order."""
+        base = base_inputs(self.device, self.kind)
+        return (*base, *(f"{name}[-{k}]" for k in self.past for name in base), *self.extras)
+
+
+def base_inputs(device: DeviceName, kind: Kind) -> tuple[str, ...]:
+    """Inputs of equation (18) for the RBFN, (20) for the FNN; field and slip of a single device."""
+    if device == "single":
+        return ("field", "slip")
+    return ("E1-E2", "w1", "w2") if kind == "rbfn" else ("E1-E2", "theta_dot", "alpha_dot")
+
+
+def is_network(specification: str) -> bool:
+    """Whether a specification names a network (it may still be a wrong one)."""
+    return specification.strip().lower().partition("-")[0] in ("fnn", "rbfn")
+
+
+def network_from_name(
+    specification: str,
+    device: DeviceName = "coaxial",
+    *,
+    dynamics: DynamicsForm = "none",
+    past: tuple[int, ...] = (),
+    extras: tuple[str, ...] = (),
+) -> NetworkStructure:
+    """The network for a specification such as ``fnn-10-6`` or ``rbfn-50/refined``.
+
+    Raises:
+        SettingError: no neurons, too many, or a word that is not known.
+    """
+    name, _, form = specification.strip().lower().partition("/")
+    kind, *sizes = name.split("-")
+    if not sizes or not all(size.isdigit() for size in sizes) or kind not in ("fnn", "rbfn"):
+        raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16, fnn-10-6 or rbfn-50")
+    hidden = tuple(int(size) for size in sizes)
+    if min(hidden) < 1 or max(hidden) > MOST_NEURONS:
+        wrong = min(hidden) if min(hidden) < 1 else max(hidden)
+        raise SettingError(
+            f"a layer of {wrong} neurons in {specification!r}", remedy=f"Give each layer 1 to {MOST_NEURONS} neurons"
+        )
+    if kind == "rbfn" and (len(hidden) > 1 or (form and form not in _FORMS)):
+        raise SettingError(
+            f"an RBFN has one layer and one of {', '.join(_FORMS)}, got {specification!r}",
+            remedy="Write rbfn-50 or rbfn-50/refined",
+        )
+    if kind == "fnn" and (form or len(hidden) > 5):
+        raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16 or fnn-10-6, at most 5 layers")
+    if any(k < 1 or k > 1000 for k in past):
+        raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
+    canonical = "-".join([kind, *(str(n) for n in hidden)]) + (f"/{form}" if form and form != "forward" else "")
+    return NetworkStructure(device, canonical, kind, hidden, cast(Centres, form or "forward"), dynamics, past, extras)

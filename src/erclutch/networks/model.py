@@ -1,0 +1,235 @@
+"""NetworkModel: a device, inputs, their normalisation and tables of weights. It predicts effort, like a TorqueModel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock
+from erclutch.errors import ErclutchError, RunError
+from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of
+from erclutch.networks import NetworkStructure, network_from_name
+from erclutch.networks.inputs import inputs_of
+
+Array = NDArray[np.float64]
+
+KIND = "erclutch network model"
+_BLOCK = 8192  # rows at a time: activations stay in the cache
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Affine normalisation: (x - offset) / scale for inputs, y * scale + offset for the output.
+
+    Attributes:
+        offset, scale: of each input, shape (inputs,).
+        effort_offset, effort_scale: of the output.
+    """
+
+    offset: Array
+    scale: Array
+    effort_offset: float
+    effort_scale: float
+
+    def inputs(self, x: Array) -> Array:
+        """Normalised inputs, shape (inputs, n)."""
+        return (x - self.offset[:, None]) / self.scale[:, None]
+
+
+@dataclass(frozen=True)
+class NetworkModel:
+    """Effort of a device from its inputs.
+
+    Attributes:
+        structure: which network, which inputs.
+        scaling: normalisation of inputs and output.
+        weights: tables by name. fnn: W1 (h1, inputs), b1 (h1,), ..., W_out (1, h), b_out (1,). rbfn: centres
+            (n, inputs), spreads (n,), w (n,), b (1,); all in normalised units.
+        dynamics: delay and time constants of the command in s; empty for none.
+        units: units of the device's signals.
+        trained_on: range of the training data.
+        input_range: smallest and largest training value of each input, shape (inputs, 2).
+    """
+
+    structure: NetworkStructure
+    scaling: Scaling
+    weights: Mapping[str, Array]
+    dynamics: Mapping[str, float]
+    units: Units
+    trained_on: Range
+    input_range: Array
+    about: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def name(self) -> str:
+        """Identifier: specification and dynamics, for example ``fnn-16+lag``."""
+        lag = "" if self.structure.dynamics == "none" else f"+{self.structure.dynamics}"
+        return f"{self.structure.specification}{lag}"
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return self.structure.title
+
+    @property
+    def parameters(self) -> int:
+        """Number of weights."""
+        return int(sum(table.size for table in self.weights.values()))
+
+    def predict(self, data: Rows) -> Array:
+        """Effort over a data set, shape (n,), in the unit of the training data.
+
+        Raises:
+            ErclutchError: the data set is of another device or in other units, or lacks an input.
+        """
+        if data.device != self.structure.device or data.units != self.units:
+            raise ErclutchError(
+                f"data of device {data.device} ({data.units.text()}) for a network of {self.structure.device} "
+                f"({self.units.text()})",
+                where=self.name,
+                remedy="Read the log with the device and the units of the training data",
+            )
+        return self.effort(data.elements, data.clock, data.extras)
+
+    def effort(self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array] | None = None) -> Array:
+        """Effort for the fields and slips of each element on a clock, shape (n,)."""
+        x = self.scaling.inputs(inputs_of(self.structure, elements, clock, extras or {}, self.dynamics))
+        parts = [self.forward(x[:, at : at + _BLOCK]) for at in range(0, x.shape[1], _BLOCK)]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def forward(self, x: Array) -> Array:
+        """Effort from normalised inputs (inputs, n), shape (n,)."""
+        unit = forward_fnn(self.weights, x) if self.structure.kind == "fnn" else forward_rbfn(self.weights, x)
+        return unit * self.scaling.effort_scale + self.scaling.effort_offset
+
+    def outside(self, data: Rows) -> NDArray[np.bool_]:
+        """Rows whose field or slip lies outside what the network was trained on, shape (n,): a guess there."""
+        return outside_of(data, self.trained_on)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values, with a schema version and a digest over all of them."""
+        s = self.structure
+        body: dict[str, Any] = {
+            "kind": KIND,
+            "schema": SCHEMA,
+            "device": s.device,
+            "network": s.specification,
+            "inputs": list(s.inputs),
+            "past": list(s.past),
+            "extras": list(s.extras),
+            "dynamics": {"form": s.dynamics, **dict(self.dynamics)},
+            "units": {"effort": self.units.effort, "field": self.units.field, "slip": self.units.slip},
+            "scaling": {
+                "offset": self.scaling.offset.tolist(),
+                "scale": self.scaling.scale.tolist(),
+                "effort_offset": self.scaling.effort_offset,
+                "effort_scale": self.scaling.effort_scale,
+            },
+            "weights": {name: table.tolist() for name, table in self.weights.items()},
+            "input_range": self.input_range.tolist(),
+            "trained_on": {
+                "field": list(self.trained_on.field),
+                "slip": list(self.trained_on.slip),
+                "effort": list(self.trained_on.effort),
+            },
+            "about": dict(self.about),
+        }
+        return {**body, "digest": digest_of(body)}
+
+
+def forward_fnn(weights: Mapping[str, Array], x: Array) -> Array:
+    """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
+    a, layer = x, 1
+    while f"W{layer}" in weights:
+        a = np.tanh(weights[f"W{layer}"] @ a + weights[f"b{layer}"][:, None])
+        layer += 1
+    return (weights["W_out"] @ a)[0] + weights["b_out"][0]
+
+
+def forward_rbfn(weights: Mapping[str, Array], x: Array) -> Array:
+    """Equation (17): w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2)), shape (n,)."""
+    return weights["w"] @ gaussians(weights["centres"], weights["spreads"], x) + weights["b"][0]
+
+
+def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
+    """Activations of an RBFN's neurons, shape (neurons, n)."""
+    square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
+    return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
+
+
+def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkModel:
+    """The network that `NetworkModel.to_dict` wrote.
+
+    Raises:
+        RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
+    """
+    if body.get("kind") != KIND or body.get("schema") != SCHEMA:
+        raise RunError(
+            f"this is {body.get('kind')!r} of schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
+            where=where,
+            remedy="Give a network's file of a run, or fit again",
+        )
+    try:
+        if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
+            raise RunError(
+                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
+            )
+        return _network_from(body)
+    except RunError:
+        raise
+    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
+        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+
+
+def _network_from(body: Mapping[str, Any]) -> NetworkModel:
+    numbers = cast(dict[str, Any], dict(body["dynamics"]))
+    form = numbers.pop("form")
+    structure = network_from_name(
+        body["network"],
+        body["device"],
+        dynamics=form,
+        past=tuple(int(k) for k in body["past"]),
+        extras=tuple(str(name) for name in body["extras"]),
+    )
+    scaling = body["scaling"]
+    weights = {str(name): np.asarray(table, np.float64) for name, table in body["weights"].items()}
+    expected = table_shapes(structure)
+    if {name: table.shape for name, table in weights.items()} != expected:
+        raise ValueError(f"tables {sorted(weights)} for {structure.specification}")
+    if list(structure.inputs) != list(body["inputs"]) or not all(np.all(np.isfinite(t)) for t in weights.values()):
+        raise ValueError("inputs or weights")
+    trained = body["trained_on"]
+    pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
+    count = len(structure.inputs)
+    return NetworkModel(
+        structure,
+        Scaling(
+            np.asarray(scaling["offset"], np.float64).reshape(count),
+            np.asarray(scaling["scale"], np.float64).reshape(count),
+            float(scaling["effort_offset"]),
+            float(scaling["effort_scale"]),
+        ),
+        weights,
+        {str(key): float(value) for key, value in numbers.items()},
+        Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
+        Range(pair["field"], pair["slip"], pair["effort"]),
+        np.asarray(body["input_range"], np.float64).reshape(count, 2),
+        {str(key): str(value) for key, value in body["about"].items()},
+    )
+
+
+def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
+    """Shape of each table of weights, in their order."""
+    k = len(structure.inputs)
+    if structure.kind == "rbfn":
+        n = structure.hidden[0]
+        return {"centres": (n, k), "spreads": (n,), "w": (n,), "b": (1,)}
+    shapes: dict[str, tuple[int, ...]] = {}
+    for i, (before, after) in enumerate(zip((k, *structure.hidden), structure.hidden, strict=False), start=1):
+        shapes |= {f"W{i}": (after, before), f"b{i}": (after,)}
+    return {**shapes, "W_out": (1, structure.hidden[-1]), "b_out": (1,)}
