@@ -19,9 +19,9 @@ import numpy as np
 import erclutch
 from erclutch import dynamics, fit
 from erclutch.dataset import Dataset
-from erclutch.demo import LABEL, write_synthetic_log
 from erclutch.laws import LADDER, law_from_name
 from erclutch.model import Structure
+from erclutch.synthetic import LABEL, write_synthetic_log
 
 
 def training_rows() -> tuple[str, Dataset]:

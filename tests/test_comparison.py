@@ -10,7 +10,6 @@ import pytest
 
 from erclutch.comparison import Comparison, Settings, compare, structures_for
 from erclutch.dataset import Dataset, blocks, build_dataset
-from erclutch.demo import write_synthetic_log
 from erclutch.device import Element, Units
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, SettingError
@@ -18,6 +17,7 @@ from erclutch.fit import fit_structure
 from erclutch.laws import LADDER
 from erclutch.logs import read
 from erclutch.model import TorqueModel
+from erclutch.synthetic import write_synthetic_log
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ import pytest
 from erclutch import runs
 from erclutch.comparison import Comparison, Settings, compare
 from erclutch.dataset import build_dataset
-from erclutch.demo import write_synthetic_log
 from erclutch.errors import RunError
 from erclutch.logs import read
 from erclutch.runs import read_run, write_run
 from erclutch.signals import Recording
+from erclutch.synthetic import write_synthetic_log
 
 
 @pytest.fixture(scope="module")

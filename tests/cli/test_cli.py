@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from erclutch.cli import main
-from erclutch.demo import write_synthetic_log
+from erclutch.synthetic import write_synthetic_log
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 COMMAND = (sys.executable, "-m", "erclutch")

@@ -113,7 +113,8 @@ def calibrate(
         paths: parameters as section.name.
         target: what to come near.
         seed: of the wide search.
-        evaluations: of the wide search (CMA-ES); 0 searches locally (Levenberg-Marquardt) from the start.
+        evaluations: of the wide search (CMA-ES); 0 leaves it out. A log, whose residuals are smooth, is then searched
+            locally (Levenberg-Marquardt) from what it found.
         workers: simulations side by side; changes no figure.
         journal: file that keeps each evaluation of the wide search, from which it resumes.
         progress: called with the evaluations done and the best cost so far.
@@ -125,11 +126,13 @@ def calibrate(
     with _side_by_side(space, target, workers) as all_residuals:
         before = target.residuals(space.rig_at(space.start))
         report = progress or _silent
+        found, count = space.start, 0
         if evaluations:
             settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
             found, count = wide(all_residuals, space.start, seed, evaluations, journal, settings, report)
-        else:
-            found, count = local(all_residuals, space.start, _STEP, report)
+        if target.ordered or not evaluations:
+            found, more = local(all_residuals, found, _STEP, report)
+            count += more
         slopes = difference_quotients(all_residuals, found)
     after = target.residuals(space.rig_at(found))
     widths = _widths(slopes, after, target.ordered)

@@ -135,4 +135,4 @@ def local(residuals: Residuals, start: Array, step: float, progress: Progress) -
         return Linearisation(_cost(r), triangle, -(q.T @ r))
 
     problem = Problem(cost, linearise, np.zeros(start.size), np.ones(start.size))
-    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=1.0).point, count
+    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3).point, count

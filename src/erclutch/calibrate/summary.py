@@ -100,7 +100,8 @@ def summarise(rig: RigParameters, seed: int, seconds: float = 60.0, thin: int = 
     }
     errors: dict[str, dict[str, float]] = {name: {} for name in rows}
     for law in PAPER:
-        model = fit_structure(rows["training"], Structure("coaxial", law, law_from_name(law, "coaxial"))).model
+        structure = Structure("coaxial", law, law_from_name(law, "coaxial"))
+        model = fit_structure(rows["training"], structure, intervals=False).model
         for name, data in rows.items():
             errors[name][law] = float(np.mean((data.effort - model.predict(data)) ** 2))
     return Summary(errors, warming(rig, seed))

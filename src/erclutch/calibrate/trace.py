@@ -21,7 +21,7 @@ from erclutch.signals import Recording
 
 Array = NDArray[np.float64]
 
-_SETTLING, _STRETCH, _MOST = 60, 500, 80  # rows, rows, stretches
+_SETTLING, _STRETCH, _MOST = 150, 650, 60  # rows, rows, stretches
 _APART = 5  # rows of a speed's difference quotient
 
 

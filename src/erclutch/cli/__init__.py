@@ -18,10 +18,11 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 _COMMANDS = {
-    "demo": "See it work: make a small synthetic log, fit all models, print the table.",
+    "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
+    "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "flowcurve": "Fit laws of shear stress to flow curves.",
@@ -34,7 +35,7 @@ for _order, (_name, _help) in enumerate(_COMMANDS.items()):
 _FIRST = """erclutch: from a log of an electro- or magnetorheological clutch, brake or damper to a checked torque model.
 
 What to do first:
-  erclutch demo                 see it work, on a small log that it makes itself
+  erclutch demo                 see it work, on a log of the digital twin
   erclutch inspect LOG          what is in your file, and what it is taken for
   erclutch fit LOG              fit and rank all models; --out RUN keeps the result
   erclutch laws                 the models

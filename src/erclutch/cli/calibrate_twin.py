@@ -21,25 +21,24 @@ def calibrate_twin(
     parameters: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
     rig: Path | None = None,
     seed: int = 1,
-    seconds: float = 45.0,
-    evaluations: int = 800,
+    seconds: float = 60.0,
+    evaluations: int = 480,
     workers: int = 2,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
 
-    With a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque): a local search from the rig's
-    values, sample by sample. Without one: to the summary figures that the paper prints, by a wide search that keeps a
-    journal beside the rig file and resumes from it.
+    To a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque), sample by sample; without one, to
+    the summary figures that the paper prints. The search keeps a journal beside the rig file and resumes from it.
 
     Args:
         log: A log of the pair.
         out: Rig file to write.
         parameters: Which, as section.name. Default: what the paper leaves open (those marked assumed are kept).
         rig: A rig file (TOML) to start from.
-        seed: Of the twin's runs and of the search, without a log.
+        seed: Of the search and, without a log, of the twin's runs.
         seconds: Rig time of the training run in each evaluation, without a log.
-        evaluations: Rigs tried, without a log.
+        evaluations: Rigs tried by the wide search (CMA-ES).
         workers: Rigs simulated side by side; changes no figure.
         reading: How to read the log.
     """
@@ -63,7 +62,7 @@ def calibrate_twin(
     names = parameters or _open(start, log is not None)
     screen = Console(stderr=True)
     with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("TWIN: calibrating", total=None if log else evaluations)
+        task = bar.add_task("TWIN: calibrating", total=evaluations)
 
         def told(done: int, cost: float) -> None:
             bar.update(task, completed=done, description=f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
@@ -73,9 +72,9 @@ def calibrate_twin(
             names,
             target,
             seed=seed,
-            evaluations=evaluations if log is None else 0,
+            evaluations=evaluations,
             workers=workers,
-            journal=out.with_suffix(".journal") if log is None else None,
+            journal=out.with_suffix(".journal"),
             progress=told,
         )
     about = _about(found, target, seed, log is None)

@@ -47,16 +47,17 @@ def grid_of(inputs: int, level: int) -> tuple[int, ...]:
     return (_LEVELS.get(inputs) and _LEVELS[inputs][level]) or _MANY[level] * inputs
 
 
-def compress(x: Array, y: Array, level: int) -> Centroids:
+def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
     """Centroids of the rows on a grid between the smallest and the largest value of each input.
 
     Args:
         x: inputs, shape (inputs, n).
         y: effort, shape (n,).
         level: 0 (coarse) to 2 (fine).
+        by: what the grid is over in place of the inputs, such as the logarithm of one, shape (inputs, n).
     """
     cell = np.zeros(y.size, np.int64)
-    for values, cells in zip(x, grid_of(x.shape[0], level), strict=True):
+    for values, cells in zip(x if by is None else by, grid_of(x.shape[0], level), strict=True):
         low, high = float(values.min()), float(values.max())
         scale = cells / (high - low) if high > low else 0.0
         place = ((values - low) * scale).astype(np.int64)

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.varpro import triangle_of
+
 Array = NDArray[np.float64]
 
 
@@ -36,6 +38,16 @@ class Uncertainty:
     rank: int
     condition: float
     bandwidth: int
+
+
+def unknown(jacobian: Array) -> Uncertainty:
+    """Rank and condition alone; standard errors are nan."""
+    n, p = jacobian.shape
+    norms = np.linalg.norm(jacobian, axis=0)
+    s = np.linalg.svd(triangle_of(jacobian / np.where(norms > 0, norms, 1.0)), compute_uv=False)
+    rank = int(np.count_nonzero(s > s[0] * max(n, p) * np.finfo(float).eps)) if p and s[0] > 0 else 0
+    condition = 1.0 if p == 0 else float(s[0] / s[-1]) if rank == p else np.inf
+    return Uncertainty(np.full(p, np.nan), np.full((p, p), np.nan), 1.96, rank, condition, 1)
 
 
 def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertainty:

@@ -1,4 +1,4 @@
-"""A small log to try things on: a made-up ER clutch, labelled SYNTHETIC; no measurement, and not the digital twin.
+"""A small log that tests and studies try things on: a made-up clutch, SYNTHETIC; no measurement and not the twin.
 
 It is no law of the ladder: chains strain elastically before they yield (a Dahl-type state), the yield torque follows
 the critical-field form, the viscosity thins with slip and rises with the field, and the field lags behind the command.
@@ -78,6 +78,6 @@ def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> Non
         rows,
         delimiter=",",
         fmt="%.6g",
-        header=f"# {LABEL}: made by erclutch demo, seed {seed}\n{header}",
+        header=f"# {LABEL}: made by erclutch.synthetic, seed {seed}\n{header}",
         comments="",
     )
