@@ -105,7 +105,7 @@ def test_positions_are_differentiated_segment_by_segment() -> None:
     data = build_dataset(log)
     np.testing.assert_allclose(data.elements[0].slip, np.repeat([2.0, 3.0], 20), rtol=1e-9)
     assert data.units.slip == "rad/s"
-    assert "slip <- position by the central derivative" in data.notes
+    assert "slip <- position by the savgol derivative" in data.notes
     late = build_dataset(log, derivative=Derivative("difference"))
     assert late.elements[0].slip[20] == 0.0
 

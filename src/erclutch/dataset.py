@@ -98,7 +98,7 @@ def build_dataset(
     Args:
         recordings: one log or several of the same device, with the same units.
         device: how signals become elements.
-        derivative: filter for positions; None is the central difference.
+        derivative: filter for positions; None is Savitzky-Golay over 5 rows.
 
     Raises:
         MappingError: a signal is missing, or the logs' units differ.

@@ -30,7 +30,7 @@ CAUSAL: tuple[DerivativeName, ...] = ("difference", "lowpass", "kalman")
 
 @dataclass(frozen=True)
 class Derivative:
-    """A choice of filter.
+    """A choice of filter. The default is the one nearest to the true speed on the twin (studies/velocity.py).
 
     Attributes:
         name: which one.
@@ -38,9 +38,9 @@ class Derivative:
         window: rows of the Savitzky-Golay window, odd, at least 5.
     """
 
-    name: DerivativeName = "central"
+    name: DerivativeName = "savgol"
     cutoff: float = 150.0
-    window: int = 9
+    window: int = 5
 
     def __post_init__(self) -> None:
         if self.name not in DERIVATIVES:

@@ -63,6 +63,10 @@ class Structure:
     friction: bool = False
     offset: bool = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Law functions are made, not imported, so a copy in another process makes its own from the names."""
+        return _structure, (self.device, self.specification, self.dynamics, self.friction, self.offset)
+
     @property
     def elements(self) -> int:
         """Number of elements of the device."""
@@ -125,6 +129,12 @@ class Structure:
             return pick(command, rows)
         fall = q[2] if self.dynamics == "rise-fall" else None
         return respond(command, clock, delay=q[0], rise=q[1], fall=fall, rows=rows)
+
+
+def _structure(
+    device: DeviceName, specification: str, dynamics: DynamicsForm, friction: bool, offset: bool
+) -> Structure:
+    return Structure(device, specification, law_from_name(specification, device), dynamics, friction, offset)
 
 
 _FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))

@@ -104,10 +104,10 @@ def test_version(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_demo(tmp_path: Path) -> None:
-    said = good("demo", "--seconds", "2", "--keep", "kept", cwd=tmp_path)
-    assert said.startswith("SYNTHETIC data")
+    said = good("demo", "--seconds", "10", "--keep", "kept", cwd=tmp_path)
+    assert said.startswith("TWIN: ")
     assert "Recommended: " in said
-    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["run", "synthetic.csv"]
+    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["run", "twin.parquet"]
     assert json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
 
 
@@ -324,7 +324,7 @@ def test_out_is_looked_at_before_the_fit(log: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_demo_that_cannot_keep(log: Path) -> None:
-    done = run("demo", "--seconds", "2", "--keep", "log.csv", cwd=log.parent)
+    done = run("demo", "--seconds", "10", "--keep", "log.csv", cwd=log.parent)
     assert done.returncode == 2
     assert done.stderr == "error: log.csv: cannot be made: File exists. Give another --keep.\n"
 

@@ -123,7 +123,10 @@ def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callabl
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("slop = 1", "there is no key 'slop' (allowed: time, rate, lead, name_pattern, variable, invalid, columns"),
+        (
+            "slop = 1",
+            "there is no key 'slop' (allowed: time, rate, lead, name_pattern, variable, invalid, inputs",
+        ),
         ("[columns]\nspeed = 'V'", "there is no signal 'speed' (allowed: field, slip"),
         ("[columns]\nslip = {col = 'V'}", "there is no key of slip 'col' (allowed: column, unit, scale)"),
         ("[columns]\nslip = 1.5", "the column for slip is 1.5"),

@@ -28,8 +28,8 @@ def calibrate_twin(
 ) -> None:
     """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
 
-    To a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque), sample by sample; without one, to
-    the summary figures that the paper prints. The search keeps a journal beside the rig file and resumes from it.
+    To a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque), sample by sample; without one,
+    to the summary figures that the paper prints. The search keeps a journal beside the rig file and resumes from it.
 
     Args:
         log: A log of the pair.

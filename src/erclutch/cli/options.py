@@ -78,11 +78,11 @@ class LogOptions:
     """Which recording of a MATLAB file."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """Missing or infinite values: an error (the default), or cut the log there."""
-    derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "central"
+    derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"
     """Filter for speeds that are not logged; difference, lowpass and kalman can run live."""
     cutoff: Annotated[float, Parameter(group=_SPEEDS)] = 150.0
     """Bandwidth of lowpass and kalman in Hz."""
-    window: Annotated[int, Parameter(group=_SPEEDS)] = 9
+    window: Annotated[int, Parameter(group=_SPEEDS)] = 5
     """Rows of the Savitzky-Golay window."""
 
     def column_map(self) -> ColumnMap:

@@ -93,7 +93,10 @@ def bandwidth_of(scores: Array) -> int:
         return 1
     rho = np.clip(_autoregression(scores)[keep], -0.97, 0.9999)
     weight = np.var(after[:, keep] - rho * before[:, keep], axis=0) ** 2
-    alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(weight / (1 - rho) ** 4)
+    whole = float(np.sum(weight / (1 - rho) ** 4))
+    if not whole > 0.0:  # a perfect fit: what is left is rounding
+        return 1
+    alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / whole
     return int(np.clip(np.ceil(1.1447 * (alpha * scores.shape[0]) ** (1 / 3)), 1, max(scores.shape[0] // 5, 1)))
 
 

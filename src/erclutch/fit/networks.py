@@ -15,7 +15,7 @@ from erclutch.fit.network import schedule_for, tables_of, train, weights_of
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
-from erclutch.networks import NetworkStructure
+from erclutch.networks import Kind, NetworkStructure
 from erclutch.networks.inputs import inputs_of
 from erclutch.networks.model import NetworkModel, Scaling, table_shapes
 
@@ -48,15 +48,8 @@ def fit_network(
     x = inputs_of(structure, data.elements, data.clock, data.extras, dynamics or {})
     _checked(x, data, structure)
     span = np.column_stack([x.min(axis=1), x.max(axis=1)])
-    low, wide = span[:, 0], span[:, 1] - span[:, 0]
-    middle, half = float(np.mean(data.effort)), float(np.max(np.abs(data.effort - np.mean(data.effort))))
-    if structure.kind == "fnn":
-        scaling = Scaling(low + 0.5 * wide, 0.5 * wide, middle, half)
-    else:
-        scaling = Scaling(low, wide, middle, half)
-    unit, target = scaling.inputs(x), (data.effort - middle) / half
-    learn = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
-    weights, stop, steps = learn(unit, target, structure, seed, polish, workers)
+    scaling = scaling_of(x, data.effort, structure.kind)
+    weights, stop, steps = learn(x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers)
     model = NetworkModel(
         structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
     )
@@ -75,6 +68,32 @@ def fit_network(
         train_rows=data.rows,
         weights=model.parameters,
     )
+
+
+def scaling_of(x: Array, y: Array, kind: Kind) -> Scaling:
+    """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
+    low = x.min(axis=1)
+    wide = x.max(axis=1) - low
+    wide = np.where(wide > 0, wide, 1.0)
+    middle = float(np.mean(y))
+    half = float(np.max(np.abs(y - middle))) or 1.0
+    return Scaling(low + 0.5 * wide, 0.5 * wide, middle, half) if kind == "fnn" else Scaling(low, wide, middle, half)
+
+
+def learn(
+    x: Array,
+    y: Array,
+    scaling: Scaling,
+    structure: NetworkStructure,
+    *,
+    seed: int = 0,
+    polish: bool = False,
+    workers: int = 1,
+) -> tuple[dict[str, Array], Stop, int]:
+    """Tables of weights for inputs x (inputs, n) and effort y (n,), how the solver ended, and its steps."""
+    unit, target = scaling.inputs(x), (y - scaling.effort_offset) / scaling.effort_scale
+    chosen = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
+    return chosen(unit, target, structure, seed, polish, workers)
 
 
 def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:

@@ -1,0 +1,216 @@
+"""scikit-learn estimators: each model with ``fit``, ``predict`` and ``score``, for pipelines, grids, blocked splits.
+
+`LawRegressor` takes columns in the order of its device: field and slip for a single one; E1, E2, theta_dot, alpha_dot
+for the coaxial pair; further columns are left alone. `FnnRegressor` and `RbfnRegressor` take every column as an input.
+Rows of a log follow in time, so split them in blocks (`sklearn.model_selection.TimeSeriesSplit`), never shuffled.
+
+Needs scikit-learn: ``pip install erclutch[sklearn]``.
+"""
+
+# scikit-learn carries no types.
+# pyright: basic
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    from sklearn.base import BaseEstimator, RegressorMixin
+    from sklearn.utils.validation import check_is_fitted, validate_data
+except ImportError as missing:
+    raise ImportError("erclutch.estimators needs scikit-learn: pip install erclutch[sklearn]") from missing
+
+from erclutch.dataset import Dataset
+from erclutch.device import DeviceName, Units, elements_of
+from erclutch.dynamics import Clock, DynamicsForm, Span
+from erclutch.errors import SettingError
+from erclutch.fit import fit_structure
+from erclutch.fit.networks import learn, scaling_of
+from erclutch.laws import law_from_name
+from erclutch.model import Structure
+from erclutch.networks import NetworkStructure, network_from_name
+from erclutch.networks.model import forward_fnn, forward_rbfn
+
+Array = NDArray[np.float64]
+
+_COLUMNS = {"single": ("field", "slip"), "coaxial": ("E1", "E2", "theta_dot", "alpha_dot")}
+
+
+class LawRegressor(RegressorMixin, BaseEstimator):
+    """A law of `erclutch laws` as an estimator.
+
+    Args:
+        law: specification, for example ``bingham``, ``hem/square`` or ``rbfm-10/forward``.
+        device: "single" or "coaxial": which columns there are.
+        dynamics: "none", "lag" or "rise-fall"; rows then follow in time, ``period`` apart.
+        friction: a friction effort at zero field.
+        offset: a constant effort.
+        period: sampling period in s.
+
+    Attributes:
+        outcome_: the fit with its parameters and intervals.
+        model_: the `TorqueModel`.
+    """
+
+    def __init__(
+        self,
+        law: str = "bingham",
+        device: DeviceName = "single",
+        dynamics: DynamicsForm = "none",
+        friction: bool = False,
+        offset: bool = False,
+        period: float = 1e-3,
+    ) -> None:
+        self.law = law
+        self.device = device
+        self.dynamics = dynamics
+        self.friction = friction
+        self.offset = offset
+        self.period = period
+
+    def fit(self, X: Any, y: Any) -> LawRegressor:
+        """Fit the law's parameters by least squares.
+
+        Args:
+            X: columns of the device, shape (n, columns).
+            y: effort, shape (n,).
+
+        Raises:
+            ValueError: columns are missing, or values are not finite.
+            SettingError: an unknown law, device or dynamics.
+        """
+        if self.device not in _COLUMNS or self.dynamics not in ("none", "lag", "rise-fall"):
+            raise SettingError(
+                f"device {self.device!r} with dynamics {self.dynamics!r}",
+                remedy="Give single or coaxial, with none, lag or rise-fall",
+            )
+        X, y = validate_data(
+            self,
+            X,
+            y,
+            dtype=np.float64,
+            y_numeric=True,
+            ensure_min_samples=2,
+            ensure_min_features=len(_COLUMNS[self.device]),
+        )
+        law = law_from_name(self.law, self.device)
+        structure = Structure(self.device, self.law, law, self.dynamics, self.friction, self.offset)
+        data = self._rows(X, np.asarray(y, np.float64))
+        self.outcome_ = fit_structure(data, structure)
+        self.model_ = self.outcome_.model
+        return self
+
+    def predict(self, X: Any) -> Array:
+        """Effort, shape (n,)."""
+        check_is_fitted(self)
+        X = validate_data(self, X, dtype=np.float64, reset=False)
+        return self.model_.predict(self._rows(X, np.zeros(X.shape[0])))
+
+    def _rows(self, X: Array, y: Array) -> Dataset:
+        named = {name: X[:, i] for i, name in enumerate(_COLUMNS[self.device])}
+        clock = Clock(np.arange(X.shape[0]) * self.period, (Span(0, X.shape[0], self.period),))
+        return Dataset(self.device, elements_of(self.device, named), y, clock, Units("?", "?", "?"))
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.regressor_tags.poor_score = True  # a law of two columns cannot learn just anything
+        return tags
+
+
+class _Network(RegressorMixin, BaseEstimator):
+    """What the networks share: normalisation, training, prediction on any columns."""
+
+    def _structure(self) -> NetworkStructure:
+        raise NotImplementedError
+
+    def fit(self, X: Any, y: Any) -> _Network:
+        """Train the weights by least squares.
+
+        Args:
+            X: inputs, shape (n, inputs).
+            y: effort, shape (n,).
+
+        Raises:
+            ValueError: values that are not finite.
+            SettingError: a size that cannot be.
+        """
+        structure = self._structure()
+        X, y = validate_data(self, X, y, dtype=np.float64, y_numeric=True, ensure_min_samples=2)
+        x, target = np.ascontiguousarray(X.T), np.asarray(y, np.float64)
+        self.scaling_ = scaling_of(x, target, structure.kind)
+        self.weights_, self.stop_, self.n_iter_ = learn(
+            x, target, self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
+        )
+        return self
+
+    def predict(self, X: Any) -> Array:
+        """Effort, shape (n,)."""
+        check_is_fitted(self)
+        X = validate_data(self, X, dtype=np.float64, reset=False)
+        forward = forward_fnn if "W_out" in self.weights_ else forward_rbfn
+        unit = forward(self.weights_, self.scaling_.inputs(X.T))
+        return unit * self.scaling_.effort_scale + self.scaling_.effort_offset
+
+
+class FnnRegressor(_Network):
+    """A feedforward network (equation 19 of Huang and Ishikawa), trained by Levenberg-Marquardt.
+
+    Args:
+        hidden: neurons of each hidden layer.
+        seed: of the starts.
+        polish: whether the last steps run over all rows instead of centroids.
+        n_jobs: starts side by side; changes no figure.
+
+    Attributes:
+        weights_: tables W1, b1, ..., W_out, b_out in normalised units.
+        scaling_: the normalisation.
+        n_iter_: steps of all starts.
+    """
+
+    def __init__(
+        self, hidden: tuple[int, ...] = (16,), seed: int = 0, polish: bool = False, n_jobs: int | None = None
+    ) -> None:
+        self.hidden = hidden
+        self.seed = seed
+        self.polish = polish
+        self.n_jobs = n_jobs
+
+    def _structure(self) -> NetworkStructure:
+        return network_from_name("-".join(["fnn", *(str(n) for n in self.hidden)]))
+
+
+class RbfnRegressor(_Network):
+    """A radial basis function network (equation 17 of Huang and Ishikawa).
+
+    Args:
+        neurons: number of centres.
+        centres: forward (orthogonal forward selection), kmeans, refined, or spreads (refined, one spread a neuron).
+        seed: of the candidates or first centres.
+        polish: whether a refinement runs on the finest grid.
+        n_jobs: for scikit-learn's sake.
+
+    Attributes:
+        weights_: tables centres, spreads, w, b in normalised units.
+        scaling_: the normalisation.
+        n_iter_: steps of a refinement; 0 without.
+    """
+
+    def __init__(
+        self,
+        neurons: int = 20,
+        centres: str = "forward",
+        seed: int = 0,
+        polish: bool = False,
+        n_jobs: int | None = None,
+    ) -> None:
+        self.neurons = neurons
+        self.centres = centres
+        self.seed = seed
+        self.polish = polish
+        self.n_jobs = n_jobs
+
+    def _structure(self) -> NetworkStructure:
+        return network_from_name(f"rbfn-{self.neurons}/{self.centres}")

@@ -1,0 +1,110 @@
+"""scikit-learn's own checks on every estimator, and the uses that they are for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+from sklearn.model_selection import GridSearchCV, TimeSeriesSplit, cross_val_score
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
+from sklearn.utils.estimator_checks import estimator_checks_generator
+
+from erclutch.dataset import build_dataset
+from erclutch.errors import SettingError
+from erclutch.estimators import FnnRegressor, LawRegressor, RbfnRegressor
+from erclutch.fit import fit_structure
+from erclutch.fit.networks import fit_network
+from erclutch.laws import LADDER, law_from_name
+from erclutch.model import Structure
+from erclutch.networks import network_from_name
+from erclutch.rig.scenarios import prepare
+
+LAWS = [LawRegressor(law) for law in LADDER]
+NETWORKS = [
+    FnnRegressor((4,)),
+    FnnRegressor((3, 2)),
+    RbfnRegressor(8),
+    RbfnRegressor(40, "kmeans"),
+    RbfnRegressor(8, "refined"),
+    RbfnRegressor(8, "spreads"),
+]
+
+
+def checks() -> list[Any]:
+    """All but the one of the array API, which is for estimators that claim to take other arrays than NumPy's."""
+    return [
+        pytest.param(estimator, check, id=f"{estimator}-{getattr(check, 'func', check).__name__}-{i}")
+        for one in (*LAWS, *NETWORKS)
+        for i, (estimator, check) in enumerate(estimator_checks_generator(one))
+        if "array_api" not in str(check)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("estimator", "check"), checks())
+def test_scikit_learns_own_checks(estimator: Any, check: Any) -> None:
+    check(estimator)
+
+
+@pytest.fixture(scope="module")
+def rows() -> tuple[np.ndarray, np.ndarray, Any]:
+    data = build_dataset(prepare("training", seconds=20.0).recording(), device="coaxial")
+    first, second = data.elements
+    columns = [first.field, second.field, 0.5 * (first.slip - second.slip), -0.5 * (first.slip + second.slip)]
+    return np.column_stack(columns), data.effort, data
+
+
+def test_a_law_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, data = rows
+    mine = LawRegressor("hem/forward", "coaxial").fit(X, y)
+    theirs = fit_structure(data, Structure("coaxial", "hem/forward", law_from_name("hem/forward", "coaxial")))
+    np.testing.assert_allclose(mine.predict(X), theirs.model.predict(data), rtol=1e-6, atol=1e-9)
+    assert mine.score(X, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2))
+
+
+def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, data = rows
+    inputs = np.column_stack([X[:, 0] - X[:, 1], X[:, 2], X[:, 3]])
+    mine = FnnRegressor((6,), seed=3).fit(inputs, y)
+    theirs = fit_network(data, network_from_name("fnn-6"), seed=3)
+    np.testing.assert_allclose(mine.predict(inputs), theirs.model.predict(data), rtol=1e-3, atol=1e-5)
+
+
+def test_grid_search_over_blocks_in_time(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, _ = rows
+    split = TimeSeriesSplit(3)
+    laws = {"law": ["on-off", "rbfm-5/forward"]}
+    grid = GridSearchCV(LawRegressor(device="coaxial"), laws, cv=split).fit(X, y)
+    by_hand = {law: cross_val_score(LawRegressor(law, "coaxial"), X, y, cv=split).mean() for law in laws["law"]}
+    assert grid.best_params_["law"] == max(by_hand, key=lambda law: by_hand[law])
+    assert grid.best_score_ == pytest.approx(max(by_hand.values()))
+    signed = FunctionTransformer(lambda X: np.column_stack([X[:, 0] - X[:, 1], X[:, 2], X[:, 3]]))
+    pipeline = make_pipeline(signed, FnnRegressor((6,)))
+    assert pipeline.fit(X, y).score(X, y) > 0.5
+
+
+def test_workers_and_clones_change_nothing(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, _ = rows
+    one = FnnRegressor((5,), seed=1).fit(X, y)
+    two = clone(one).set_params(n_jobs=2).fit(X, y)
+    np.testing.assert_array_equal(one.predict(X), two.predict(X))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        FnnRegressor((0,)),
+        FnnRegressor((100_000,)),
+        FnnRegressor(()),
+        RbfnRegressor(0),
+        RbfnRegressor(5, "magic"),
+        LawRegressor("hme"),
+        LawRegressor(device="triple"),  # pyright: ignore[reportArgumentType]
+    ],
+)
+def test_settings_that_cannot_be(wrong: Any) -> None:
+    with pytest.raises(SettingError):
+        wrong.fit(np.random.default_rng(0).normal(size=(100, 4)), np.arange(100.0))
