@@ -12,7 +12,7 @@ Needs scikit-learn: ``pip install erclutch[sklearn]``.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +58,8 @@ class LawRegressor(RegressorMixin, BaseEstimator):
     def __init__(
         self,
         law: str = "bingham",
-        device: DeviceName = "single",
-        dynamics: DynamicsForm = "none",
+        device: str = "single",
+        dynamics: str = "none",
         friction: bool = False,
         offset: bool = False,
         period: float = 1e-3,
@@ -96,8 +96,8 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             ensure_min_samples=2,
             ensure_min_features=len(_COLUMNS[self.device]),
         )
-        law = law_from_name(self.law, self.device)
-        structure = Structure(self.device, self.law, law, self.dynamics, self.friction, self.offset)
+        device, dynamics = cast(DeviceName, self.device), cast(DynamicsForm, self.dynamics)
+        structure = Structure(device, self.law, law_from_name(self.law, device), dynamics, self.friction, self.offset)
         data = self._rows(X, np.asarray(y, np.float64))
         self.outcome_ = fit_structure(data, structure)
         self.model_ = self.outcome_.model
@@ -112,7 +112,8 @@ class LawRegressor(RegressorMixin, BaseEstimator):
     def _rows(self, X: Array, y: Array) -> Dataset:
         named = {name: X[:, i] for i, name in enumerate(_COLUMNS[self.device])}
         clock = Clock(np.arange(X.shape[0]) * self.period, (Span(0, X.shape[0], self.period),))
-        return Dataset(self.device, elements_of(self.device, named), y, clock, Units("?", "?", "?"))
+        device = cast(DeviceName, self.device)
+        return Dataset(device, elements_of(device, named), y, clock, Units("?", "?", "?"))
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
@@ -122,6 +123,10 @@ class LawRegressor(RegressorMixin, BaseEstimator):
 
 class _Network(RegressorMixin, BaseEstimator):
     """What the networks share: normalisation, training, prediction on any columns."""
+
+    seed: int
+    polish: bool
+    n_jobs: int | None
 
     def _structure(self) -> NetworkStructure:
         raise NotImplementedError

@@ -1,0 +1,134 @@
+"""Tables and sweeps: on the twin and on a user's logs, kept point by point, and beside what the paper prints."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.dataset import Dataset
+from erclutch.errors import RunError
+from erclutch.experiments.points import Points
+from erclutch.experiments.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
+from erclutch.experiments.tables import printed, table, twin_runs
+from erclutch.figures.sweeps import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
+from erclutch.paper import APPROACHES
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Dataset]:
+    return twin_runs(("training", "test"), seconds=20.0, seed=3)
+
+
+def silent(done: int, total: int, what: str) -> None:
+    assert 0 < done <= total
+    assert what
+
+
+def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
+    rows = table(runs, models=("bingham/forward", "rbfm-5/forward", "fnn-4"))
+    assert [r.name for r in rows] == ["bingham/forward", "rbfm-5/forward", "fnn-4"]
+    for row in rows:
+        for run, data in runs.items():
+            error = float(np.mean((data.effort - row.model.predict(data)) ** 2))
+            assert row.errors[run] == pytest.approx(error)
+            low, high = row.bands[run]
+            assert low <= row.errors[run] <= high
+    errors = [row.errors["training"] for row in rows]
+    assert errors == sorted(errors, reverse=True)
+    assert printed("bingham/forward")["training"] == APPROACHES["bingham/forward"].train
+    assert printed("nothing") == {}
+
+
+def test_sweeps_draw_what_they_found_and_resume(runs: dict[str, Dataset], tmp_path: Path) -> None:
+    train, test = runs.values()
+    settings = {"rows": train.rows}
+    path = tmp_path / "points.jsonl"
+    first = fnn_sweep(train, test, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    kept = path.read_text()
+    assert len(kept.splitlines()) == 2
+    path.write_text(kept + '{"settings": "x", "ke')  # as after a power cut
+    again = fnn_sweep(train, test, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    assert path.read_text() == kept
+    for key in first:
+        np.testing.assert_array_equal(first[key], again[key])
+    assert first["train"][1] < first["train"][0]
+    assert first["restarts"].shape == (2, 2)
+    paths = draw_fnn_sweep(first, tmp_path, "TWIN", {3: 2e-5})
+    assert [p.name for p in paths] == ["fig5.pdf", "fig5.png", "fig5.csv"]
+    with paths[-1].open() as file:
+        assert [float(r["train_mse"]) for r in csv.DictReader(file)] == pytest.approx(first["train"].tolist())
+
+
+@pytest.mark.slow
+def test_the_other_sweeps(runs: dict[str, Dataset], tmp_path: Path) -> None:
+    train, test = runs.values()
+    rbfn = rbfn_sweep(train, test, Points(None, {}), 0, silent)
+    assert rbfn["scan"].shape == (len(rbfn["spreads"]), len(rbfn["neurons"]))
+    assert np.all(np.diff(rbfn["train"]) < 1e-9 + 0.05 * rbfn["train"][:-1])
+    assert len(draw_rbfn_sweep(rbfn, tmp_path, "TWIN")) == 3
+    kernels = kernel_sweep(train, test, Points(None, {}), 0, silent)
+    assert kernels["train"][-1] <= kernels["train"][0]
+    assert len(draw_kernel_sweep(kernels, tmp_path, "TWIN")) == 3
+
+
+def test_points_of_other_settings_are_not_used(tmp_path: Path) -> None:
+    path = tmp_path / "p.jsonl"
+    assert Points(path, {"a": 1}).get("x", lambda: 5) == 5
+    assert Points(path, {"a": 2}).get("x", lambda: 6) == 6
+    assert Points(path, {"a": 1}).get("x", lambda: 7) == 5
+    path.write_text("[]\n")
+    with pytest.raises(RunError, match="no file of a sweep"):
+        Points(path, {})
+
+
+def run(*words: str | Path, cwd: Path) -> Any:
+    return subprocess.run(
+        [sys.executable, "-m", "erclutch", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.slow
+def test_tables_on_the_command_line(tmp_path: Path) -> None:
+    done = run("reproduce", "table2", "--seconds", "15", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Table II: TWIN beside the paper" in done.stdout
+    with (tmp_path / "reproduced" / "table2.csv").open() as file:
+        rows = {r["model"]: r for r in csv.DictReader(file)}
+    assert list(rows) == list(APPROACHES)
+    assert float(rows["fnn-16"]["training_paper"]) == APPROACHES["fnn-16"].train
+    for name, scenario in (("log", "training"), ("zero", "zero-field"), ("held", "zero-motion")):
+        assert run("simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path).returncode == 0
+    own = ("--log", "log.parquet", "--zero-field", "zero.parquet", "--zero-motion", "held.parquet")
+    done = run("reproduce", "table3", *own, "--device", "coaxial", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Table III" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("table2", "--seconds", "1"), "Give 5 to 86400 s"),
+        (("table3", "--log", "none.csv"), "none.csv"),
+        (("fig5", "--out", "file"), "cannot be made"),
+    ],
+)
+def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: str) -> None:
+    (tmp_path / "file").write_text("")
+    done = run("reproduce", *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_kept_points_are_plain_json(runs: dict[str, Dataset], tmp_path: Path) -> None:
+    train, test = runs.values()
+    fnn_sweep(train, test, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1)
+    body = json.loads((tmp_path / "p.jsonl").read_text())
+    assert set(body) == {"settings", "key", "value"}
