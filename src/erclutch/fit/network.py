@@ -52,7 +52,7 @@ def schedule_for(hidden: Sequence[int], polish: bool = False) -> Schedule:
     elif len(hidden) > 1:
         rounds, starts = ((0, 40, 3), (0, 80, 1), (1, 60, 1), (2, 20, 1)), 6
     else:
-        rounds, starts = ((0, 40, 2), (0, 80, 1), (1, 60, 1), (2, 15, 1)), 4
+        rounds, starts = ((0, 40, 3), (0, 80, 2), (0, 100, 1), (1, 150, 1), (2, 15, 1)), 6
     return Schedule(starts, rounds, 60 if polish else 0)
 
 
@@ -181,7 +181,8 @@ def _step(rows: Rows, theta: Array, total: Array, mu: float) -> tuple[Array, Arr
         after = rows.gram(theta + d)
         if after[p, p] < total[p, p]:
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
-            gain = (total[p, p] - after[p, p]) / max(predicted, 1e-300)
+            # In single precision a tiny predicted fall may come out as anything.
+            gain = min(float(total[p, p] - after[p, p]) / max(predicted, 1e-300), 2.0)
             easier = max(0.2, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
             return theta + d, after, max(mu * easier, _LEAST_DAMPING)
         mu, growth = mu * growth, 2.0 * growth
@@ -201,7 +202,15 @@ def first_weights(rng: np.random.Generator, sizes: Sequence[int]) -> Array:
     return np.concatenate([*parts, rng.uniform(-scale, scale, sizes[-2]), np.zeros(1)])
 
 
-def train(x: Array, y: Array, hidden: Sequence[int], seed: int, schedule: Schedule, workers: int = 1) -> Trained:
+def train(
+    x: Array,
+    y: Array,
+    hidden: Sequence[int],
+    seed: int,
+    schedule: Schedule,
+    workers: int = 1,
+    by: Array | None = None,
+) -> Trained:
     """Train a network on normalised rows.
 
     Args:
@@ -211,9 +220,10 @@ def train(x: Array, y: Array, hidden: Sequence[int], seed: int, schedule: Schedu
         seed: of the starts.
         schedule: how much work to do.
         workers: starts side by side; changes no figure.
+        by: what the grids are over in place of the inputs, see `compress`.
     """
     sizes = (x.shape[0], *hidden, 1)
-    cells = {level: compress(x, y, level) for level in {level for level, _, _ in schedule.rounds}}
+    cells = {level: compress(x, y, level, by) for level in {level for level, _, _ in schedule.rounds}}
     random = [np.random.default_rng([seed, k]) for k in range(schedule.starts)]
     points = [first_weights(rng, sizes) for rng in random]
     found: list[Trained] = []

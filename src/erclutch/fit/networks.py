@@ -15,11 +15,14 @@ from erclutch.fit.network import schedule_for, tables_of, train, weights_of
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
-from erclutch.networks import Kind, NetworkStructure
+from erclutch.networks import Kind, NetworkStructure, base_inputs
 from erclutch.networks.inputs import inputs_of
 from erclutch.networks.model import NetworkModel, Scaling, table_shapes
 
 Array = NDArray[np.float64]
+
+
+_NARROW = 0.006  # slip, over its root mean square, below which cells are equally wide
 
 
 def fit_network(
@@ -49,7 +52,10 @@ def fit_network(
     _checked(x, data, structure)
     span = np.column_stack([x.min(axis=1), x.max(axis=1)])
     scaling = scaling_of(x, data.effort, structure.kind)
-    weights, stop, steps = learn(x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers)
+    spaced = spacing(structure, x)
+    weights, stop, steps = learn(
+        x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers, spaced=spaced
+    )
     model = NetworkModel(
         structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
     )
@@ -68,6 +74,19 @@ def fit_network(
         train_rows=data.rows,
         weights=model.parameters,
     )
+
+
+def spacing(structure: NetworkStructure, x: Array) -> Array:
+    """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there."""
+    spaced = x.copy()
+    if structure.device == "single" or structure.kind == "rbfn":
+        slips = {i: x[i] for i in range(1, len(base_inputs(structure.device, structure.kind)))}
+    else:
+        slips = {1: x[1] - x[2], 2: -x[1] - x[2]}
+    for i, slip in slips.items():
+        size: float = float(np.sqrt(np.mean(slip**2))) or 1.0
+        spaced[i] = np.arcsinh(np.asarray(slip, np.float64) / (_NARROW * size))
+    return spaced
 
 
 def scaling_of(x: Array, y: Array, kind: Kind) -> Scaling:
@@ -89,11 +108,15 @@ def learn(
     seed: int = 0,
     polish: bool = False,
     workers: int = 1,
+    spaced: Array | None = None,
 ) -> tuple[dict[str, Array], Stop, int]:
-    """Tables of weights for inputs x (inputs, n) and effort y (n,), how the solver ended, and its steps."""
+    """Tables of weights for inputs x (inputs, n) and effort y (n,), how the solver ended, and its steps.
+
+    ``spaced`` is what the grids of compression are over in place of the inputs.
+    """
     unit, target = scaling.inputs(x), (y - scaling.effort_offset) / scaling.effort_scale
     chosen = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
-    return chosen(unit, target, structure, seed, polish, workers)
+    return chosen(unit, target, structure, seed, polish, workers, spaced)
 
 
 def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:
@@ -124,22 +147,22 @@ def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:
 
 
 def _learn_fnn(
-    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int
+    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
-    found = train(x, y, structure.hidden, seed, schedule_for(structure.hidden, polish), workers)
+    found = train(x, y, structure.hidden, seed, schedule_for(structure.hidden, polish), workers, by)
     sizes = (x.shape[0], *structure.hidden, 1)
     assert found.theta.size == weights_of(sizes)
     return tables_of(found.theta, sizes), found.stop, found.steps
 
 
 def _learn_rbfn(
-    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int
+    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
     neurons, how = structure.hidden[0], structure.centres
-    cells = compress(x, y, 0)
+    cells = compress(x, y, 0, by)
     found = by_k_means(cells, neurons, seed) if how == "kmeans" else by_forward_selection(cells, neurons, seed)
     if how in ("refined", "spreads"):
-        finer = compress(x, y, 2 if polish else 1)
+        finer = compress(x, y, 2 if polish else 1, by)
         found = refined(finer, found, one_spread=how == "refined")
     return rbfn_tables(x, y, found), found.stop, found.steps
 

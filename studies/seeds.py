@@ -1,0 +1,66 @@
+"""How surely a network reaches its best known optimum, on the TWIN: `python studies/seeds.py [--seeds 20]`.
+
+Best known: the lowest error of all fits of the size in the run, polished ones included.
+"""
+
+from __future__ import annotations
+
+import argparse
+from time import process_time
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from erclutch.dataset import Dataset
+from erclutch.experiments.tables import twin_runs
+from erclutch.fit.networks import fit_network
+from erclutch.networks import network_from_name
+
+NAMES = ("fnn-6", "fnn-16")
+
+
+def fits(runs: dict[str, Dataset], name: str, seeds: int, polish: bool) -> np.ndarray:
+    """Training error, test error and CPU seconds of each seed, shape (seeds, 3)."""
+    train, test = runs.values()
+    found: list[tuple[float, float, float]] = []
+    for seed in range(seeds):
+        began = process_time()
+        outcome = fit_network(train, network_from_name(name), seed=seed, polish=polish)
+        seconds = process_time() - began
+        error = float(np.mean((test.effort - outcome.model.predict(test)) ** 2))
+        found.append((outcome.train_cost / train.rows, error, seconds))
+    return np.array(found)
+
+
+def line(label: str, found: np.ndarray, best: np.ndarray, near: float) -> str:
+    """One line: CPU seconds, and the shares of seeds near the best training and test error."""
+    shares = np.mean(found[:, :2] <= near * best, axis=0)
+    return (
+        f"{label:18}{np.median(found[:, 2]):8.2f}{found[:, 2].max():8.2f}{found[:, 0].min():12.3e}"
+        f"{np.median(found[:, 0] / best[0]):10.4f}{shares[0]:10.0%}{shares[1]:10.0%}"
+    )
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description="Networks from many seeds, on the digital TWIN.")
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seconds", type=float, default=290.0)
+    parser.add_argument("--polished", type=int, default=6, help="seeds that are polished on all rows")
+    asked = parser.parse_args()
+    runs = twin_runs(("training", "test"), seconds=asked.seconds)
+    print(
+        f"TWIN, {next(iter(runs.values())).rows:,} training rows; near: within 2 % (polished: 0.2 %) of the best known"
+    )
+    print(f"{'fit':18}{'CPU s':>8}{'most':>8}{'best MSE':>12}{'median':>10}{'train':>10}{'test':>10}")
+    with threadpool_limits(1):
+        for name in NAMES:
+            quick = fits(runs, name, asked.seeds, False)
+            fine = fits(runs, name, asked.polished, True)
+            best = np.minimum(quick[:, :2].min(axis=0), fine[:, :2].min(axis=0))
+            print(line(name, quick, best, 1.02))
+            print(line(f"{name} polished", fine, best, 1.002))
+
+
+if __name__ == "__main__":
+    main()
