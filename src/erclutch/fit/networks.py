@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,12 +82,13 @@ def spacing(structure: NetworkStructure, x: Array) -> Array:
     """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there."""
     spaced = x.copy()
     if structure.device == "single" or structure.kind == "rbfn":
-        slips = {i: x[i] for i in range(1, len(base_inputs(structure.device, structure.kind)))}
+        slips: dict[int, Array] = {i: x[i] for i in range(1, len(base_inputs(structure.device, structure.kind)))}
     else:
         slips = {1: x[1] - x[2], 2: -x[1] - x[2]}
     for i, slip in slips.items():
-        size: float = float(np.sqrt(np.mean(slip**2))) or 1.0
-        spaced[i] = np.arcsinh(np.asarray(slip, np.float64) / (_NARROW * size))
+        size = float(np.sqrt(np.mean(slip**2))) or 1.0
+        scaled: Array = slip / (_NARROW * size)
+        spaced[i] = np.arcsinh(scaled)
     return spaced
 
 
@@ -116,7 +119,9 @@ def learn(
     """
     unit, target = scaling.inputs(x), (y - scaling.effort_offset) / scaling.effort_scale
     chosen = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
-    return chosen(unit, target, structure, seed, polish, workers, spaced)
+    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+    with threadpool_limits(1):  # the matrices are small: more threads would only wait for each other
+        return chosen(unit, target, structure, seed, polish, workers, spaced)
 
 
 def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:
