@@ -85,19 +85,6 @@ def test_a_start_outside_its_range_is_refused() -> None:
         calibrate(default_rig().changed({"drive.ripple": 0.5}), ("drive.ripple",), Bowl(), workers=1)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 4])
-def test_a_known_rig_is_found_from_its_log(seed: int) -> None:
-    base = default_rig()
-    truth = {"fluid.viscosity": 1.3, "drive.inertia": 0.8, "screw.coulomb": 1.4, "fluid.building_time": 0.75}
-    known = base.changed({path: base.value(path) * factor for path, factor in truth.items()})
-    log = prepare("training", rig=known, seconds=8.0, seed=seed).recording()
-    found = calibrate(base, tuple(truth), Trace(log), evaluations=320, workers=2)
-    for one in found.parameters:
-        assert one.value == pytest.approx(known.value(one.path), rel=0.05), one
-    assert found.after < 0.05 * found.before
-
-
 def test_a_log_that_cannot_calibrate() -> None:
     log = prepare("training", seconds=2.0).recording()
     without = {name: values for name, values in log.signals.items() if name != "motor_torque"}
