@@ -101,10 +101,10 @@ def _step(rows: Rows, theta: Array, total: Array, mu: float) -> tuple[Array, flo
     for _ in range(_MOST_TRIES):
         damped = square.copy()
         damped[np.diag_indices(p)] += mu * scale
-        d: Array = np.linalg.solve(damped, slope)
+        d = np.linalg.solve(damped, slope).astype(np.float64, copy=False)
         if float(d @ slope) <= _PRECISION[rows.kind] * cost:
             return None
-        bent: Array = np.linalg.solve(damped, -0.5 * rows.bend(theta, d))
+        bent = np.linalg.solve(damped, -0.5 * rows.bend(theta, d)).astype(np.float64, copy=False)
         after = theta + _curved(d, bent, scale)
         fall = cost - rows.cost(after)
         if fall > 0.0:
