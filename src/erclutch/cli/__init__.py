@@ -26,6 +26,8 @@ _COMMANDS = {
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "flowcurve": "Fit laws of shear stress to flow curves.",
+    "export": "Write a model for a controller: C99, Python.",
+    "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
