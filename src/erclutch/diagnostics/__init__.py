@@ -1,1 +1,1 @@
-"""The numbers behind reports and figures: what a run's residuals say, from its rows and models alone. No drawing here."""
+"""The numbers behind reports and figures: what a run's rows and models say. No drawing here."""

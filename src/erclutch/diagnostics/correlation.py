@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -76,7 +77,7 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     whole = {name: _welch(values, spans, width, period) for name, values in signals.items()}
     frequency = np.fft.rfftfreq(width, period)[1:]
     edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
-    groups = [slice(a - 1, max(b - 1, a)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    groups = [slice(a - 1, max(b - 1, a)) for a, b in itertools.pairwise(edges)]
     return Spectrum(
         np.array([frequency[g].mean() for g in groups]),
         {name: np.sqrt(np.array([power[1:][g].mean() for g in groups])) for name, power in whole.items()},
@@ -103,11 +104,12 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
     period = period_of(rows)
     most = min(longest // 3, max(50, round(2.0 / period)))
     values = {m: _correlate(rows.residual(m), spans, most) for m in models}
-    alive = [int(np.flatnonzero(np.abs(v) > 0.1)[-1]) for v in values.values()]
-    last = int(np.clip(1.5 * max(alive), min(30, most), most))
+    # Up to three times the lag at which the longest memory has first fallen to a tenth.
+    gone = [int(np.argmax(np.append(v, 0.0) < 0.1)) for v in values.values()]
+    last = int(np.clip(3 * max(gone), min(30, most), most))
     n = int(rows.test.sum())
     return Autocorrelation(
-        np.arange(last + 1) * period,
+        np.arange(last + 1, dtype=np.float64) * period,
         {m: v[: last + 1] for m, v in values.items()},
         1.96 / n**0.5,
         {m: independent_rows(rows.residual(m)[rows.test]) for m in models},

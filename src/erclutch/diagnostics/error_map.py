@@ -80,10 +80,10 @@ def _map(rows: RunRows, residual: Array, element: int) -> ErrorMap:
 
 def _field_edges(field: Array) -> Array:
     """Evenly spaced cells; where only a few fields were logged, a cell for each of them."""
-    levels = np.unique(field)
+    levels: Array = np.unique(field)
     if 2 <= levels.size <= _FEW_LEVELS:
         middles = 0.5 * (levels[1:] + levels[:-1])
-        return np.concatenate([[1.5 * levels[0] - 0.5 * levels[1]], middles, [1.5 * levels[-1] - 0.5 * levels[-2]]])
+        return np.concatenate([1.5 * levels[:1] - 0.5 * levels[1:2], middles, 1.5 * levels[-1:] - 0.5 * levels[-2:-1]])
     return _edges(field, _FIELD_CELLS)
 
 

@@ -29,7 +29,8 @@ class FlowCurves:
         fields: of the curves, shape (k,).
         slip: shape (n,).
         effort: of the law in the settled field, shape (k, n).
-        dots: measured (slip, effort) near each field, each (m, 2); for a pair less the law's effort of the other clutch.
+        dots: measured (slip, effort) near each field, each (m, 2); for a pair less the law's effort of the other
+            clutch.
     """
 
     model: str
@@ -53,12 +54,12 @@ def flow_curves(rows: RunRows, model: TorqueModel, element: int = 0) -> FlowCurv
     """Curves of a law and the rows near them."""
     own = rows.data.elements[element]
     levels = _levels(np.abs(own.field))
-    reach = float(np.quantile(np.abs(own.slip), 0.9995))
-    slip = reach * np.sinh(np.linspace(-3.0, 3.0, _CURVE)) / np.sinh(3.0)
+    ends = np.quantile(own.slip, (0.0005, 0.9995))
+    slip = _spaced(float(ends[0]), float(ends[1]))
     curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
     masks = _near(rows, model, element, levels)
     effort = rows.data.effort - _others(rows, model, element)
-    dots = tuple(_thinned(own.slip[m], effort[m], reach) for m in masks)
+    dots = tuple(_thinned(own.slip[m], effort[m], ends) for m in masks)
     return FlowCurves(model.name, element, levels, slip, curves, dots)
 
 
@@ -81,7 +82,7 @@ def _others(rows: RunRows, model: TorqueModel, element: int) -> Array:
 
 
 def _levels(strength: Array) -> Array:
-    few = np.unique(strength)
+    few: Array = np.unique(strength)
     if few.size <= _LEVELS + 2:
         return few
     return np.linspace(0.0, float(np.quantile(strength, 0.98)), _LEVELS)
@@ -91,29 +92,45 @@ def _near(rows: RunRows, model: TorqueModel, element: int, levels: Array) -> lis
     """Rows whose field is near each level and has been there long enough for the lag to be over."""
     fields = [np.abs(e.field) for e in rows.data.elements]
     largest = max(float(f.max()) for f in fields) or 1.0
-    slack = min(0.04 * largest, 0.3 * float(np.min(np.diff(levels)))) if levels.size > 1 else 0.04 * largest
-    settled = np.ones(rows.data.rows, np.bool_)
-    for back in _steps_back(rows, model):
-        before = np.roll(fields[element], back)
-        before[:back] = np.inf
-        settled &= np.abs(fields[element] - before) <= slack
+    slack = min(0.04 * largest, 0.3 * float(np.diff(levels).min())) if levels.size > 1 else 0.04 * largest
+    settled = _still(fields[element], _settling(rows, model), 2.0 * slack)
     for i, other in enumerate(fields):
         if i != element:
             settled &= other <= slack
     return [settled & (np.abs(fields[element] - level) <= slack) for level in levels]
 
 
-def _steps_back(rows: RunRows, model: TorqueModel) -> tuple[int, ...]:
+def _settling(rows: RunRows, model: TorqueModel) -> int:
+    """Rows after which the model's field has settled."""
     shape = model.shape
     tau = max((float(shape[name]) for name in ("tau", "tau_rise", "tau_fall") if name in shape), default=0.0)
     if not tau:
-        return ()
-    back = int(np.clip((float(shape["delay"]) + _SETTLED * tau) / period_of(rows), 1, rows.data.rows // 4))
-    return tuple(sorted({back, max(1, back // 2), max(1, back // 4)}))
+        return 1
+    return int(np.clip((float(shape["delay"]) + _SETTLED * tau) / period_of(rows), 1, rows.data.rows // 4))
 
 
-def _thinned(slip: Array, effort: Array, reach: float) -> Array:
-    inside = np.flatnonzero(np.abs(slip) <= reach)
+def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
+    """Rows before which the field has stayed within a reach for some rows."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    if back <= 1:
+        return np.ones(field.size, np.bool_)
+    shift = back // 2 if back % 2 else back // 2 - 1
+    span = maximum_filter1d(field, back, origin=shift) - minimum_filter1d(field, back, origin=shift)
+    span[: back - 1] = np.inf
+    return span <= reach
+
+
+def _spaced(low: float, high: float) -> Array:
+    """Slips over a range, closer together near zero, where laws turn."""
+    reach = max(abs(low), abs(high)) or 1.0
+    first, last = (float(np.arcsinh(v / reach * np.sinh(3.0))) for v in (low, high))
+    even: Array = np.linspace(first, last, _CURVE)
+    return reach * np.sinh(even) / np.sinh(3.0)
+
+
+def _thinned(slip: Array, effort: Array, ends: Array) -> Array:
+    inside = np.flatnonzero((slip >= ends[0]) & (slip <= ends[1]))
     if inside.size > _DOTS:
         # Evenly over the slip, not over time: most rows lie near zero.
         order = inside[np.argsort(slip[inside], kind="stable")]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import os
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,7 @@ def save(figure: Any, path: Path) -> Path:
     def write(partial: Path) -> None:
         figure.savefig(partial, format=kind, metadata=metadata)
 
-    return _whole(path, write)
+    return write_whole(path, write)
 
 
 def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
@@ -100,10 +100,15 @@ def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[obje
             writer.writerow(header)
             writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
 
-    return _whole(path, write)
+    return write_whole(path, write)
 
 
-def _whole(path: Path, write: Any) -> Path:
+def write_whole(path: Path, write: Callable[[Path], None]) -> Path:
+    """Let a function write a file under another name and move it to its own when it is whole.
+
+    Raises:
+        RunError: the folder cannot be made or written.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.partial-", suffix=path.suffix, dir=path.parent)

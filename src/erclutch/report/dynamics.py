@@ -7,11 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.switching import AfterSwitch, StepResponse, after_switch, step_responses
-from erclutch.report.material import Material
+from erclutch.diagnostics.text import count, number, percent
 from erclutch.report.section import Section
 from erclutch.report.svg import Axis, Plot
-from erclutch.report.text import count, number, percent, symbol
+from erclutch.report.symbols import symbol
 
 
 class DynamicsSection(Section):
@@ -59,7 +60,11 @@ def _after(material: Material, found: AfterSwitch) -> Any:
 def _steps(material: Material, found: tuple[StepResponse, ...]) -> Any:
     last = 1.15 * max(s.delay + 4.5 * max(s.rise, s.fall) for s in found)
     t = np.linspace(0.0, last, 241)
-    plot = Plot(Axis(0.0, last * 1e3, "time since the command stepped [ms]"), Axis(0.0, 1.05, "field in the fluid, share of the step"), height=300)
+    plot = Plot(
+        Axis(0.0, last * 1e3, "time since the command stepped [ms]"),
+        Axis(0.0, 1.05, "field in the fluid, share of the step"),
+        height=300,
+    )
     roles = {s.name: s.role for s in material.shown}
     for step in found:
         plot.line(t * 1e3, step.up(t), f"line {roles[step.model]}")
@@ -87,7 +92,14 @@ def _time(name: str, value: float, estimate: Mapping[str, Any] | None) -> dict[s
     low, high = estimate["low"], estimate["high"]
     if estimate["at_bound"]:
         return {**text, "band": f"at its {estimate['at_bound']} bound"}
-    return {**text, "band": "not identified" if low is None or high is None else f"{number(1e3 * low)} to {number(1e3 * high)}"}
+    return {
+        **text,
+        "band": "not identified" if low is None or high is None else f"{number(1e3 * low)} to {number(1e3 * high)}",
+    }
+
+
+def _when(since: float) -> str:
+    return "in the very row of one" if since == 0.0 else f"{number(1e3 * since, 2)} ms after one"
 
 
 def _lead(material: Material, after: AfterSwitch | None, lagged: list[Mapping[str, Any]]) -> str:
@@ -107,7 +119,7 @@ def _lead(material: Material, after: AfterSwitch | None, lagged: list[Mapping[st
         curve = after.rmse[material.recommended]
         parts.append(
             f"Over {count(after.switches)} switches held out, {material.recommended} errs at worst by "
-            f"{material.effort.of(float(curve.max()))}, {number(1e3 * float(after.since[int(curve.argmax())]), 2)} ms after one."
+            f"{material.effort.of(float(curve.max()))}, {_when(float(after.since[int(curve.argmax())]))}."
         )
     else:
         parts.append("The command hardly ever switches in the rows held out.")

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.diagnostics.error_map import ErrorMap, error_maps
-from erclutch.report.material import Material
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import count, percent
 from erclutch.report.section import Section
 from erclutch.report.svg import RAMP, Axis, Plot
-from erclutch.report.text import count, percent
 
 Array = NDArray[np.float64]
 
@@ -59,23 +59,23 @@ def _drawn(material: Material, found: ErrorMap, top: float, most: int) -> dict[s
     field, slip = material.field, material.slip
     fx, sy = found.field_edges * field.factor, found.slip_edges * slip.factor
 
-    def blank(title: str) -> Plot:
-        heading = f"{title}{f', {name}' if name else ''}"
+    def blank() -> Plot:
         return Plot(
             Axis(float(fx[0]), float(fx[-1]), field.titled("field")),
-            Axis(float(sy[0]), float(sy[-1]), f"{slip.titled('slip')}   {heading}"),
+            Axis(float(sy[0]), float(sy[-1]), slip.titled("slip")),
             height=300,
         )
 
-    error, density = blank("error"), blank("training rows")
+    error, density = blank(), blank()
     error.cells(fx, sy, _steps(found.rmse, top), "heat")
     error.outline(fx, sy, found.blind, "blind")
     shown = np.where(found.train > 0, np.log1p(found.train), np.nan)
     density.cells(fx, sy, _steps(shown, float(np.log1p(most)) * 1.0001), "mass")
     return {
+        "name": name,
         "error": error.svg(f"RMSE on the rows held out over field and slip {name}. {_worst(material, found)}"),
         "density": density.svg(
-            f"Number of training rows over field and slip {name}; {percent(found.empty_share, 2)} of the cells are empty."
+            f"Training rows over field and slip {name}; {percent(found.empty_share, 2)} of the cells hold none."
         ),
     }
 
@@ -88,10 +88,9 @@ def _worst(material: Material, found: ErrorMap) -> str:
     field = 0.5 * (found.field_edges[i] + found.field_edges[i + 1])
     slip = 0.5 * (found.slip_edges[j] + found.slip_edges[j + 1])
     name = material.element_name(found.element)
-    return (
-        f"Largest{f' on {name}' if name else ''} near field {material.field.of(float(field), 2)} and slip {material.slip.of(float(slip), 2)}: "
-        f"{material.effort.of(float(found.rmse[i, j]))} over {count(int(found.test[i, j]))} rows."
-    )
+    where = f"field {material.field.of(float(field), 2)} and slip {material.slip.of(float(slip), 2)}"
+    error = material.effort.of(float(found.rmse[i, j]))
+    return f"Largest{f' on {name}' if name else ''} near {where}: {error} over {count(int(found.test[i, j]))} rows."
 
 
 def _lead(material: Material, maps: tuple[ErrorMap, ...]) -> str:

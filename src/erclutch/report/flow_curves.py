@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from erclutch.diagnostics.flow_curves import FlowCurves, flow_curves, law_names
+from erclutch.diagnostics.material import Material
 from erclutch.model import TorqueModel
-from erclutch.report.material import Material
 from erclutch.report.section import Section
 from erclutch.report.svg import Axis, Plot
 
@@ -32,7 +32,10 @@ class FlowSection(Section):
                 {"name": c.model, "svg": _drawn(material, c, low, high), "chosen": c.model == material.recommended}
                 for c in found
             ],
-            "levels": [material.field.of(float(f), 2) if material.field.unit else f"E = {material.field.of(float(f), 2)}" for f in found[0].fields],
+            "levels": [
+                material.field.of(float(f), 2) if material.field.unit else f"E = {material.field.of(float(f), 2)}"
+                for f in found[0].fields
+            ],
             "element": material.element_name(0),
             "dots": dots.size > 1,
         }
@@ -45,11 +48,11 @@ def curves_of(material: Material, element: int = 0) -> list[FlowCurves]:
 
 
 def _reach(material: Material, found: list[FlowCurves], dots: Any) -> tuple[float, float]:
-    """Range of the effort: the data's, and the recommended law's where it goes further."""
+    """Range of the effort: the data's where there are enough, else the best law's."""
     first = next((c for c in found if c.model == material.recommended), found[0])
-    low = min(float(np.quantile(dots, 0.005)), float(first.effort.min()))
-    high = max(float(np.quantile(dots, 0.995)), float(first.effort.max()))
-    slack = 0.06 * (high - low)
+    values = dots if dots.size > 50 else first.effort
+    low, high = (float(v) for v in np.quantile(values, (0.002, 0.998)))
+    slack = 0.15 * (high - low)
     return (low - slack) * material.effort.factor, (high + slack) * material.effort.factor
 
 
@@ -71,7 +74,9 @@ def _drawn(material: Material, found: FlowCurves, low: float, high: float) -> An
             plot.dots(at[:, 0], at[:, 1], f"level{k}", 1.1)
     for k, effort in zip(steps, found.effort, strict=True):
         plot.line(x, effort * material.effort.factor, f"line level{k}")
-    return plot.svg(f"{material.word} over slip of {found.model} at {found.fields.size} fields, with measured rows as dots.")
+    return plot.svg(
+        f"{material.word} over slip of {found.model} at {found.fields.size} fields, with measured rows as dots."
+    )
 
 
 def _colours(levels: int) -> list[int]:

@@ -13,17 +13,18 @@ from typing import Any
 
 from markupsafe import Markup
 
+from erclutch.diagnostics.material import BADGE_MEANS, Material, material_of
+from erclutch.diagnostics.text import count, number
 from erclutch.report.dynamics import DynamicsSection
 from erclutch.report.error_map import ErrorMaps
 from erclutch.report.flow_curves import FlowSection
-from erclutch.report.material import BADGE_MEANS, Material, material_of
 from erclutch.report.parameters import ParametersSection
 from erclutch.report.parity import ParitySection
 from erclutch.report.provenance import Provenance
 from erclutch.report.ranking import Ranking
 from erclutch.report.residual import ResidualSection
 from erclutch.report.section import Section
-from erclutch.report.text import count, number, safe_json
+from erclutch.report.symbols import safe_json
 from erclutch.report.traces import Traces
 from erclutch.report.verdict import Verdict
 from erclutch.runs import Run
@@ -104,19 +105,12 @@ def page(
         word: torque, force.
     """
     environment = _environment()
-    data = {s.name: values["data"] for s, values in sections if "data" in values}
-    grids = next((values["grids"] for s, values in sections if "grids" in values), [])
-    shared = {"legend": legend, "word": word}
-    bodies = [
-        {
-            "name": s.name,
-            "title": s.title,
-            "short": s.short,
-            "html": Markup(environment.get_template(s.template).render(**values, **{k: v for k, v in shared.items() if k not in values})),
-        }
-        for s, values in sections
-    ]
-    scripts = [_asset("vendor/uplot/uPlot.iife.min.js"), _asset("report/assets/report.js")] if data or grids else [_asset("report/assets/report.js")]
+    data = {section.name: values["data"] for section, values in sections if "data" in values}
+    grids: list[Any] = [grid for _, values in sections for grid in values.get("grids", [])]
+    bodies = [_body(environment, section, {"legend": legend, "word": word, **values}) for section, values in sections]
+    scripts = [_asset("vendor/uplot/uPlot.iife.min.js")] if data else []
+    scripts.append(_asset("report/assets/report.js"))
+    shared = {"traces": data.get("traces"), "grids": grids}
     return environment.get_template("page.html.j2").render(
         title=title,
         heading=heading,
@@ -127,8 +121,17 @@ def page(
         style=Markup(_asset("vendor/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
         scripts=[Markup(s) for s in scripts],
         allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
-        data=safe_json(json.dumps({"traces": data.get("traces"), "grids": grids}, separators=(",", ":"), allow_nan=False)),
+        data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
     )
+
+
+def _body(environment: Any, section: Section, values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "name": section.name,
+        "title": section.title,
+        "short": section.short,
+        "html": Markup(environment.get_template(section.template).render(**values)),
+    }
 
 
 def _digest(text: str) -> str:

@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import Scale, number, span, unit_text
 from erclutch.model import TorqueModel
-from erclutch.report.material import Material
 from erclutch.report.section import Section
-from erclutch.report.text import number, span, symbol, unit_text
+from erclutch.report.symbols import symbol
 
 
 class ParametersSection(Section):
@@ -50,7 +51,8 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
-    low, high = p["low"], p["high"]
+    scale = Scale(1e3, "ms") if p["unit"] == "s" else Scale(1.0, "" if p["unit"] == "1" else unit_text(p["unit"]))
+    low, high = (None if v is None else v * scale.factor for v in (p["low"], p["high"]))
     if p["at_bound"]:
         band, state = f"at its {p['at_bound']} bound", "bound"
     elif low is None or high is None:
@@ -60,10 +62,10 @@ def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "symbol": symbol(p["name"]),
         "meaning": p["meaning"],
-        "value": number(p["value"], 4),
+        "value": scale.bare(p["value"], 4),
         "band": band,
         "state": state,
-        "unit": "" if p["unit"] == "1" else unit_text(p["unit"]),
+        "unit": scale.unit,
     }
 
 
@@ -92,7 +94,7 @@ def _mathml(model: TorqueModel) -> Markup:
         return _RBFM
     symbolic: Any = import_module("erclutch.laws.symbolic")
     printing: Any = import_module("sympy.printing.mathml")
-    body = printing.mathml(symbolic.equation(law).replace(symbolic._awkward, symbolic._to_four_digits), printer="presentation")
+    body = printing.mathml(symbolic.short_equation(law), printer="presentation")
     return Markup('<math display="block"><mrow><mi>T</mi><mo>=</mo>') + Markup(body) + Markup("</mrow></math>")
 
 

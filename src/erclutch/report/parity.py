@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.parity import Distribution, Parity, distributions, parity
-from erclutch.report.material import Material
+from erclutch.diagnostics.text import count, number, percent
 from erclutch.report.section import Section
 from erclutch.report.svg import RAMP, Axis, Plot
-from erclutch.report.text import count, number, percent
+
+Array = NDArray[np.float64]
 
 
 class ParitySection(Section):
@@ -45,7 +48,8 @@ def _parity(material: Material, found: Parity) -> Any:
     plot.line(np.array([low, high]), np.array([low, high]), "ref")
     r2 = material.run.entry(material.recommended)["test"]["r2"][0]
     return plot.svg(
-        f"Estimated over measured {material.word} of {material.recommended}, rows held out; on the diagonal they agree; R² {number(r2, 4)}."
+        f"Estimated over measured {material.word} of {material.recommended}, rows held out; on the diagonal they "
+        f"agree. R² {number(r2, 4)}."
     )
 
 
@@ -62,13 +66,13 @@ def _distribution(material: Material, spread: tuple[Distribution, ...]) -> Any:
     plot.bars(edges, first.density / factor, "bars recommended")
     for shown, d in zip(material.shown[1:], spread[1:], strict=True):
         plot.line(edges, d.density / factor, f"line {shown.role}", steps=True)
-    x = np.linspace(edges[0], edges[-1], 121)
-    z = (x / factor - first.bias) / (first.spread or 1.0)
+    x: Array = np.linspace(float(edges[0]), float(edges[-1]), 121)
+    z: Array = (x / factor - first.bias) / (first.spread or 1.0)
     plot.line(x, np.exp(-0.5 * z * z) / ((first.spread or 1.0) * factor * np.sqrt(2 * np.pi)), "ref")
     plot.upright(0.0, "zero")
     return plot.svg(
-        f"Distribution of the residual of {', '.join(d.model for d in spread)}. Half of the errors of {first.model} are below "
-        f"{material.effort.of(first.quantiles[0])}, 99 % below {material.effort.of(first.quantiles[2])}."
+        f"Distribution of the residual of {', '.join(d.model for d in spread)}. Half of the errors of {first.model} "
+        f"are below {material.effort.of(first.quantiles[0])}, 99 % below {material.effort.of(first.quantiles[2])}."
     )
 
 

@@ -6,9 +6,9 @@ import shlex
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from erclutch.report.material import BADGE_MEANS, Material
+from erclutch.diagnostics.material import BADGE_MEANS, Material
+from erclutch.diagnostics.text import count, number
 from erclutch.report.section import Section
-from erclutch.report.text import count, number
 
 
 class Provenance(Section):
@@ -21,6 +21,7 @@ class Provenance(Section):
     def fill(self, material: Material) -> dict[str, Any]:
         """See `Section.fill`."""
         body = material.body
+        reading: dict[str, Any] = body["reading"] or {}
         return {
             "logs": [
                 {
@@ -36,7 +37,7 @@ class Provenance(Section):
             "means": BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
             "notes": body["notes"],
             "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
-            "reading": [(key, setting_text(value)) for key, value in (body["reading"] or {}).items()],
+            "reading": [(key, setting_text(value)) for key, value in reading.items()],
             "versions": list(body["versions"].items()),
             "command": command_of(body),
             "digest": body["digest"],
@@ -56,7 +57,15 @@ def setting_text(value: Any) -> str:
 
 
 _SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
-_USUAL = {"lag": "auto", "blocks": 0, "friction": None, "offset": None, "seed": 0, "past": [], "polish": False}
+_USUAL: dict[str, Any] = {
+    "lag": "auto",
+    "blocks": 0,
+    "friction": None,
+    "offset": None,
+    "seed": 0,
+    "past": [],
+    "polish": False,
+}
 
 
 def command_of(body: Mapping[str, Any]) -> str:
@@ -65,7 +74,7 @@ def command_of(body: Mapping[str, Any]) -> str:
         return ""
     words = ["erclutch", "fit", *(str(log["name"]) for log in body["logs"])]
     for key, value in body["reading"].items():
-        words += _option(_SHORT.get(key, key.replace("_", "-")), value)
+        words += _option(_SHORT.get(str(key), str(key).replace("_", "-")), value)
     settings = body["settings"]
     if list(settings["models"]) != ["all"]:
         words += ["--models", *map(str, settings["models"])]

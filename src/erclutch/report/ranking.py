@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from erclutch.report.material import Material
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import count, number, percent
 from erclutch.report.section import Section
-from erclutch.report.text import count, number, percent
 
 
 class Ranking(Section):
@@ -24,9 +24,11 @@ class Ranking(Section):
         # One model gone wild must not flatten the bars of all others.
         most = min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 1.0
         roles = {s.name: s.role for s in material.shown}
+        rows = [_row(material, e, i, most, roles.get(e["name"], "")) for i, e in enumerate(ranking, start=1)]
         return {
             "unit": material.effort.unit,
-            "rows": [_row(material, e, i, most, roles.get(e["name"], "")) for i, e in enumerate(ranking, start=1)],
+            "rows": rows,
+            "noted": [row for row in rows if row["notes"]],
             "test_rows": count(material.body["test_rows"]),
             "train_rows": count(material.body["train_rows"]),
             "folds": any(e["folds_rmse"] for e in ranking),
@@ -52,7 +54,9 @@ def _row(material: Material, entry: Mapping[str, Any], rank: int, most: float, r
         "band": effort.band(test["rmse"]),
         "share": percent(test["share"][0]),
         "over": "–" if more[0] is None else f"{number(100 * more[0], 2)} %",
-        "over_band": "" if more[0] is None or rank == 1 else f"{number(100 * (more[1] or 0.0), 2)} to {number(None if more[2] is None else 100 * more[2], 2)}",
+        "over_band": ""
+        if more[0] is None or rank == 1
+        else f"{number(100 * (more[1] or 0.0), 2)} to {number(None if more[2] is None else 100 * more[2], 2)}",
         "r2": number(test["r2"][0], 3),
         "largest": effort.bare(test["largest"][0]),
         "train": effort.bare(entry["train"]["rmse"][0]),

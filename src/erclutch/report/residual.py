@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from erclutch.diagnostics.correlation import Autocorrelation, Spectrum, autocorrelation, spectrum
-from erclutch.report.material import Material
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import count, number, percent
 from erclutch.report.section import Section
 from erclutch.report.svg import Axis, Plot, padded
-from erclutch.report.text import count, number, percent
 
 
 class ResidualSection(Section):
@@ -47,7 +47,9 @@ def _spectrum(material: Material, found: Spectrum) -> Any:
     plot.line(x, np.maximum(curves["measured"], 1e-300), "line measured")
     for shown in reversed(material.shown):
         plot.line(x, np.maximum(curves[shown.name], 1e-300), f"line {shown.role}")
-    return plot.svg(f"Spectra of the measured {material.word} and of the residuals of {', '.join(material.shown_names)}.")
+    return plot.svg(
+        f"Spectra of the measured {material.word} and of the residuals of {', '.join(material.shown_names)}."
+    )
 
 
 def _correlation(material: Material, found: Autocorrelation) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
-from erclutch.report.material import Material
+from erclutch.diagnostics.material import Material
 
 
 class Section(ABC):

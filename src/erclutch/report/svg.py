@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from erclutch.report.text import number
+from erclutch.diagnostics.text import number
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,8 @@ class Plot:
         """Cells in one of `RAMP` colours; -1 leaves a cell out.
 
         Args:
-            x_edges, y_edges: shapes (nx + 1,), (ny + 1,).
+            x_edges: shape (nx + 1,).
+            y_edges: shape (ny + 1,).
             step: colour of each cell, shape (nx, ny).
             css: class of the ramp; its steps are the classes ``css0`` and on.
         """
@@ -144,10 +145,10 @@ class Plot:
     def outline(self, x_edges: Array, y_edges: Array, mask: NDArray[np.bool_], css: str) -> None:
         """A mark in each cell of a mask, shape (nx, ny)."""
         px, py = self._px(x_edges).tolist(), self._py(y_edges).tolist()
-        words = [
-            f"M{px[i]:.1f} {py[j]:.1f}L{px[i + 1]:.1f} {py[j + 1]:.1f}M{px[i]:.1f} {py[j + 1]:.1f}L{px[i + 1]:.1f} {py[j]:.1f}"
-            for i, j in np.argwhere(mask).tolist()
-        ]
+        words: list[str] = []
+        for i, j in np.argwhere(mask).tolist():
+            words.append(f"M{px[i]:.1f} {py[j]:.1f}L{px[i + 1]:.1f} {py[j + 1]:.1f}")
+            words.append(f"M{px[i]:.1f} {py[j + 1]:.1f}L{px[i + 1]:.1f} {py[j]:.1f}")
         if words:
             self.parts.append(f'<path class="{css}" d="{"".join(words)}"/>')
 
@@ -164,9 +165,7 @@ class Plot:
     def words(self, x: float, y: float, text: str, css: str = "note", anchor: str = "start") -> None:
         """Text at a place of the axes."""
         a, b = float(self._px(np.array([x]))[0]), float(self._py(np.array([y]))[0])
-        self.parts.append(
-            f'<text class="{css}" x="{a:.1f}" y="{b:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
-        )
+        self.parts.append(f'<text class="{css}" x="{a:.1f}" y="{b:.1f}" text-anchor="{anchor}">{escape(text)}</text>')
 
     def _frame(self) -> str:
         out: list[str] = []
@@ -181,9 +180,8 @@ class Plot:
             out.append(f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>')
         out.append(f'<path class="axis" d="M{_LEFT} {bottom:.1f}H{right:.1f}"/>')
         out.append(f'<text class="title" x="4" y="12">{escape(self.y.title)}</text>')
-        out.append(
-            f'<text class="title" x="{right:.1f}" y="{self.height - 4:.1f}" text-anchor="end">{escape(self.x.title)}</text>'
-        )
+        place = f'x="{right:.1f}" y="{self.height - 4:.1f}" text-anchor="end"'
+        out.append(f'<text class="title" {place}>{escape(self.x.title)}</text>')
         return "".join(out)
 
     def svg(self, label: str, css: str = "") -> Markup:

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.report.material import Material
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import Scale, count
 from erclutch.report.pack import BUDGET, Packer
 from erclutch.report.section import Section
-from erclutch.report.text import Scale, count
 
 Array = NDArray[np.float64]
 
@@ -95,7 +95,9 @@ def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, 
             values = element.field if kind == "field" else element.slip
             packer.add(f"{kind}{i}", values, _RANGE * (float(np.ptp(values)) or 1.0), buckets)
             label = f"{kind} {material.element_name(i)}".strip()
-            made.append({"channel": f"{kind}{i}", "kind": kind, "label": label, "unit": scale.unit, "factor": scale.factor})
+            made.append(
+                {"channel": f"{kind}{i}", "kind": kind, "label": label, "unit": scale.unit, "factor": scale.factor}
+            )
     return made
 
 
@@ -116,7 +118,11 @@ def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> s
     if packer.has("measured", 0, rows):
         parts.append("Each measured row is in this page")
     else:
-        parts.append("Of the measured rows each one held out is in this page" if by["test"] or by["all"] else "No row is in this page by itself")
+        parts.append(
+            "Of the measured rows each one held out is in this page"
+            if by["test"] or by["all"]
+            else "No row is in this page by itself"
+        )
     if by["all"]:
         parts.append(f"each row of {_named(by['all'])}")
     if by["test"]:
@@ -125,6 +131,8 @@ def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> s
 
 
 def _named(names: list[str]) -> str:
+    if len(names) > 4:
+        return f"{len(names)} models"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
@@ -143,7 +151,11 @@ def _clock(material: Material) -> list[list[float]]:
         time = data.clock.time[span.start : span.stop]
         if span.start in starts and last is not None:
             shift = last + 1.0 - float(time[0])
-        at = np.array([0, time.size - 1]) if span.period is not None else np.unique([*range(0, time.size, _KNOT), time.size - 1])
+        at = (
+            np.array([0, time.size - 1])
+            if span.period is not None
+            else np.unique([*range(0, time.size, _KNOT), time.size - 1])
+        )
         knots += [[int(span.start + k), round(float(time[k]) + shift, 7)] for k in at]
         last = float(time[-1]) + shift
     return knots

@@ -139,7 +139,8 @@
     const COLOURS = { recommended: "--recommended", best: "--best", baseline: "--baseline" };
     const DASHES = { recommended: [], best: [7, 4], baseline: [2, 3] };
     const models = new Map(T.models.map((m) => [m.name, m]));
-    let chosen = T.models.filter((m) => m.role).sort((a, b) => (b.role === "recommended") - (a.role === "recommended")).map((m) => m.name).slice(0, 2);
+    const first = ["recommended", "baseline", "best"];
+    let chosen = T.models.filter((m) => m.role).sort((a, b) => first.indexOf(a.role) - first.indexOf(b.role)).map((m) => m.name).slice(0, 2);
     const spare = ["--other1", "--other2", "--other3"];
     const style = (name) => {
       const role = models.get(name).role;
@@ -205,15 +206,9 @@
       };
       for (const name of names) values[name] = pair(name);
       // Where both are there row by row, the residual follows from them to the last row.
-      if (single)
-        for (const m of chosen) {
-          const [y, e, r] = [values.measured, values[`estimate:${m}`], values[`residual:${m}`]];
-          if (y.bucket === 1 && e.bucket === 1) {
-            r.low = y.low.map((v, k) => v - e.low[k]);
-            r.high = r.low;
-            r.bucket = 1;
-          }
-        }
+      for (const m of chosen)
+        if (values.measured.bucket === 1 && values[`estimate:${m}`].bucket === 1)
+          values[`residual:${m}`] = difference(channels.measured, channels[`estimate:${m}`], edges, r0, r1);
       const series = (name, factor) => {
         const v = values[name], out = new Array(at.length);
         for (let i = 0; i < at.length; i++) {
@@ -224,6 +219,20 @@
         return out;
       };
       return { r0, r1, x, at, edges, single, values, series };
+    }
+
+    function difference(y, e, edges, r0, r1) {
+      const [p, q] = [y.pick(r0, r1), e.pick(r0, r1)], low = [], high = [];
+      for (let k = 0; k + 1 < edges.length; k++) {
+        let a = Infinity, b = -Infinity;
+        for (let r = edges[k]; r < edges[k + 1]; r++) {
+          const d = y.value(p.values[r - p.start]) - e.value(q.values[r - q.start]);
+          if (d < a) a = d;
+          if (d > b) b = d;
+        }
+        low.push(a); high.push(b);
+      }
+      return { low, high, bucket: 1 };
     }
 
     // --- plots
@@ -279,11 +288,12 @@
       for (const p of plots.splice(0)) p.destroy();
       const narrow = box.clientWidth < 560;
       const E = T.effort, unit = (u) => (u ? ` [${u}]` : "");
-      const shown = chosen.map((m) => [m, ...style(m)]);
-      const input = (kind) => inputs(kind).map((i, k) => [["--best", "--recommended"][k], k ? [6, 3] : [], 1.2]);
+      // The first one is drawn last, over the others.
+      const order = [...chosen].reverse(), shown = order.map((m) => [m, ...style(m)]);
+      const input = (kind) => inputs(kind).map((i, k) => [["--measured", "--mut"][k], k ? [6, 3] : [], 1.2]);
       panels = [
-        { u: plot("panel-effort", narrow ? 210 : 270, E.name + unit(E.unit), [["--measured", [], 1.4], ...shown.map(([, c, d]) => [c, d, 1.5])]), names: ["measured", ...chosen.map((m) => `estimate:${m}`)], factors: () => E.factor },
-        { u: plot("panel-residual", narrow ? 100 : 120, "residual" + unit(E.unit), shown.map(([, c]) => [c, [], 1.1])), names: chosen.map((m) => `residual:${m}`), factors: () => E.factor },
+        { u: plot("panel-effort", narrow ? 210 : 270, E.name + unit(E.unit), [["--measured", [], 1.4], ...shown.map(([, c, d]) => [c, d, 1.5])]), names: ["measured", ...order.map((m) => `estimate:${m}`)], factors: () => E.factor },
+        { u: plot("panel-residual", narrow ? 100 : 120, "residual" + unit(E.unit), shown.map(([, c]) => [c, [], 1.1])), names: order.map((m) => `residual:${m}`), factors: () => E.factor },
       ];
       const kinds = ["field", "slip"];
       kinds.forEach((kind, k) => {
@@ -384,7 +394,7 @@
       }
       T.inputs.forEach((i) => {
         const n = inputs(i.kind).indexOf(i);
-        if (k >= 0 || inputs(i.kind).length > 1) items.push([i.label, ["--best", "--recommended"][n], n ? "dashed" : "solid", show(i.channel, i.factor, i.unit), null]);
+        if (k >= 0 || inputs(i.kind).length > 1) items.push([i.label, ["--measured", "--mut"][n], n ? "dashed" : "solid", show(i.channel, i.factor, i.unit), null]);
       });
       const out = $("readout");
       out.replaceChildren();
@@ -436,14 +446,15 @@
 
     // --- the whole log as a strip
     const strip = $("overview");
-    let whole = null;
+    let whole = null, margin = AXIS;
     function overview() {
       const ratio = devicePixelRatio || 1, width = strip.clientWidth, height = strip.clientHeight;
+      margin = panels[0].u.over.offsetLeft;
       strip.width = width * ratio;
       strip.height = height * ratio;
-      const ctx = strip.getContext("2d"), c = channels.measured, inner = width - AXIS - 6;
+      const ctx = strip.getContext("2d"), c = channels.measured, inner = width - margin - 6;
       ctx.scale(ratio, ratio);
-      const x = (row) => AXIS + (row / T.rows) * inner;
+      const x = (row) => margin + (row / T.rows) * inner;
       ctx.fillStyle = css("--held");
       for (const [a, b] of T.test) ctx.fillRect(x(a), 0, x(b) - x(a), height);
       if (!whole) return void c.ready(0, T.rows)?.then(() => { whole = true; overview(); }) ?? ((whole = true), overview());
@@ -456,13 +467,13 @@
       }
       const low = Math.min(...lows), scale = (height - 6) / (Math.max(...highs) - low || 1);
       ctx.fillStyle = css("--mut");
-      for (let k = 0; k < n; k++) ctx.fillRect(AXIS + k, height - 3 - (highs[k] - low) * scale, 1, Math.max(1, (highs[k] - lows[k]) * scale));
+      for (let k = 0; k < n; k++) ctx.fillRect(margin + k, height - 3 - (highs[k] - low) * scale, 1, Math.max(1, (highs[k] - lows[k]) * scale));
       ctx.strokeStyle = css("--link");
       ctx.lineWidth = 2;
       ctx.strokeRect(x(view[0]), 1, Math.max(3, x(view[1]) - x(view[0])), height - 2);
     }
     let from = null;
-    const rowAt = (event) => Math.max(0, Math.min(T.rows, ((event.clientX - strip.getBoundingClientRect().left - AXIS) / (strip.clientWidth - AXIS - 6)) * T.rows));
+    const rowAt = (event) => Math.max(0, Math.min(T.rows, ((event.clientX - strip.getBoundingClientRect().left - margin) / (strip.clientWidth - margin - 6)) * T.rows));
     strip.addEventListener("pointerdown", (event) => { from = rowAt(event); back.push([...view]); strip.setPointerCapture(event.pointerId); });
     strip.addEventListener("pointermove", (event) => { if (from === null) return; const to = rowAt(event); if (Math.abs(to - from) > T.rows / 200) go(Math.min(from, to), Math.max(from, to)); });
     strip.addEventListener("pointerup", (event) => {

@@ -1,4 +1,4 @@
-"""What the sections of a report are made from: a run, its rows, and how its numbers are shown."""
+"""What sections and figures of a report are made from: a run, its rows, and how its numbers are shown."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from erclutch.diagnostics.correlation import period_of
 from erclutch.diagnostics.shown import Shown, shown_models
+from erclutch.diagnostics.text import Scale, effort_word, scale_for
 from erclutch.diagnostics.windows import Windows, windows
-from erclutch.report.text import Scale, effort_word, scale_for
 from erclutch.run_rows import RunRows, read_rows
 from erclutch.runs import Run
 from erclutch.saved import Model
@@ -84,7 +84,9 @@ class Material:
     @cached_property
     def field(self) -> Scale:
         """How fields are shown."""
-        return scale_for(self.body["units"]["field"], max(float(np.abs(e.field).max()) for e in self.rows.data.elements))
+        return scale_for(
+            self.body["units"]["field"], max(float(np.abs(e.field).max()) for e in self.rows.data.elements)
+        )
 
     @cached_property
     def slip(self) -> Scale:
