@@ -31,7 +31,9 @@ def draw_trace(figure: Any, material: Material, *, start: float | None = None, s
     factor = material.effort.factor
     axes[0].plot(time, data.effort[rows] * factor, color=BLACK, label="measured")
     for shown in models:
-        axes[0].plot(time, material.rows.predicted[shown.name][rows] * factor, label=shown.name, **role_line(shown.role))
+        axes[0].plot(
+            time, material.rows.predicted[shown.name][rows] * factor, label=shown.name, **role_line(shown.role)
+        )
         axes[1].plot(time, material.rows.residual(shown.name)[rows] * factor, **role_line(shown.role))
     axes[1].axhline(0.0, color=GREY, linewidth=0.5)
     for i, element in enumerate(data.elements):

@@ -103,7 +103,7 @@ def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[obje
     return write_whole(path, write)
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> Path:
+def write_whole(path: Path, write: Callable[[Path], object]) -> Path:
     """Let a function write a file under another name and move it to its own when it is whole.
 
     Raises:

@@ -13,8 +13,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from erclutch.diagnostics.material import BADGE_MEANS, Material, material_of
+from erclutch.diagnostics.material import BADGE_MEANS, Material
 from erclutch.diagnostics.text import count, number
+from erclutch.figures.style import write_whole
 from erclutch.report.dynamics import DynamicsSection
 from erclutch.report.error_map import ErrorMaps
 from erclutch.report.flow_curves import FlowSection
@@ -27,7 +28,6 @@ from erclutch.report.section import Section
 from erclutch.report.symbols import safe_json
 from erclutch.report.traces import Traces
 from erclutch.report.verdict import Verdict
-from erclutch.runs import Run
 
 #: Sections in the order of the page.
 SECTIONS: tuple[type[Section], ...] = (
@@ -44,24 +44,35 @@ SECTIONS: tuple[type[Section], ...] = (
 )
 
 
-def report_html(run: Run) -> str:
-    """The report of a run as one HTML document.
-
-    Raises:
-        RunError: a file of the run is missing or was changed.
-    """
-    material = material_of(run)
+def report_html(material: Material) -> str:
+    """The report of a run as one HTML document."""
     filled = [(s, s.fill(material)) for s in (kind() for kind in SECTIONS)]
+    heading, line = headings(material)
     return page(
-        title=f"{material.recommended}: {_logs(material)}",
-        heading=_logs(material),
-        line=_line(material),
+        title=f"{material.recommended}: {heading}",
+        heading=heading,
+        line=line,
         badge=material.badge,
         badge_means=BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
         sections=[(s, values) for s, values in filled if values is not None],
         legend=[{"name": s.name, "role": s.role} for s in material.shown],
         word=material.word,
     )
+
+
+def headings(material: Material) -> tuple[str, str]:
+    """What was measured, and a line about it."""
+    return _logs(material), _line(material)
+
+
+def write_report(material: Material, path: Path) -> Path:
+    """Write the report of a run as one HTML file, whole or not at all.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    text = report_html(material)
+    return write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
 def _logs(material: Material) -> str:

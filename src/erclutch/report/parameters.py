@@ -12,7 +12,7 @@ from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.text import Scale, number, span, unit_text
 from erclutch.model import TorqueModel
 from erclutch.report.section import Section
-from erclutch.report.symbols import symbol
+from erclutch.report.symbols import plain_symbol, symbol
 
 
 class ParametersSection(Section):
@@ -61,6 +61,7 @@ def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
         band, state = span(low, high), ""
     return {
         "symbol": symbol(p["name"]),
+        "plain": plain_symbol(p["name"]),
         "meaning": p["meaning"],
         "value": scale.bare(p["value"], 4),
         "band": band,
