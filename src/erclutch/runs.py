@@ -19,7 +19,8 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -66,19 +67,30 @@ def write_run(
     """
     target = Path(folder)
     may_write(target, force)
+    with whole_folder(target) as partial:
+        _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
+    return target
+
+
+@contextmanager
+def whole_folder(target: Path) -> Generator[Path, None, None]:
+    """A folder to fill that gets its name once it is whole; whatever goes wrong before leaves nothing.
+
+    Raises:
+        RunError: it cannot be written.
+    """
     try:
         partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
     except OSError as error:
         raise _unwritable(target, error) from error
     try:
         partial.chmod(0o755)
-        _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
+        yield partial
         _put(partial, target)
     except OSError as error:
         raise _unwritable(target, error) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-    return target
 
 
 def _put(partial: Path, target: Path) -> None:
