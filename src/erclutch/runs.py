@@ -143,6 +143,7 @@ def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None
         _write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
+    # What `fit --json` prints, and what keeps the folder together.
     whole = {**body, "files": {name: file_digest(folder / name) for name in _GUARDED}}
     _write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
 

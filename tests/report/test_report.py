@@ -194,7 +194,9 @@ def test_the_printed_command_gives_the_same_run(tmp_path: Path, run_maker: Calla
     import sys
 
     run = run_maker(tmp_path, models=("quadratic",), lag="none")
-    command = command_of(read_run(run).body).replace("RUN", "again").replace("erclutch", f"{sys.executable} -m erclutch")
+    command = (
+        command_of(read_run(run).body).replace("RUN", "again").replace("erclutch", f"{sys.executable} -m erclutch")
+    )
     # The run was read by guesses; the option given agrees with them.
     subprocess.run(["sh", "-c", command], cwd=tmp_path, check=True, capture_output=True, env=dict(os.environ))
     for path in run.rglob("*"):
@@ -217,6 +219,7 @@ def test_never_over_what_is_no_report(tmp_path: Path) -> None:
         may_write_report(tmp_path)
 
 
+@pytest.mark.slow
 def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> None:
     from erclutch.report.printed import write_pdf
 
@@ -225,6 +228,7 @@ def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> No
         may_write_report(path)
 
 
+@pytest.mark.slow
 def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
     from erclutch.report.printed import write_pdf
 

@@ -73,7 +73,7 @@ def _shades(count: int) -> list[Any]:
 def _panel(axis: Any, material: Material, curves: FlowCurves, shades: list[Any]) -> None:
     sx, sy = material.slip.factor, material.effort.factor
     for shade, dots in zip(shades, curves.dots, strict=True):
-        axis.plot(dots[:, 0] * sx, dots[:, 1] * sy, ".", ms=2.0, mew=0, color=shade, alpha=0.6, rasterized=True)
+        axis.plot(dots[:, 0] * sx, dots[:, 1] * sy, ".", ms=2.0, mew=0, color=shade, alpha=0.6)
     for shade, effort in zip(shades, curves.effort, strict=True):
         axis.plot(curves.slip * sx, effort * sy, color=shade)
     chosen = curves.model == material.recommended

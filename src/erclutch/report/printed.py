@@ -48,7 +48,7 @@ def write_pdf(material: Material, path: Path) -> Path:
                 page = draw()
                 if page is not None:
                     _foot(page, material, number)
-                    book.savefig(page)
+                    book.savefig(page, dpi=150)  # of the maps; all else is lines
 
     return write_whole(path, write)
 
