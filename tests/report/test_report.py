@@ -163,7 +163,7 @@ def test_a_synthetic_run_says_so(html: str) -> None:
     assert "made by a computer" in html
 
 
-# --- the command that repeats a run ------------------------------------------------------------------------------------
+# --- the command that repeats a run ----------------------------------------------------------------------------------
 
 
 def test_the_command_repeats_the_run(material: Material) -> None:

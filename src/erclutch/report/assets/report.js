@@ -267,7 +267,8 @@
         hooks: {
           drawClear: [tint],
           setSelect: [(u) => {
-            if (u.select.width < 4) return;
+            // The others follow this one's drag: they only let go of it.
+            if (u !== dragged || u.select.width < 4) return void u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
             const [a, b] = [u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")];
             u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
             back.push([...view]);
@@ -278,11 +279,13 @@
       };
       if (!last) options.axes[0].values = (u, s) => s.map(() => ""), (options.axes[0].size = 8);
       const made = new uPlot(options, [[0, 1], ...lines.map(() => [0, 0])], $(id));
+      made.over.addEventListener("mousedown", () => (dragged = made), true);
       made.over.addEventListener("dblclick", () => { const to = back.pop(); if (to) go(...to); else named("typical"); });
       plots.push(made);
       return made;
     }
     const back = [];
+    let dragged = null;
     let panels = [];
     function build() {
       for (const p of plots.splice(0)) p.destroy();
