@@ -27,7 +27,7 @@ def compare(
     """
     from erclutch.cli import show
     from erclutch.diagnostics.paired import pair
-    from erclutch.diagnostics.text import count
+    from erclutch.diagnostics.text import count, plain
     from erclutch.errors import SettingError
     from erclutch.report.comparison import band, joined, sentence
     from erclutch.report.output import may_write_report
@@ -40,7 +40,7 @@ def compare(
     found = pair([read_run(run) for run in runs], model)
     scale = joined(found).effort
     screen = show.console()
-    screen.print(f"{count(found.rows)} rows that all {len(runs)} runs held out", markup=False)
+    screen.print(plain(f"{count(found.rows)} rows that all {len(runs)} runs held out"), markup=False)
     head = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
     rows = [
         [
@@ -62,7 +62,7 @@ def compare(
         screen.print(made)
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
-    screen.print(sentence(found, scale), style="bold", markup=False)
+    screen.print(plain(sentence(found, scale)), style="bold", markup=False)
     if out is not None:
         from erclutch.report.comparison import write_comparison
 

@@ -159,22 +159,22 @@ def _tell(move: Callable[[str], None]) -> Callable[[int, int, str], None]:
 def _sum_up(material: Material, comparison: Comparison) -> None:
     """The ranking, and what it means in plain words."""
     from erclutch.cli import show
-    from erclutch.diagnostics.text import percent
+    from erclutch.diagnostics.text import percent, plain
 
     screen = show.console()
     screen.print()
     screen.print(show.ranking(comparison, screen.width))
     chosen = material.run.entry(material.recommended)
-    plain = next((s.name for s in material.shown if s.role == "baseline"), material.recommended)
+    textbook = next((s.name for s in material.shown if s.role == "baseline"), material.recommended)
     error = material.effort.of(chosen["test"]["rmse"][0])
     words = (
         f"Recommended: {chosen['name']}. On rows that it has not seen it errs by {error}, "
         f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
     )
-    if plain != chosen["name"]:
-        theirs = material.run.entry(plain)["test"]["rmse"][0]
-        words += f"; the textbook law {plain} by {material.effort.of(theirs)}"
-    screen.print(f"{words}.", style="bold", markup=False, soft_wrap=not screen.is_terminal)
+    if textbook != chosen["name"]:
+        theirs = material.run.entry(textbook)["test"]["rmse"][0]
+        words += f"; the textbook law {textbook} by {material.effort.of(theirs)}"
+    screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)
 
 
 def _where(out: Path) -> None:

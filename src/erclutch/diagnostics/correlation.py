@@ -40,7 +40,7 @@ class Autocorrelation:
         lag: in s, shape (n,), from 0.
         values: by model, each (n,).
         white: half width of the band that white residuals stay in, 95 % of the lags.
-        independent: by model: how many independent rows carry the information of all rows held out.
+        independent: by model: how many independent rows tell as much of the error's size as all rows held out.
     """
 
     lag: Array
@@ -112,7 +112,7 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
         np.arange(last + 1, dtype=np.float64) * period,
         {m: v[: last + 1] for m, v in values.items()},
         1.96 / n**0.5,
-        {m: independent_rows(rows.residual(m)[rows.test]) for m in models},
+        {m: independent_rows(rows.residual(m)[rows.test] ** 2) for m in models},
     )
 
 

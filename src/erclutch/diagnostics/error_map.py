@@ -47,7 +47,7 @@ class ErrorMap:
     @property
     def empty_share(self) -> float:
         """Share of cells without any training row."""
-        return float(np.mean(self.train == 0))
+        return 1.0 - np.count_nonzero(self.train) / self.train.size
 
     def worst(self) -> tuple[int, int] | None:
         """The cell with the largest error among those that hold enough rows to say so."""

@@ -240,7 +240,8 @@ def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, 
 def _flat(body: Mapping[str, Any]) -> dict[str, str]:
     values: dict[str, str] = {"device": str(body["device"])}
     for group in ("settings", "reading", "units", "versions"):
-        for key, value in (body[group] or {}).items():
+        part: dict[str, Any] = body[group] or {}
+        for key, value in part.items():
             title = str(key) if group == "settings" else f"{group}: {key}"
             values[title] = ", ".join(map(str, cast(list[Any], value))) if isinstance(value, list) else str(value)
     values["logs"] = ", ".join(str(log["name"]) for log in body["logs"])

@@ -6,6 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+#: A space at which no line breaks, between a number and its unit.
+_TIGHT = "\u00a0"
+
+
+def plain(text: str) -> str:
+    """Text for a terminal: with spaces as everybody types them."""
+    return text.replace(_TIGHT, " ")
+
 
 def number(value: float | None, digits: int = 3) -> str:
     """A number to a few significant digits; no exponent where it can be read without one."""
@@ -32,12 +40,12 @@ def _superscript(value: int) -> str:
 
 def count(value: int) -> str:
     """A number of things, thousands apart."""
-    return f"{value:,}".replace(",", " ")
+    return f"{value:,}".replace(",", _TIGHT)
 
 
 def percent(value: float | None, digits: int = 3) -> str:
     """A share as per cent."""
-    return "–" if value is None else f"{number(100.0 * value, digits)} %"
+    return "–" if value is None else f"{number(100.0 * value, digits)}{_TIGHT}%"
 
 
 def span(low: float | None, high: float | None, digits: int = 3) -> str:
@@ -65,7 +73,7 @@ class Scale:
     def of(self, value: float | None, digits: int = 3) -> str:
         """A number with its unit."""
         shown = self.bare(value, digits)
-        return f"{shown} {self.unit}" if self.unit and shown != "–" else shown
+        return f"{shown}{_TIGHT}{self.unit}" if self.unit and shown != "–" else shown
 
     def bare(self, value: float | None, digits: int = 3) -> str:
         """A number without its unit."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -38,12 +39,12 @@ def write_pdf(material: Material, path: Path) -> Path:
     """
     backend: Any = import_module("matplotlib.backends.backend_pdf")
 
-    def write(partial: Path) -> None:
+    def write(unfinished: Path) -> None:
         about = {"Creator": "erclutch", "Title": f"erclutch: {headings(material)[0]}", "CreationDate": None}
-        with style(), backend.PdfPages(partial, metadata=about) as book:
-            pages: list[Callable[[], Any]] = [lambda: _first(material)]
-            pages += [lambda names=names: _figures(material, names) for names in _PAGES]
-            pages += [lambda: _last(material)]
+        with style(), backend.PdfPages(unfinished, metadata=about) as book:
+            pages: list[Callable[[], Any]] = [partial(_first, material)]
+            pages += [partial(_figures, material, names) for names in _PAGES]
+            pages += [partial(_last, material)]
             for number, draw in enumerate(pages, start=1):
                 page = draw()
                 if page is not None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from erclutch.diagnostics.correlation import Autocorrelation, Spectrum, autocorrelation, spectrum
 from erclutch.diagnostics.material import Material
-from erclutch.diagnostics.text import count, number, percent
+from erclutch.diagnostics.text import count, number
 from erclutch.report.section import Section
 from erclutch.report.svg import Axis, Plot, padded
 
@@ -78,8 +78,8 @@ def _lead(material: Material, power: Spectrum, memory: Autocorrelation) -> str:
     half = float(power.frequency[int(np.searchsorted(running, 0.5))])
     bad = power.frequency[mine > 0.5 * whole]
     text = (
-        f"Half of the residual's power lies below {number(half, 2)} Hz. {count(rows)} rows held out tell as much as "
-        f"{count(max(1, round(free)))} independent ones ({percent(free / rows, 2)})."
+        f"Half of the residual's power lies below {number(half, 2)} Hz. Errors come in bouts: {count(rows)} rows held "
+        f"out tell as much of their size as {count(max(1, round(free)))} independent ones."
     )
     if bad.size and bad.size < mine.size:
         text += f" From about {number(float(bad[0]), 2)} Hz on, the model explains less than half of what is measured."

@@ -158,12 +158,12 @@ def _gap(material: Material, entry: Mapping[str, Any]) -> str:
 
 def _memory(material: Material) -> str:
     residual = material.rows.residual(material.recommended)[material.rows.test]
-    free = independent_rows(residual) / residual.size
+    free = independent_rows(residual**2) / residual.size
     if free > _FEW_INDEPENDENT:
         return ""
     return (
-        f"The residual has a memory: {count(residual.size)} rows tell as much as {count(round(free * residual.size))} "
-        "independent ones. Something that the model does not know moves the effort; the spectrum shows where."
+        f"Errors come in bouts: {count(residual.size)} rows tell as much of their size as "
+        f"{count(max(1, round(free * residual.size)))} independent ones. The bands allow for that."
     )
 
 
