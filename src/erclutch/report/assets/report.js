@@ -238,12 +238,13 @@
     // --- plots
     const plots = [];
     const AXIS = 58;
+    const marks = (u, splits, axis, space, step) => splits.map((v) => (v === null ? "" : digits(v, step)));
     const axes = (title) => {
       const font = "11px system-ui, sans-serif", colour = () => css("--mut");
       const grid = { stroke: () => css("--line"), width: 1 };
       return [
-        { stroke: colour, font, grid: { show: false }, ticks: { stroke: () => css("--line"), size: 4 }, size: 26, values: (u, s) => s.map((v) => minus(String(+v.toPrecision(9)))) },
-        { stroke: colour, font, grid, ticks: { show: false }, size: AXIS, values: (u, s) => s.map((v) => minus(String(+v.toPrecision(6)))), label: title, labelSize: 14, labelFont: font, labelGap: 0 },
+        { stroke: colour, font, grid: { show: false }, ticks: { stroke: () => css("--line"), size: 4 }, size: 26, values: marks },
+        { stroke: colour, font, grid, ticks: { show: false }, size: AXIS, values: marks, label: title, labelSize: 14, labelFont: font, labelGap: 0 },
       ];
     };
     function tint(u) {
@@ -289,6 +290,7 @@
     let panels = [];
     function build() {
       for (const p of plots.splice(0)) p.destroy();
+      $("readout").style.minHeight = "";
       const narrow = box.clientWidth < 560;
       const E = T.effort, unit = (u) => (u ? ` [${u}]` : "");
       // The first one is drawn last, over the others.
@@ -431,6 +433,8 @@
         }
         out.append(item);
       }
+      // Lines of the readout may come with the pointer, but the plots must not move under it each time.
+      if (k >= 0) out.style.minHeight = `${out.offsetHeight}px`;
       box.dataset.cursor = k >= 0 ? String(row) : "";
     }
 
