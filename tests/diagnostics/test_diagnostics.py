@@ -247,3 +247,25 @@ def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
         assert len(dots) > 50
         expected = 2.0 * level**2 * np.tanh(dots[:, 0] / 0.1) + 0.3 * dots[:, 0]
         assert dots[:, 1] == pytest.approx(expected, abs=1e-9)
+
+
+def test_logs_of_different_rates_are_not_mixed() -> None:
+    """Most rows held out are at 1 kHz; those at 200 Hz would put a tone where there is none."""
+    from dataclasses import replace
+
+    t = np.arange(30_000) / RATE
+    e = np.sin(2 * np.pi * 40.0 * t) + 0.1 * noise(30_000)
+    whole = rows_of(e, e, e, {"m": e * 0}, cuts=(25_000,))
+    slow = Clock(
+        np.concatenate([t[:25_000], np.arange(5000) / 200.0]), (Span(0, 25_000, 1e-3), Span(25_000, 30_000, 5e-3))
+    )
+    test = np.zeros(30_000, np.bool_)
+    test[15_000:] = True
+    rows = replace(whole, data=replace(whole.data, clock=slow), test=test)
+    found = spectrum(rows, ["m"])
+    assert found is not None
+    assert found.frequency[-1] == pytest.approx(500.0, rel=0.05)
+    assert found.frequency[int(np.argmax(found.density["m"]))] == pytest.approx(40.0, rel=0.03)
+    memory = autocorrelation(rows, ["m"])
+    assert memory is not None
+    assert memory.lag[1] == pytest.approx(1e-3)

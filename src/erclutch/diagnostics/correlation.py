@@ -60,19 +60,33 @@ def held_out_spans(rows: RunRows) -> list[Span]:
 
 
 def period_of(rows: RunRows) -> float:
-    """Sampling period in s: that of the spans, or the median step."""
-    periods = [s.period for s in rows.data.clock.spans if s.period is not None]
-    return float(np.median(periods)) if periods else float(np.median(np.abs(np.diff(rows.data.clock.time))))
+    """Sampling period in s of most of the rows held out."""
+    step = np.concatenate([_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)])
+    return float(np.median(step))
+
+
+def _steps(rows: RunRows, span: Span) -> Array:
+    """Step after each row of a span, the last one's as the one before."""
+    if span.period is not None:
+        return np.full(span.stop - span.start, span.period)
+    steps = np.diff(rows.data.clock.time[span.start : span.stop])
+    return np.append(steps, steps[-1:])
+
+
+def _alike(rows: RunRows) -> tuple[list[Span], float]:
+    """Stretches of the rows held out that are sampled like most of them, and the period."""
+    period = period_of(rows)
+    spans = held_out_spans(rows)
+    return [s for s in spans if abs(float(np.median(_steps(rows, s))) - period) < 0.02 * period], period
 
 
 def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     """Densities by averaged, windowed periodograms (Welch); None where no stretch is long enough."""
-    spans = held_out_spans(rows)
+    spans, period = _alike(rows)
     longest = max((s.stop - s.start for s in spans), default=0)
     if longest < 64:
         return None
     width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)
-    period = period_of(rows)
     signals = {"measured": rows.data.effort, **{m: rows.residual(m) for m in models}}
     whole = {name: _welch(values, spans, width, period) for name, values in signals.items()}
     frequency = np.fft.rfftfreq(width, period)[1:]
@@ -97,17 +111,16 @@ def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> A
 
 def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
     """Autocorrelations up to where they have died away; None where no stretch is long enough."""
-    spans = held_out_spans(rows)
+    spans, period = _alike(rows)
     longest = max((s.stop - s.start for s in spans), default=0)
     if longest < 64:
         return None
-    period = period_of(rows)
     most = min(longest // 3, max(50, round(2.0 / period)))
     values = {m: _correlate(rows.residual(m), spans, most) for m in models}
     # Up to three times the lag at which the longest memory has first fallen to a tenth.
     gone = [int(np.argmax(np.append(v, 0.0) < 0.1)) for v in values.values()]
     last = int(np.clip(3 * max(gone), min(30, most), most))
-    n = int(rows.test.sum())
+    n = sum(s.stop - s.start for s in spans)
     return Autocorrelation(
         np.arange(last + 1, dtype=np.float64) * period,
         {m: v[: last + 1] for m, v in values.items()},

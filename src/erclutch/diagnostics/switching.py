@@ -65,17 +65,19 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     A switch: the command moves by more than a tenth of its range within 2 ms (or from one row to the next).
     """
     period = period_of(rows)
-    since = _rows_since(rows, max(1, round(_WITHIN / period)))
-    test = rows.test & (since >= 0)
-    switches = int(np.count_nonzero(rows.test & (since == 0)))
+    since = _time_since(rows, max(1, round(_WITHIN / period)))
+    test = rows.test & np.isfinite(since)
+    switches = int(np.count_nonzero(rows.test & (since == 0.0)))
     if switches < _FEWEST:
         return None
-    longest = float(np.quantile(since[test], 0.98)) + 1.0
-    edges = np.unique(np.round(np.geomspace(1.0, longest + 1.0, 25)).astype(int)) - 1
-    if edges.size < 5:
+    longest = float(np.quantile(since[test], 0.98)) / period
+    ticks = np.unique(np.round(np.geomspace(1.0, longest + 1.0, 25)).astype(int))
+    if ticks.size < 5:
         return None
-    which = np.searchsorted(edges, since[test], "right") - 1
+    # Bins of whole periods: 0, 1, 2, 3 and 4, ...
+    edges = (ticks - 1.5) * period
     count = edges.size - 1
+    which = np.searchsorted(edges, since[test], "right") - 1
     inside = which < count
     which = which[inside]
     total = np.bincount(which, minlength=count)[:count]
@@ -83,11 +85,11 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     for model in models:
         squares = np.bincount(which, rows.residual(model)[test][inside] ** 2, minlength=count)[:count]
         rmse[model] = np.sqrt(squares / np.maximum(total, 1))
-    return AfterSwitch(switches, period * (0.5 * (edges[1:] + edges[:-1] - 1)), total, rmse)
+    return AfterSwitch(switches, 0.5 * (ticks[1:] + ticks[:-1] - 3) * period, total, rmse)
 
 
-def _rows_since(rows: RunRows, within: int) -> NDArray[np.int64]:
-    """Rows since the last switch of any element's command in the same stretch; -1 where there was none yet."""
+def _time_since(rows: RunRows, within: int) -> Array:
+    """Seconds since the last switch of any element's command in the same stretch; nan where there was none yet."""
     n = rows.data.rows
     switch = np.zeros(n, np.bool_)
     for element in rows.data.elements:
@@ -96,12 +98,12 @@ def _rows_since(rows: RunRows, within: int) -> NDArray[np.int64]:
         jump[within:] = np.abs(element.field[within:] - element.field[:-within]) > _STEP * reach
         # The first row of a run of such rows is the switch.
         switch[1:] |= jump[1:] & ~jump[:-1]
-    row = np.arange(n)
-    last = np.maximum.accumulate(np.where(switch, row, -1))
-    since = np.where(last >= 0, row - last, -1)
+    last = np.maximum.accumulate(np.where(switch, np.arange(n), -1))
+    time = rows.data.clock.time
+    since = np.where(last >= 0, time - time[last], np.nan)
     for span in rows.data.clock.spans:
         lost = last[span.start : span.stop] < span.start + within
-        since[span.start : span.stop][lost] = -1
+        since[span.start : span.stop][lost] = np.nan
     return since
 
 

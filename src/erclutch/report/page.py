@@ -85,7 +85,10 @@ def _line(material: Material) -> str:
     device = "a coaxial pair of clutches" if body["device"] == "coaxial" else "a single clutch, brake or damper"
     rows = sum(int(log["rows"]) for log in body["logs"])
     seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
-    return f"{_capital(device)}, {count(rows)} rows, {number(seconds)} s at {number(1 / material.period, 4)} Hz"
+    rates = sorted({float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]})
+    names = [f"{rate:g}" for rate in rates]
+    at = " and ".join(names) if len(names) <= 2 else f"{names[0]} to {names[-1]}"
+    return f"{_capital(device)}, {count(rows)} rows, {number(seconds)} s at {at} Hz"
 
 
 def _capital(text: str) -> str:
