@@ -7,6 +7,7 @@ that was torn in spite of that is found. The same layouts in C: ``c/erc_frame.h`
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import os
 import tempfile
@@ -300,10 +301,8 @@ class Ring:
         """Unmap. Frames that were read stay: they are copies."""
         for name in ("_header", "_head", "_frames"):
             self.__dict__.pop(name, None)
-        try:
+        with contextlib.suppress(BufferError):  # somebody still holds a view; the map goes with it
             self._map.close()
-        except BufferError:  # somebody still holds a view; the map goes with it
-            pass
 
 
 class RingReader(Ring):

@@ -13,9 +13,12 @@ typedef struct {
 } wanted_t;
 
 static wanted_t of_table(const erc_core *core, const erc_program *program, uint64_t k) {
+    if ((program->flags & ERC_BY_SAMPLE) != 0u) {
+        k = core->sensor_seq - 1u;
+    }
     uint64_t row = k;
     if (k >= program->rows) {
-        row = program->repeat != 0u ? k % program->rows : program->rows - 1u;
+        row = (program->flags & ERC_REPEAT) != 0u ? k % program->rows : program->rows - 1u;
     }
     const erc_row *at = &core->table[program->first + row];
     return (wanted_t){at->first, at->second, at->motor_torque, at->second};
@@ -91,7 +94,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->mirrored = 1.0;
     core->last_wave = 0.0;
     core->motor = (double)NAN; /* the program's own */
-    core->base = core->config.list[program].relative != 0u ? core->alpha.measured : 0.0;
+    core->base = (core->config.list[program].flags & ERC_RELATIVE) != 0u ? core->alpha.measured : 0.0;
 }
 
 /* The equation's split: E1 = E, E2 = 0 for E >= 0; E1 = 0, E2 = |E| for E < 0. A single device has only the first. */

@@ -125,11 +125,15 @@ enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3 };
 enum { ERC_CONSTANT = 0, ERC_SINE = 1, ERC_SQUARE = 2, ERC_TABLE = 3 };
 enum { ERC_COAXIAL = 0, ERC_SINGLE = 1 };
 
+enum {
+    ERC_REPEAT = 1u,    /* a table starts again at its end; else its last row holds */
+    ERC_BY_SAMPLE = 2u, /* row k of a table goes with sample k + 1 of the rig (replay), whenever that comes */
+    ERC_RELATIVE = 4u   /* the reference counts from where the output is when the program starts */
+};
+
 /* A trajectory or a predefined sequence, and what is controlled by it. */
 typedef struct {
-    uint32_t mode, shape;
-    uint32_t relative;   /* the reference counts from where the output is when the program starts */
-    uint32_t repeat;     /* a table starts again at its end; else its last row holds */
+    uint32_t mode, shape, flags, unused;
     double amplitude, frequency, offset;
     double motor_torque; /* N m; a table has its own */
     double soft;         /* rad; ERC_FIELDS: half-waves that drive the output further out are mirrored; 0: none */
