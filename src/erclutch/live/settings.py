@@ -112,7 +112,7 @@ class LoopSettings:
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
         late_trip: a wake-up so late [s] trips.
         hold, trip: steps in a row without a good sample until the command is reduced, and until it is zero for good; it
-            is zero two steps before that.
+            is zero three steps before that.
         programs: what can be run; the first runs at the start.
     """
 
@@ -146,9 +146,9 @@ class LoopSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise SettingError(f"{name} is {value}", remedy="Give 0 for none, or a number above 0")
-        if not (0 <= self.hold <= self.trip - 3 and self.trip <= 21):
+        if not (0 <= self.hold <= self.trip - 4 and self.trip <= 21):
             raise SettingError(
-                f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold <= trip - 3 and trip <= 21"
+                f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold <= trip - 4 and trip <= 21"
             )
         if not 1e-4 <= self.period <= 1:
             raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
