@@ -29,9 +29,10 @@ from typing import Any
 import numpy as np
 
 from erclutch.live.build import build, loop_program
-from erclutch.live.core import SAMPLE, CompiledModel, Core
+from erclutch.live.core import CompiledModel, Core
 from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, RingReader, State, make_ring, ring_folder
 from erclutch.live.orders import Order, order_bytes
+from erclutch.live.sample import SAMPLE
 from erclutch.live.settings import LoopSettings, Mode, Program, Shape, config_of
 from erclutch.rig.interface import Command, Measurement
 from erclutch.rig.packet import SensorPacket, pack_sensors
