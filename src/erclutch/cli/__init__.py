@@ -27,6 +27,7 @@ _COMMANDS = {
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "laws": "List the laws.",
+    "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _name.replace("-", "_")
