@@ -58,7 +58,7 @@ class ControlOptions:
 
     program: Annotated[str | None, Parameter(group=_CONTROL)] = None
     """What runs first; default: tracking-slow on the twin, rest on hardware, the recorded commands in a replay."""
-    motor_torque: Annotated[float, Parameter(group=_CONTROL)] = 0.1
+    motor: Annotated[float, Parameter(group=_CONTROL)] = 0.1
     """Constant motor torque of the programs in N m."""
     k_p: Annotated[float, Parameter(group=_CONTROL)] = 0.08
     """Equation 23: field per rad."""
@@ -74,7 +74,7 @@ class ControlOptions:
     """Range of the motor's encoder in rad, if it starts again at zero."""
     alpha_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
     """Range of the output's encoder in rad."""
-    cutoff_live: Annotated[float, Parameter(group=_CONTROL)] = 150.0
+    bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 150.0
     """Bandwidth of the speed filter (kalman) in Hz."""
 
 
@@ -221,7 +221,7 @@ def _settings(
     from erclutch.live.programs import standard_programs, starting_with
     from erclutch.live.settings import LoopSettings
 
-    programs = standard_programs(parameters, model=model, motor=control.motor_torque, seed=rig.seed)
+    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed)
     first = control.program or ("tracking-slow" if rig.rig == "twin" else "rest")
     programs = (replay,) if replay is not None else starting_with(programs, first)
     limit = parameters.value("supply.command_limit")
@@ -232,7 +232,7 @@ def _settings(
     fast = 1e9  # a recording's fields are what they were
     return LoopSettings(
         device=reading.device if replay is not None else "coaxial",
-        derivative=Derivative("kalman", control.cutoff_live),
+        derivative=Derivative("kalman", control.bandwidth),
         theta_wrap=control.theta_wrap,
         alpha_wrap=control.alpha_wrap,
         field_limit=(control.field_limit or limit) if replay is None else fast,
@@ -315,9 +315,7 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     watch.poll()
 
 
-def _report(
-    session: Session, watch: Watch, observers: Observers | None, output: Console, json: bool
-) -> int:
+def _report(session: Session, watch: Watch, observers: Observers | None, output: Console, json: bool) -> int:
     """Print what was seen; the exit code: 0, or 3 if the loop did not end in order."""
     from erclutch.cli import show
     from erclutch.live.frame import State

@@ -23,7 +23,7 @@ def twin_model(rig: RigParameters, output: Console) -> Path:
     from erclutch import _version
     from erclutch.live.build import cache_folder
 
-    about = json.dumps([_version.__version__, _SECONDS, _NAME, rig.values()], sort_keys=True)
+    about = json.dumps([_version.__version__, _SECONDS, _NAME, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
     target = cache_folder() / f"twin-{_NAME}-{digest}.json"
     if not target.exists():
@@ -45,7 +45,7 @@ def _fitted(rig: RigParameters) -> str:
         log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
         # Speeds by the filter that runs live: the network then knows its delay and its noise.
         data = build_dataset(read(log, device="coaxial"), device="coaxial", derivative=Derivative("kalman"))
-    result = compare(data, Settings(models=(_NAME,), dynamics="none"))
+    result = compare(data, Settings(models=(_NAME,), lag="none"))
     return json.dumps(result.entry(_NAME).outcome.model.to_dict(), indent=1) + "\n"
 
 

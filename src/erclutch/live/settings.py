@@ -255,13 +255,12 @@ def settings_of(data: bytes, table: Array) -> LoopSettings:
     programs: list[Program] = []
     for i, at in enumerate(c["list"][: int(c["programs"])]):
         first, rows, flags = int(at["first"]), int(at["rows"]), int(at["flags"])
-        numbers = {n: float(at[n]) for n in ("amplitude", "frequency", "offset", "motor_torque", "soft")}
         programs.append(
             Program(
                 str(i),
                 Mode(int(at["mode"])),
                 Shape(int(at["shape"])),
-                **numbers,
+                *(float(at[n]) for n in ("amplitude", "frequency", "offset", "motor_torque", "soft")),
                 table=table[first : first + rows] if rows else None,
                 repeat=bool(flags & _REPEAT),
                 by_sample=bool(flags & _BY_SAMPLE),

@@ -29,7 +29,7 @@ class Histogram:
     def add(self, times_ns: NDArray[Any]) -> None:
         """Take more times."""
         if times_ns.size:
-            us = np.clip(times_ns.astype(np.int64) // 1000, 0, _BINS - 1)
+            us = np.clip(np.asarray(times_ns, np.int64) // 1000, 0, _BINS - 1)
             self.counts += np.bincount(us, minlength=_BINS)
             self.largest = max(self.largest, float(times_ns.max()) / 1e3)
 
