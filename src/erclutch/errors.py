@@ -54,3 +54,7 @@ class SettingError(ErclutchError):
 
 class RunError(ErclutchError):
     """A run folder or a saved model cannot be written or read back."""
+
+
+class ExportError(ErclutchError):
+    """A model cannot be exported, or an export cannot be written, built or verified."""

@@ -113,7 +113,7 @@ class Structure:
             command: Any = element.field / reference.field
             if self.law.stimulus is not None:
                 command = self.law.stimulus(command, *stimulus)
-            strength = np.abs(self._in_fluid(command, clock, q[stimulus_count + law_count :], rows))
+            strength = np.abs(self.in_fluid(command, clock, q[stimulus_count + law_count :], rows))
             slip = way * element.slip[rows] / reference.slip
             turn = FORWARD if self.law.forward else shape[0]
             own = [*self.law.columns(strength, slip, *shape)]
@@ -124,7 +124,8 @@ class Structure:
             columns.append(np.ones(clock.time[rows].size))
         return columns
 
-    def _in_fluid(self, command: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def in_fluid(self, command: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+        """The field in one element's fluid at some of the rows: the command after the dynamics."""
         if self.dynamics == "none":
             return pick(command, rows)
         fall = q[2] if self.dynamics == "rise-fall" else None

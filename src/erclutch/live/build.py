@@ -96,9 +96,25 @@ def build(
     for file in (*sources, *headers):
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
     target = cache_folder() / digest.hexdigest()[:24] / name
-    if not target.exists():
+    if not whole(target):
         _compile(chosen, [*options, *(str(s) for s in sources)], list(libraries), target)
     return target
+
+
+def note_whole(made: Path) -> Path:
+    """Write a compiled file's digest beside it; returns where."""
+    note = made.with_name(f"{made.name}.sha256")
+    note.write_text(hashlib.sha256(made.read_bytes()).hexdigest(), encoding="ascii")
+    return note
+
+
+def whole(target: Path) -> bool:
+    """Whether a compiled file is there as it was written; a damaged one is made again, never loaded."""
+    try:
+        noted = target.with_name(f"{target.name}.sha256").read_text(encoding="ascii")
+        return hashlib.sha256(target.read_bytes()).hexdigest() == noted
+    except (OSError, ValueError):
+        return False
 
 
 def _compile(compiler: Compiler, words: list[str], libraries: list[str], target: Path) -> None:
@@ -120,7 +136,9 @@ def _compile(compiler: Compiler, words: list[str], libraries: list[str], target:
                     remedy="Set CC to another compiler, or pip install 'erclutch[compiler]'",
                 )
             target.parent.mkdir(exist_ok=True)
+            note = note_whole(made)
             os.replace(made, target)
+            os.replace(note, target.with_name(note.name))
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilerError(
             f"cannot compile: {error}", where=str(target.parent), remedy="Set ERCLUTCH_CACHE to a folder for it"

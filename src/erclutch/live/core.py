@@ -14,32 +14,9 @@ from erclutch.errors import RunError
 from erclutch.live.build import core_library
 from erclutch.live.frame import FRAME
 from erclutch.live.orders import Order, order_bytes
+from erclutch.live.sample import COMMAND
 from erclutch.live.settings import CONFIG, LoopSettings, config_of
 
-#: One reading of a rig's sensors: ``erc_sample``.
-SAMPLE = np.dtype(
-    [
-        ("seq", "<u8"),
-        ("time_ns", "<u8"),
-        ("theta", "<f8"),
-        ("alpha", "<f8"),
-        ("torque", "<f8"),
-        ("status", "<u4"),
-        ("unused", "<u4"),
-    ]
-)
-#: What the rig is told: ``erc_command``.
-COMMAND = np.dtype(
-    [
-        ("seq", "<u8"),
-        ("time_ns", "<u8"),
-        ("field1", "<f8"),
-        ("field2", "<f8"),
-        ("motor_torque", "<f8"),
-        ("flags", "<u4"),
-        ("unused", "<u4"),
-    ]
-)
 _ABI = 1
 
 
@@ -134,7 +111,7 @@ class Core:
         """One step.
 
         Args:
-            samples: what came in since the last one, dtype `SAMPLE`, shape (n,).
+            samples: what came in since the last one, dtype `erclutch.live.sample.SAMPLE`, shape (n,).
             tick: number of the deadline.
             late_ns: wake-up after it.
             events: what input and output saw.

@@ -20,6 +20,7 @@ from typing import Any
 
 from erclutch.errors import ErclutchError
 from erclutch.live.build import find_compiler, loop_program
+from erclutch.live.commands import Command
 from erclutch.live.frame import RingInfo, RingReader, State, make_ring, ring_folder
 from erclutch.live.orders import Order, order_bytes
 from erclutch.live.settings import LoopSettings, config_of
@@ -226,6 +227,16 @@ class Session:
         except (OSError, ValueError):
             return False
         return True
+
+    def carry_out(self, command: Command) -> None:
+        """Turn a checked command of the page into an order."""
+        orders = {"zero": Order.ZERO, "reset": Order.RESET, "program": Order.PROGRAM, "motor": Order.MOTOR}
+        if command.kind in orders:
+            self.order(orders[command.kind], command.value)
+
+    def reader(self, start: str = "oldest") -> RingReader:
+        """A reader of the frames; the caller closes it."""
+        return RingReader(self.ring, start)
 
     def wait(self, timeout: float | None = None) -> int | None:
         """Wait for the loop to end; its exit code, or None when the time is over."""

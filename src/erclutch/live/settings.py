@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.device import DeviceName
-from erclutch.differentiate import Derivative, live
+from erclutch.differentiate import Derivative, LiveDerivative, live
 from erclutch.errors import SettingError
 
 Array = NDArray[np.float64]
@@ -62,6 +62,7 @@ class Program:
         table: rows of (reference, its rate) or (E1, E2), and motor torque, shape (n, 3); one a period.
         repeat: the table starts again at its end; else its last row holds.
         by_sample: row k goes with the rig's sample k + 1, whenever that comes (replay).
+        meaning: for people.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Program:
     table: Array | None = None
     repeat: bool = False
     by_sample: bool = False
+    meaning: str = ""
 
     def __post_init__(self) -> None:
         numbers = (self.amplitude, self.frequency, self.offset, self.motor_torque, self.soft)
@@ -92,7 +94,7 @@ class Program:
             )
 
 
-REST = Program("rest", Mode.REST)
+REST = Program("rest", Mode.REST, meaning="no field, no motor torque")
 
 
 @dataclass(frozen=True)
@@ -111,13 +113,14 @@ class LoopSettings:
         k_p, k_d: gains of equation (23), field per rad and per rad/s.
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
         late_trip: a wake-up so late [s] trips.
-        hold, trip: steps in a row without a good sample until the command is reduced, and until zero.
+        hold, trip: steps in a row without a good sample until the command is reduced, and until it is zero for good; it
+            is zero three steps before that.
         programs: what can be run; the first runs at the start.
     """
 
     device: DeviceName = "coaxial"
     period: float = 1e-3
-    derivative: Derivative = field(default_factory=lambda: Derivative("kalman"))
+    derivative: Derivative | LiveDerivative = field(default_factory=lambda: Derivative("kalman"))
     theta_wrap: float = 0.0
     alpha_wrap: float = 0.0
     theta_glitch: float = 20.0
@@ -145,8 +148,10 @@ class LoopSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise SettingError(f"{name} is {value}", remedy="Give 0 for none, or a number above 0")
-        if not 0 <= self.hold < self.trip <= 21:
-            raise SettingError(f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold < trip <= 21")
+        if not (0 <= self.hold <= self.trip - 4 and self.trip <= 21):
+            raise SettingError(
+                f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold <= trip - 4 and trip <= 21"
+            )
         if not 1e-4 <= self.period <= 1:
             raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
         if not 1 <= len(self.programs) <= MOST_PROGRAMS:
@@ -204,7 +209,7 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
     config["magic"], config["version"], config["size"] = _MAGIC, _VERSION, CONFIG.itemsize
     config["device"] = 0 if settings.device == "coaxial" else 1
     config["period_ns"] = round(settings.period * 1e9)
-    speed = live(settings.derivative, settings.period)
+    speed = speed_filter(settings)
     given: dict[str, Any] = {"filter_g": speed.g, "filter_h": speed.h}
     for name in _NUMBERS:
         config[name] = given.get(name, getattr(settings, name, 0.0))
@@ -224,3 +229,52 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
             first += len(program.table)
     config["crc"] = zlib.crc32(config.tobytes()[:-4])
     return config.tobytes(), np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
+
+
+def speed_filter(settings: LoopSettings) -> LiveDerivative:
+    """Gains of the causal filter.
+
+    Raises:
+        SettingError: a filter that looks ahead, or does not fit the period.
+    """
+    chosen = settings.derivative
+    return chosen if isinstance(chosen, LiveDerivative) else live(chosen, settings.period)
+
+
+def settings_of(data: bytes, table: Array) -> LoopSettings:
+    """The settings that `config_of` wrote, for the loop in Python; programs are named by their numbers.
+
+    Raises:
+        SettingError: not a configuration of this version, or damaged.
+    """
+    if len(data) != CONFIG.itemsize or zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
+        raise SettingError("no configuration of the loop, or a damaged one", remedy="Start the session again")
+    c = np.frombuffer(data, CONFIG)[0]
+    if (int(c["magic"]), int(c["version"])) != (_MAGIC, _VERSION):
+        raise SettingError("a configuration of another version", remedy="Start the session again")
+    programs: list[Program] = []
+    for i, at in enumerate(c["list"][: int(c["programs"])]):
+        first, rows, flags = int(at["first"]), int(at["rows"]), int(at["flags"])
+        programs.append(
+            Program(
+                str(i),
+                Mode(int(at["mode"])),
+                Shape(int(at["shape"])),
+                *(float(at[n]) for n in ("amplitude", "frequency", "offset", "motor_torque", "soft")),
+                table=table[first : first + rows] if rows else None,
+                repeat=bool(flags & _REPEAT),
+                by_sample=bool(flags & _BY_SAMPLE),
+                relative=bool(flags & _RELATIVE),
+            )
+        )
+    numbers = {name: float(c[name]) for name in _NUMBERS if not name.startswith("filter_")}
+    return LoopSettings(
+        device="coaxial" if int(c["device"]) == 0 else "single",
+        period=1e-9 * int(c["period_ns"]),
+        derivative=LiveDerivative(1e-9 * int(c["period_ns"]), float(c["filter_g"]), float(c["filter_h"])),
+        **numbers,
+        late_trip=1e-9 * int(c["late_trip_ns"]),
+        hold=int(c["hold_samples"]),
+        trip=int(c["trip_samples"]),
+        programs=tuple(programs),
+    )

@@ -23,7 +23,6 @@ from erclutch.errors import ErclutchError
 from erclutch.rig.interface import Command, Rig
 from erclutch.rig.server import RigServer
 
-
 _PRIORITY = 70
 
 

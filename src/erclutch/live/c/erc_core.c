@@ -55,8 +55,8 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
     if (!isfinite(config->k_p) || !isfinite(config->k_d) || !isfinite(config->torque_p) || !isfinite(config->torque_i)) {
         return "a gain that is not finite";
     }
-    if (config->trip_samples < 1u || config->trip_samples > 21u || config->hold_samples >= config->trip_samples) {
-        return "samples to hold and to trip that are not 0 <= hold < trip <= 21";
+    if (config->trip_samples < 4u || config->trip_samples > 21u || config->hold_samples > config->trip_samples - 4u) {
+        return "samples to hold and to trip that are not 0 <= hold <= trip - 4 and trip <= 21";
     }
     if (config->programs < 1u || config->programs > ERC_PROGRAMS || config->program >= config->programs) {
         return "no program, too many, or a start with one that is not there";
@@ -154,11 +154,12 @@ void erc_core_stop(erc_core *core) {
     core->stopping = 1u;
 }
 
-/* Share of the last command that is left after steps without a sample: all, then less and less, none at the trip. */
+/* Share of the last command that is left after steps without a sample: all, then less and less, none three steps
+ * before the trip: the last good sample was up to two periods on its way, and 20 ms after a failure the field is zero. */
 static double held_share(const erc_core *core) {
-    const double hold = (double)core->config.hold_samples, trip_at = (double)core->config.trip_samples;
+    const double hold = (double)core->config.hold_samples, none = (double)core->config.trip_samples - 3.0;
     const double missing = (double)core->missing;
-    return missing <= hold ? 1.0 : (trip_at - missing) / (trip_at - hold);
+    return missing <= hold ? 1.0 : fmax(0.0, (none - missing) / (none - hold));
 }
 
 /* What to ask of the interlock: control's wish, or what is left of the last one. */

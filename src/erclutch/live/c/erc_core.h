@@ -17,7 +17,8 @@ typedef struct {
     double wrap, glitch, offset; /* offset: whole wraps so far */
     double measured;             /* last good reading, unwrapped */
     double position, speed;      /* the filter's */
-    uint32_t taken;              /* good readings since the start */
+    uint64_t since;              /* periods since the last good reading */
+    uint32_t taken;              /* good readings since the start, up to the warm-up */
 } erc_encoder;
 
 typedef struct {

@@ -10,6 +10,7 @@
 /* Time passes without a reading. */
 static void predict(erc_encoder *encoder, double dt, uint64_t periods) {
     encoder->position += dt * encoder->speed * (double)periods;
+    encoder->since += periods;
 }
 
 /* A reading without whole wraps, as near to the prediction as it can be. */
@@ -33,7 +34,8 @@ static int possible(const erc_encoder *encoder, double raw, double dt, uint64_t 
            fabs(x - predicted) <= encoder->glitch * dt * (double)periods;
 }
 
-/* Take a reading: the recursion of LiveDerivative in differentiate.py, term by term. */
+/* Take a reading: the recursion of LiveDerivative in differentiate.py, term by term. After a gap the innovation has grown
+ * over the whole gap, and the speed is corrected by what it is in one period. */
 static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, double h) {
     const double predicted = encoder->position + dt * encoder->speed;
     double offset;
@@ -47,8 +49,9 @@ static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, doub
     } else {
         const double innovation = x - predicted;
         encoder->position = predicted + g * innovation;
-        encoder->speed += h * innovation / dt;
+        encoder->speed += h * innovation / (dt * (double)(encoder->since + 1u));
     }
+    encoder->since = 0u;
     if (encoder->taken < WARM_UP) {
         encoder->taken++;
     }

@@ -1,0 +1,76 @@
+"""``erclutch export``: a model as C or for another target."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+_Precision = Literal["float32", "float64"]
+_Causal = Literal["difference", "lowpass", "kalman"]
+
+
+def export(
+    model: Path,
+    /,
+    *,
+    to: str = "c",
+    out: Path | None = None,
+    run_model: Annotated[str | None, Parameter(name="--model")] = None,
+    name: str | None = None,
+    precision: _Precision = "float64",
+    period: float | None = None,
+    inputs: Literal["speeds", "angles"] = "speeds",
+    derivative: _Causal = "kalman",
+    cutoff: float = 150.0,
+    limits: str | None = None,
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Write a model for a controller: one C99 file and what wraps it.
+
+    Args:
+        model: A model's JSON file, or the folder of a run.
+        to: What to write: c, python.
+        out: The folder to make; NAME_TARGET by default.
+        run_model: Which model of a run; the recommended one by default.
+        name: Prefix of all C names, at most 20 characters; the model's name by default.
+        precision: Of all arithmetic. float32 for processors without double (Cortex-M4F).
+        period: Sampling period in s at which the step will be called; that of the training data by default.
+        inputs: speeds, or angles (encoder positions) that are differentiated inside.
+        derivative: The filter for angles.
+        cutoff: Its bandwidth in Hz (lowpass, kalman).
+        limits: Smallest and largest effort, for example '-2,2'; the training range and half its width by default.
+        force: Replace an export that is there.
+    """
+    from erclutch.cli import show
+    from erclutch.differentiate import Derivative
+    from erclutch.errors import ExportError
+    from erclutch.export import Options, export_model, program_of
+    from erclutch.runs import read_run
+    from erclutch.saved import load_model
+
+    if run_model is not None and not model.is_dir():
+        raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
+    chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
+    options = Options(name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits))
+    program = program_of(chosen, options)
+    folder = export_model(chosen, out or Path(f"{program.name}_{to}"), to, options, force=force)
+    screen = show.console()
+    screen.print(f"{program.model.name} as {precision}, inputs {', '.join(program.inputs)}, to {folder}:", markup=False)
+    screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
+    screen.print(f"Check it here: erclutch verify {folder}", markup=False)
+
+
+def _limits(text: str | None) -> tuple[float, float] | None:
+    from erclutch.errors import ExportError
+
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise ExportError(
+            f"{text!r} are no two numbers", where="--limits", remedy="Write them like --limits '-2,2'"
+        ) from error
+    return low, high

@@ -1,0 +1,108 @@
+"""C compilers and emulators of this machine, and running them with limits."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from erclutch.errors import ExportError
+
+#: What makes every compiler give the same bits.
+EXACT = ("-std=c99", "-ffp-contract=off")
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler.
+
+    Attributes:
+        name: for people: gcc, clang, zig.
+        command: how to call it.
+        runner: what runs its programs here; empty for this machine's own.
+        flags: that it needs besides.
+    """
+
+    name: str
+    command: tuple[str, ...]
+    runner: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
+
+    def build(self, sources: Sequence[Path], out: Path, *flags: str) -> None:
+        """Compile and link.
+
+        Raises:
+            ExportError: the compiler failed; its first words are in the message.
+        """
+        words = [*self.command, *EXACT, *self.flags, *flags, *map(str, sources), "-o", str(out)]
+        run(words, f"{self.name} cannot compile {sources[0].name}", "Use another compiler, or set CC to one")
+
+
+def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 120.0) -> str:
+    """Standard output of a program.
+
+    Raises:
+        ExportError: it could not start, failed, or took too long.
+    """
+    try:
+        done = subprocess.run(
+            words, capture_output=True, text=True, timeout=patience, stdin=subprocess.DEVNULL, errors="replace"
+        )
+    except subprocess.TimeoutExpired as error:
+        raise ExportError(f"{problem}: no end after {patience:g} s", remedy=remedy) from error
+    except OSError as error:
+        raise ExportError(f"{problem}: {error.strerror or error}", remedy=remedy) from error
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip()[:600]
+        raise ExportError(f"{problem} (exit {done.returncode}): {said}", remedy=remedy)
+    return done.stdout
+
+
+@cache
+def natives() -> tuple[Compiler, ...]:
+    """Compilers for this machine, the one of CC first."""
+    found: list[Compiler] = []
+    chosen = os.environ.get("CC", "").split()
+    if chosen and shutil.which(chosen[0]):
+        found.append(Compiler(Path(chosen[0]).name, tuple(chosen)))
+    for name in ("gcc", "clang", "cc"):
+        if shutil.which(name) and name not in [c.name for c in found] and not (name == "cc" and found):
+            found.append(Compiler(name, (name,)))
+    if importlib.util.find_spec("ziglang") is not None:
+        found.append(Compiler("zig", (sys.executable, "-m", "ziglang", "cc")))
+    return tuple(found)
+
+
+def native() -> Compiler:
+    """The compiler for this machine.
+
+    Raises:
+        ExportError: there is none.
+    """
+    if not natives():
+        raise ExportError(
+            "no C compiler is found",
+            remedy="Install one (Debian, Ubuntu: apt install gcc libc6-dev; anywhere: pip install ziglang), or set CC",
+        )
+    return natives()[0]
+
+
+@cache
+def foreign() -> tuple[Compiler, ...]:
+    """Compilers for other processors whose programs an emulator runs here."""
+    known = (
+        ("arm64", "aarch64-linux-gnu-gcc", "qemu-aarch64", "/usr/aarch64-linux-gnu"),
+        ("big-endian PowerPC", "powerpc-linux-gnu-gcc", "qemu-ppc", "/usr/powerpc-linux-gnu"),
+    )
+    return tuple(
+        Compiler(name, (compiler,), (emulator, "-L", libraries))
+        for name, compiler, emulator, libraries in known
+        if shutil.which(compiler) and shutil.which(emulator)
+    )

@@ -1,0 +1,251 @@
+"""exp, expm1, tanh, powers and magnitude by additions, multiplications, divisions and shifts alone: no libm.
+
+Each is a branch-free function of one definition: run on arrays it is the emulation, run on a trace it is the C. Bounds
+in units of the last place (ulp), with the command that measures them, are in docs/export.md. The coefficients are those
+that studies/elementary.py finds.
+
+exp:   x = k ln 2 + r, exp(x) = 2^k (1 + r + r^2 P(r)); k by adding and subtracting 1.5 2^fraction, 2^k from its bits.
+power: x^n = exp(n log x) with log x and its product with n as unevaluated sums of two numbers, because an error of one
+       ulp in n log x = 80 would be one of 80 in the result (Dekker's products; log by the odd series in
+       (m - 1) / (m + 1), the quotient too as a sum of two).
+tanh:  float64 -e / (2 + e) with e = expm1(-2 |x|); float32 a rational function, odd in x, which is cheaper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from erclutch.export.graph import Graph, Traced
+from erclutch.export.precision import FLOAT32, Precision
+
+# fmt: off
+_H = float.fromhex
+COEFFICIENTS: Mapping[str, tuple[float, ...]] = {
+    "exp32": tuple(map(_H, ("0x1.0000000b93b9ep-1", "0x1.5555555a7a10cp-3", "0x1.5554e8f634947p-5",
+                            "0x1.1110e0eb1c49ap-7", "0x1.6d433a9ed61abp-10", "0x1.a12505592a271p-13"))),
+    "exp64": tuple(map(_H, ("0x1.0000000000000p-1", "0x1.5555555555557p-3", "0x1.5555555555556p-5",
+                            "0x1.11111111100d7p-7", "0x1.6c16c16c162d1p-10", "0x1.a01a01abea9bap-13",
+                            "0x1.a01a01a6da084p-16", "0x1.71de02294b1fbp-19", "0x1.27e4db5fae4a0p-22",
+                            "0x1.af4dfabdcee56p-26", "0x1.1f730d24fd4ebp-29"))),
+    "log32": tuple(map(_H, ("0x1.5555554bb2b2cp-1", "0x1.9999eb5d84f14p-2", "0x1.245c438323e9ap-2",
+                            "0x1.ddced7078dd3ap-3"))),
+    "log64": tuple(map(_H, ("0x1.5555555555555p-1", "0x1.9999999999998p-2", "0x1.2492492492959p-2",
+                            "0x1.c71c71c64c8ccp-3", "0x1.745d17d35328cp-3", "0x1.3b137b347f3c2p-3",
+                            "0x1.111d273ca8a70p-3", "0x1.debedbffa1d9ep-4", "0x1.e6afc55fa9490p-4"))),
+    "tanh32_p": tuple(map(_H, ("0x1.ffffff50e20c1p-1", "0x1.12040bd088207p-3", "0x1.c9f694f27fc26p-9",
+                               "0x1.5950ea7172c02p-16", "0x1.c994ba5fc5e6ap-27"))),
+    "tanh32_q": tuple(map(_H, ("0x1.0000000000000p+0", "0x1.de574f47579c0p-2", "0x1.a7de5c785f372p-6",
+                               "0x1.583f55503cafap-12", "0x1.a0af80ca23f9ap-21"))),
+    "ln2_32": (_H("0x1.62e4000000000p-1"), _H("0x1.7f7d1cf79abcap-20")),
+    "ln2_64": (_H("0x1.62e42fefa4000p-1"), _H("-0x1.8432a1b0e2634p-43")),
+}
+# fmt: on
+_TANH_IS_ONE = 9.02  # float32: above it the nearest number is 1
+
+
+@dataclass(frozen=True)
+class _Format:
+    """A precision with the numbers that the functions need in it."""
+
+    precision: Precision
+
+    def table(self, name: str) -> tuple[float, ...]:
+        return COEFFICIENTS[f"{name}{self.precision.width}"]
+
+    @property
+    def magic(self) -> float:
+        return 1.5 * 2.0**self.precision.fraction
+
+    @property
+    def splitter(self) -> float:
+        return 2.0 ** ((self.precision.fraction + 2) // 2) + 1.0
+
+    @property
+    def largest(self) -> float:
+        """Arguments of exp are held within plus and minus this: its result stays a normal number."""
+        return 87.0 if self.precision is FLOAT32 else 708.0
+
+
+# --- operations that are no operators --------------------------------------------------------------------------------
+
+
+def _where(condition: Any, yes: Any, no: Any) -> Any:
+    # A plain number takes the type of the other one, as in C.
+    choose: Any = np.where
+    return choose(condition, yes, no).astype(next(x.dtype for x in (yes, no) if hasattr(x, "dtype")))
+
+
+def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
+    """``a < b ? yes : no``."""
+    traced = next((x for x in (a, b, yes, no) if isinstance(x, Traced)), None)
+    if traced is None:
+        return _where(a < b, yes, no)
+    nodes = tuple(traced.node_of(x) for x in (a, b, yes, no))
+    return Traced(traced.graph, traced.graph.node("less_select", nodes))
+
+
+def _bits_of(x: Any, precision: Precision) -> Any:
+    if isinstance(x, Traced):
+        return Traced(x.graph, x.graph.node("bits_of", (x.node,), kind="bits"))
+    return np.asarray(x, precision.dtype).view(precision.bits)
+
+
+def _real_of(u: Any, precision: Precision) -> Any:
+    """The number with these bits."""
+    if isinstance(u, Traced):
+        return Traced(u.graph, u.graph.node("real_of_bits", (u.node,)))
+    return np.asarray(u, precision.bits).view(precision.dtype)
+
+
+def _number(u: Any, precision: Precision) -> Any:
+    """The bits' value as an integer, as a real number."""
+    if isinstance(u, Traced):
+        return Traced(u.graph, u.graph.node("real_from_bits", (u.node,)))
+    return np.asarray(u).astype(precision.dtype)
+
+
+_ON_BITS: dict[str, Callable[[Any, Any], Any]] = {
+    "bits_add": np.add,
+    "bits_subtract": np.subtract,
+    "bits_and": np.bitwise_and,
+    "left_shift": np.left_shift,
+    "right_shift": np.right_shift,
+}
+
+
+def _on_bits(operation: str, u: Any, other: Any, precision: Precision) -> Any:
+    if isinstance(u, Traced):
+        graph = u.graph
+        node = other.node if isinstance(other, Traced) else graph.node("constant", (), int(other), kind="bits")
+        return Traced(graph, graph.node(operation, (u.node, node), kind="bits"))
+    second: Any = other if np.ndim(other) else precision.bits.type(other)
+    with np.errstate(over="ignore"):
+        return _ON_BITS[operation](u, second)
+
+
+# --- the functions ---------------------------------------------------------------------------------------------------
+
+
+def _polynomial(x: Any, coefficients: Sequence[float]) -> Any:
+    """Horner's rule, lowest power first."""
+    total: Any = coefficients[-1]
+    for c in reversed(coefficients[:-1]):
+        total = total * x + c
+    return total
+
+
+def absolute(x: Any) -> Any:
+    """|x|."""
+    return less_select(x, 0.0, -x, x)
+
+
+def _hold(x: Any, low: float, high: float) -> Any:
+    """X within [low, high]; high where x is not a number."""
+    held = less_select(x, high, x, high)
+    return less_select(low, held, held, low)
+
+
+def _reduced(f: _Format, x: Any, rest: Any = None) -> tuple[Any, Any]:
+    """2^k, and exp(r) - 1 for x + rest = k ln 2 + r."""
+    shifted = x * 1.4426950408889634 + f.magic
+    k = shifted - f.magic
+    high, low = f.table("ln2_")
+    r = (x - k * high) - k * low
+    if rest is not None:
+        r = r + rest
+    e = r + (r * r) * _polynomial(r, f.table("exp"))
+    exponent = _on_bits("bits_add", _bits_of(shifted, f.precision), f.precision.bias, f.precision)
+    return _real_of(_on_bits("left_shift", exponent, f.precision.fraction, f.precision), f.precision), e
+
+
+def exp(f: _Format, x: Any) -> Any:
+    """e^x, held at its ends at the smallest and largest normal numbers."""
+    scale, e = _reduced(f, _hold(x, -f.largest, f.largest))
+    return scale + scale * e
+
+
+def expm1(f: _Format, x: Any) -> Any:
+    """e^x - 1, precise near zero."""
+    scale, e = _reduced(f, _hold(x, -f.largest, f.largest))
+    return scale * e + (scale - 1.0)
+
+
+def tanh(f: _Format, x: Any) -> Any:
+    """Hyperbolic tangent."""
+    if f.precision is FLOAT32:
+        held = _hold(x, -_TANH_IS_ONE, _TANH_IS_ONE)
+        square = held * held
+        above = held * _polynomial(square, COEFFICIENTS["tanh32_p"])
+        return above / _polynomial(square, COEFFICIENTS["tanh32_q"])
+    e = expm1(f, -2.0 * absolute(x))
+    t = -e / (2.0 + e)
+    return less_select(x, 0.0, -t, t)
+
+
+def _split(f: _Format, x: Any) -> tuple[Any, Any]:
+    """X as a sum of two numbers of half the digits (Veltkamp)."""
+    wide = f.splitter * x
+    high = wide - (wide - x)
+    return high, x - high
+
+
+def _lost(f: _Format, a: Any, b: Any, product: Any) -> Any:
+    """A b - product, what rounding lost (Dekker)."""
+    a_high, a_low = _split(f, a)
+    b_high, b_low = _split(f, b)
+    return ((a_high * b_high - product) + (a_high * b_low + a_low * b_high)) + a_low * b_low
+
+
+def _mantissa(f: _Format, x: Any) -> tuple[Any, Any]:
+    """X = 2^k m with m between sqrt(1/2) and sqrt(2)."""
+    p = f.precision
+    half_root = int(np.asarray(0.5**0.5, p.dtype).view(p.bits))
+    one = p.bias << p.fraction
+    bits = _bits_of(x, p)
+    moved = _on_bits("bits_add", bits, one - half_root, p)
+    exponent = _on_bits("right_shift", moved, p.fraction, p)
+    m = _on_bits("bits_subtract", bits, _on_bits("left_shift", exponent, p.fraction, p), p)
+    return _number(exponent, p) - float(p.bias), _real_of(_on_bits("bits_add", m, one, p), p)
+
+
+def power(f: _Format, x: Any, n: Any) -> Any:
+    """x^n for x > 0; at x = 0 as at the smallest normal number."""
+    smallest = 2.0 ** (1 - f.precision.bias)
+    k, m = _mantissa(f, less_select(x, smallest, smallest, x))
+    above, below = m - 1.0, m + 1.0
+    s = above / below
+    product = s * below
+    s_rest = (((above - product) - _lost(f, s, below, product)) - s * (m - (below - 1.0))) / below
+    square = s * s
+    high, low = f.table("ln2_")
+    whole, twice = k * high, 2.0 * s
+    log = whole + twice
+    log_rest = (twice - (log - whole)) + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.table("log")))
+    y = n * log
+    y_rest = _lost(f, n, log, y) + n * log_rest
+    scale, e = _reduced(f, _hold(y, -f.largest, f.largest), y_rest)
+    return scale + scale * e
+
+
+_BY_NAME: Mapping[str, Callable[..., Any]] = {"exp": exp, "expm1": expm1, "tanh": tanh, "power": power}
+
+
+@cache
+def elementary(precision: Precision) -> Mapping[str, Callable[..., Any]]:
+    """The functions on arrays of a precision."""
+    bound: dict[str, Callable[..., Any]] = {name: partial(f, _Format(precision)) for name, f in _BY_NAME.items()}
+    return {**bound, "absolute": absolute}
+
+
+@cache
+def traced(name: str, precision: Precision) -> Graph:
+    """A function as a record, with inputs x (and n)."""
+    graph = Graph()
+    arguments = [graph.input(a) for a in (("x", "n") if name == "power" else ("x",))]
+    graph.give(absolute(*arguments) if name == "absolute" else _BY_NAME[name](_Format(precision), *arguments))
+    return graph

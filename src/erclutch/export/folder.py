@@ -1,0 +1,185 @@
+"""An export is a folder: the target's files, model.json, and export.json that says what was asked and lists digests.
+
+It is written beside its final name and moved there when it is whole.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from erclutch._version import __version__
+from erclutch.differentiate import Derivative
+from erclutch.errors import ErclutchError, ExportError
+from erclutch.export.program import Options, Program, program_of
+from erclutch.saved import load_model
+
+SCHEMA = 1
+KIND = "erclutch export"
+
+
+@contextmanager
+def whole(folder: Path, force: bool) -> Generator[Path]:
+    """A new folder to fill; it gets its name when the block ends well and is removed otherwise.
+
+    Raises:
+        ExportError: the folder is there and may not be replaced, or cannot be written.
+    """
+    may_write(folder, force)
+    try:
+        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.partial-", dir=folder.parent))
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+    try:
+        partial.chmod(0o755)
+        yield partial
+        _put(partial, folder)
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def may_write(folder: Path, force: bool) -> None:
+    """Say before any work whether an export may be written to a folder.
+
+    Raises:
+        ExportError: it may not.
+    """
+    if not folder.parent.is_dir():
+        raise ExportError("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
+    if not os.access(folder.parent, os.W_OK):
+        raise ExportError("its parent folder cannot be written", where=str(folder), remedy="Give --out another place")
+    if not folder.exists():
+        return
+    if not (folder / "export.json").is_file():
+        raise ExportError("exists and is not an export", where=str(folder), remedy="Give --out another name")
+    if not force:
+        raise ExportError("there is an export already", where=str(folder), remedy="Give --out another name, or --force")
+
+
+def _put(partial: Path, folder: Path) -> None:
+    if not folder.exists():
+        os.replace(partial, folder)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old-", dir=folder.parent)) / folder.name
+    os.replace(folder, old)
+    try:
+        os.replace(partial, folder)
+    except BaseException:
+        os.replace(old, folder)
+        raise
+    finally:
+        shutil.rmtree(old.parent, ignore_errors=True)
+
+
+def _unwritable(folder: Path, error: OSError) -> ExportError:
+    return ExportError(
+        f"the export cannot be written: {error.strerror or error}",
+        where=str(folder),
+        remedy="Give --out a folder on a disk that can be written and has space",
+    )
+
+
+def finish(program: Program, options: Options, target: str, folder: Path) -> None:
+    """Write model.json and export.json, after all other files."""
+    model = json.dumps(program.model.to_dict(), indent=1, allow_nan=False)
+    (folder / "model.json").write_text(model + "\n", encoding="utf-8")
+    body = {
+        "kind": KIND,
+        "schema": SCHEMA,
+        "erclutch": __version__,
+        "target": target,
+        "name": program.name,
+        "model": program.model.name,
+        "digest": program.digest,
+        "options": {**asdict(options), "name": program.name, "period": program.period},
+        "files": {str(p.relative_to(folder)): _digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
+    }
+    (folder / "export.json").write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export read back.
+
+    Attributes:
+        folder: where it lies.
+        target: name of the target.
+        program: made again from its model and options.
+        body: export.json.
+    """
+
+    folder: Path
+    target: str
+    program: Program
+    body: Mapping[str, Any]
+
+
+def read_export(folder: str | Path) -> Exported:
+    """Read an export, checking that its files are those that were written.
+
+    Raises:
+        ExportError: no export, one of a newer schema, or a file that was changed.
+    """
+    place = Path(folder)
+    try:
+        body = json.loads((place / "export.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise ExportError(
+            f"not an export: {error}", where=str(place), remedy="Give a folder that erclutch export wrote"
+        ) from error
+    if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
+        raise ExportError("export.json is not that of an export", where=str(place), remedy="Export the model again")
+    content = cast(dict[str, Any], body)
+    if content.get("schema") != SCHEMA:
+        raise ExportError(
+            f"schema {content.get('schema')!r}; this version reads schema {SCHEMA}",
+            where=str(place),
+            remedy="Use the version of erclutch that wrote it, or export the model again",
+        )
+    try:
+        _check_files(place, content["files"])
+        program = program_of(load_model(place / "model.json"), _options(content["options"]))
+        if program.digest != content["digest"]:
+            raise ExportError("model.json is not the exported model", where=str(place), remedy="Export the model again")
+        return Exported(place, str(content["target"]), program, content)
+    except ErclutchError:
+        raise
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ExportError(f"unfit entry: {error}", where=str(place), remedy="Export the model again") from error
+
+
+def _options(body: Mapping[str, Any]) -> Options:
+    limits = body["limits"]
+    return Options(
+        name=str(body["name"]),
+        precision=body["precision"],
+        period=None if body["period"] is None else float(body["period"]),
+        inputs=body["inputs"],
+        derivative=Derivative(**body["derivative"]),
+        limits=None if limits is None else (float(limits[0]), float(limits[1])),
+    )
+
+
+def _check_files(folder: Path, files: Mapping[str, str]) -> None:
+    for name, digest in files.items():
+        path = folder / name
+        if not path.is_file():
+            raise ExportError(f"{name} is missing", where=str(folder), remedy="Export the model again")
+        if _digest(path) != digest:
+            raise ExportError(
+                f"{name} was changed after the export", where=str(folder), remedy="Export the model again"
+            )

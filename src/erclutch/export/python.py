@@ -1,0 +1,125 @@
+"""Target python: the step compiled for this machine, and a module that loads it with nothing but ctypes."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from erclutch.errors import ExportError
+from erclutch.export import abi, c
+from erclutch.export.c_source import source
+from erclutch.export.check import Check, ulps
+from erclutch.export.compiled import CompiledModel
+from erclutch.export.compilers import Compiler, native
+from erclutch.export.program import Program
+from erclutch.export.vectors import vectors_of
+
+TITLE = "the step compiled for this machine, called from Python (ctypes; 3.11 and later)"
+
+
+def write(program: Program, folder: Path) -> None:
+    """C files, two shared libraries, the module."""
+    build(program, folder)
+    text = resources.files("erclutch.export").joinpath("compiled.py").read_text(encoding="utf-8")
+    tail = f'''
+
+def load() -> CompiledModel:
+    """{program.model.name}, inputs {", ".join(program.inputs)}."""
+    here = Path(__file__).resolve().parent
+    return CompiledModel(here / "{library_name(program)}", here / "{CALL}")
+'''
+    (folder / f"{program.name}.py").write_text(text.rstrip() + "\n" + tail, encoding="utf-8")
+
+
+CALL = "erc_call.so"
+
+
+def library_name(program: Program) -> str:
+    """File name of the model's shared library: a digest of its source in it, as a process loads a name only once."""
+    digest = hashlib.sha256((source(program) + abi.wrapper(program)).encode()).hexdigest()
+    return f"lib{program.name}-{digest[:12]}.so"
+
+
+def build(program: Program, folder: Path, compiler: Compiler | None = None) -> Path:
+    """The shared library with the model ABI, and beside it the one that makes a step a function of Python.
+
+    Returns:
+        The model's library.
+
+    Raises:
+        ExportError: no compiler, or it failed.
+    """
+    chosen = compiler or native()
+    sources = [*c.write_core(program, folder), folder / f"{program.name}_abi.c"]
+    sources[-1].write_text(abi.wrapper(program), encoding="ascii", errors="replace")
+    library = folder / library_name(program)
+    shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
+    chosen.build(sources, library, *shared)
+    call = folder / "erc_call.c"
+    call.write_text(resources.files("erclutch.export").joinpath("bench/call.c").read_text(encoding="ascii"))
+    # The interpreter's functions are found in the process that loads it.
+    chosen.build([call], folder / CALL, *shared)
+    return library
+
+
+def compile_model(program: Program) -> CompiledModel:
+    """A model compiled on the spot; its files are gone once it is loaded.
+
+    Raises:
+        ExportError: no compiler, or it failed.
+    """
+    work = Path(tempfile.mkdtemp(prefix="erclutch-"))
+    try:
+        library = build(program, work)
+        return load(library, work / CALL)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def load(library: Path, call: Path | None = None) -> CompiledModel:
+    """A compiled model from its library.
+
+    Raises:
+        ExportError: it cannot be loaded here.
+    """
+    try:
+        return CompiledModel(library, call)
+    except OSError as error:
+        raise ExportError(
+            f"cannot be loaded: {error}", where=str(library), remedy="Export the model again on this machine"
+        ) from error
+
+
+def verify(program: Program, folder: Path) -> Iterator[Check]:
+    """Steps one by one and in one call, and the inverse, through the library that lies in the folder."""
+    model = load(folder / library_name(program), folder / CALL)
+    if model.digest != program.digest:
+        raise ExportError("the library is of another model", where=str(folder), remedy="Export the model again")
+    vectors, dtype = vectors_of(program), program.precision.dtype
+    expected = np.concatenate([vectors.effort, vectors.field])
+    expected_flags = np.concatenate([vectors.flags, vectors.field_flags])
+    effort, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
+    pairs = {"step": _stepwise(model, vectors.rows), "run": (list(effort), list(flags))}
+    fields = [
+        (model.inverse(r.tolist(), float(w)), model.flags) for r, w in zip(vectors.speeds, vectors.wanted, strict=True)
+    ]
+    for name, (values, found) in pairs.items():
+        all_values = np.array([*values, *(f for f, _ in fields)]).astype(dtype)
+        all_flags = np.array([*found, *(g for _, g in fields)], np.uint32)
+        bits = program.precision.bits
+        other = (all_values.view(bits) != expected.view(bits)) | (all_flags != expected_flags)
+        largest = float(np.max(np.abs(all_values[: len(values)].astype(np.float64) - vectors.numpy)))
+        yield Check(f"Python, {name}", len(expected), int(np.count_nonzero(other)), ulps(program, largest))
+
+
+def _stepwise(model: CompiledModel, rows: np.ndarray) -> tuple[list[float], list[int]]:
+    model.reset()
+    found = [(model.step(*row), model.flags) for row in rows.tolist()]
+    model.reset()
+    return [effort for effort, _ in found], [flags for _, flags in found]

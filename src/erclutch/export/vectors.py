@@ -1,0 +1,110 @@
+"""Test vectors: random and edge rows, what the step must return for them bit for bit, and what NumPy returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.export.emulate import inverse, reference, run
+from erclutch.export.program import Program
+
+Array = NDArray[np.float64]
+STEPS, FIELDS = 256, 48
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """Rows and what must come out.
+
+    Attributes:
+        rows: inputs of successive steps from a reset, shape (n, inputs), in the program's precision.
+        effort, flags: of each step, bit for bit.
+        numpy: the model's own NumPy in float64.
+        speeds: inputs of the inverse, shape (m, inputs).
+        wanted: its efforts.
+        field, field_flags: what it returns.
+    """
+
+    rows: NDArray[Any]
+    effort: NDArray[Any]
+    flags: NDArray[np.uint32]
+    numpy: Array
+    speeds: NDArray[Any]
+    wanted: NDArray[Any]
+    field: NDArray[Any]
+    field_flags: NDArray[np.uint32]
+
+
+def vectors_of(program: Program, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
+    """The same vectors for the same model, always."""
+    rng = np.random.default_rng(int(program.digest[:12], 16))
+    dtype = program.precision.dtype
+    rows = rows_of(program, rng, steps).astype(dtype)
+    effort, flags = run(program, rows)
+    speeds = ordinary(program, rng, fields).astype(dtype)
+    low, high = program.model.trained_on.effort
+    wanted = rng.uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), fields).astype(dtype)
+    speeds[: program.elements, program.elements] = np.nan
+    wanted[-3:] = (np.nan, np.inf, 0.0)
+    field, field_flags = inverse(program, speeds, wanted)
+    return Vectors(rows, effort, flags, reference(program, rows)[0], speeds, wanted, field, field_flags)
+
+
+def rows_of(program: Program, rng: np.random.Generator, count: int) -> Array:
+    """Ordinary rows, with edges strewn in: one row in eight has an odd value."""
+    rows = ordinary(program, rng, count)
+    if program.filter is not None:
+        at = slice(program.elements, 2 * program.elements)
+        rows[:, at] = np.cumsum(rows[:, at], axis=0) * (program.period or 0.0)
+    odd = np.flatnonzero(rng.random(count) < 0.125)
+    edges = _edges(program)
+    for k in odd:
+        column = int(rng.integers(len(program.inputs)))
+        values = edges[column]
+        rows[k, column] = values[int(rng.integers(values.size))]
+    return rows
+
+
+def ordinary(program: Program, rng: np.random.Generator, count: int) -> Array:
+    """Rows inside the training range, speeds in any case: fields that are held for a while, one side at a time."""
+    e = program.elements
+    low, high = program.field.range
+    hold = np.repeat(rng.uniform(low, high, count // 8 + 1), 8)[:count]
+    columns = [hold]
+    if e == 2:
+        first = np.repeat(rng.random(count // 16 + 1) < 0.5, 16)[:count]
+        columns = [np.where(first, hold, 0.0), np.where(first, 0.0, hold)]
+    slip = [rng.uniform(*program.slip.range, count) for _ in range(e)]
+    speeds = slip if e == 1 else [0.5 * (slip[0] - slip[1]), -0.5 * (slip[0] + slip[1])]
+    extras = [rng.uniform(*window.range, count) for window in program.extras]
+    return np.column_stack([*columns, *speeds, *extras])
+
+
+def _edges(program: Program) -> list[Array]:
+    """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
+    info = np.finfo(program.precision.dtype)
+    tiny = float(info.smallest_subnormal)
+    always = [
+        0.0,
+        -0.0,
+        np.nan,
+        np.inf,
+        -np.inf,
+        tiny,
+        -100 * tiny,
+        float(info.tiny),
+        float(info.max),
+        -float(info.max),
+    ]
+    e = program.elements
+    windows = [program.field] * e + [program.slip] * e + list(program.extras)
+    found: list[Array] = []
+    for i, window in enumerate(windows):
+        low, high = window.range
+        inside = [low, high, *window.warn, *window.hold, 1.5 * high - 0.5 * low, 100.0 * (high - low)]
+        angle = program.filter is not None and e <= i < 2 * e
+        found.append(np.array([*always, *([1e-3, -7.0, 2e6] if angle else inside)]))
+    return found

@@ -1,0 +1,103 @@
+"""Coefficients of the exported C's own exp, expm1, log and tanh, and how they were found.
+
+    python studies/elementary.py
+
+prints them as hex floats, as `erclutch.export.elementary` holds them (a test compares the two). Polynomials are
+Chebyshev fits of 60 digits; tanh for float32 is an odd rational by Lawson's weighted least squares. Needs mpmath, which
+comes with SymPy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mpmath as mp
+
+mp.mp.dps = 60
+#: Half a step of the reduction by ln 2, and a little more for its rounding.
+HALF = mp.log(2) / 2 * (1 + mp.mpf(2) ** -12)
+#: (m - 1) / (m + 1) for a mantissa m between sqrt(1/2) and sqrt(2), squared.
+LARGEST = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2
+#: Where tanh is 1 to within half a unit of float32's last place.
+FLAT = mp.mpf("9.02")
+
+
+def expm1_tail(r: Any) -> Any:
+    """(exp(r) - 1 - r) / r^2."""
+    return mp.mpf("0.5") if r == 0 else (mp.expm1(r) - r) / r**2
+
+
+def log_tail(z: Any) -> Any:
+    """(2 atanh(s) - 2 s) / s^3 for s^2 = z."""
+    if z < mp.mpf("1e-20"):
+        return mp.mpf(2) / 3
+    s = mp.sqrt(z)
+    return (2 * mp.atanh(s) - 2 * s) / s**3
+
+
+def polynomial(f: Callable[[Any], Any], low: Any, high: Any, terms: int) -> list[float]:
+    """Coefficients, lowest power first."""
+    return [float(c) for c in reversed(mp.chebyfit(f, [low, high], terms))]
+
+
+def rational_tanh(
+    above: int = 4, below: int = 4, rounds: int = 25, nodes: int = 160
+) -> tuple[list[float], list[float]]:
+    """P, Q with tanh(x) ~ x P(x^2) / Q(x^2) up to FLAT, Q_0 = 1, near the smallest largest relative error."""
+    x = [FLAT / 2 * (1 - mp.cos(mp.pi * (2 * i + 1) / (2 * nodes))) for i in range(nodes)]
+    f = [mp.tanh(t) / t for t in x]
+    u = [(t / FLAT) ** 2 for t in x]
+    weight, q = [mp.mpf(1)] * nodes, [mp.mpf(1)] * nodes
+    best: tuple[Any, list[Any]] | None = None
+    for _ in range(rounds):
+        rows, right = mp.matrix(nodes, above + 1 + below), mp.matrix(nodes, 1)
+        for i in range(nodes):
+            s = mp.sqrt(weight[i]) / (q[i] * f[i])
+            for j in range(above + 1):
+                rows[i, j] = s * u[i] ** j
+            for j in range(below):
+                rows[i, above + 1 + j] = -s * f[i] * u[i] ** (j + 1)
+            right[i] = s * f[i]
+        c = list(mp.lu_solve(rows.T * rows, rows.T * right))
+        p = [sum(c[j] * u[i] ** j for j in range(above + 1)) for i in range(nodes)]
+        q = [1 + sum(c[above + 1 + j] * u[i] ** (j + 1) for j in range(below)) for i in range(nodes)]
+        error = [abs(p[i] / q[i] / f[i] - 1) for i in range(nodes)]
+        worst = max(error)
+        if best is None or worst < best[0]:
+            best = worst, c
+        weight = [w * (e / worst + mp.mpf("1e-3")) for w, e in zip(weight, error, strict=True)]
+        mean = sum(weight) / nodes
+        weight = [w / mean for w in weight]
+    assert best is not None
+    c = best[1]
+    numerator = [float(c[j] / FLAT ** (2 * j)) for j in range(above + 1)]
+    denominator = [1.0] + [float(c[above + 1 + j] / FLAT ** (2 * j + 2)) for j in range(below)]
+    return numerator, denominator
+
+
+def parts(value: Any, bits: int) -> tuple[float, float]:
+    """A number as a first part of so many bits, exact in products with small integers, and the rest."""
+    scale = mp.mpf(2) ** (bits - 1 - int(mp.floor(mp.log(value, 2))))
+    first = mp.nint(value * scale) / scale
+    return float(first), float(value - first)
+
+
+def found() -> dict[str, list[float]]:
+    """All coefficients by name."""
+    p, q = rational_tanh()
+    return {
+        "exp32": polynomial(expm1_tail, -HALF, HALF, 6),
+        "exp64": polynomial(expm1_tail, -HALF, HALF, 11),
+        "log32": polynomial(log_tail, mp.mpf(0), LARGEST, 4),
+        "log64": polynomial(log_tail, mp.mpf(0), LARGEST, 9),
+        "tanh32_p": p,
+        "tanh32_q": q,
+        "ln2_32": list(parts(mp.log(2), 15)),
+        "ln2_64": list(parts(mp.log(2), 40)),
+    }
+
+
+if __name__ == "__main__":
+    for name, numbers in found().items():
+        print(f"{name} = ({', '.join(n.hex() for n in numbers)})")
