@@ -1,8 +1,8 @@
 // The four charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
 
 export const CHARTS = [
-  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.02 },
-  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.004 },
+  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.004 },
+  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 },
   { title: "Field", unit: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
   { title: "Speed", unit: "rad/s", lines: [["theta_dot", "motor", "--motor"], ["alpha_dot", "output", "--output"]], least: 1 },
 ];

@@ -94,7 +94,7 @@ function report() {
   const names = { running: "running", tripped: "tripped", silent: "silent", stopped: "stopped", starting: "starting" };
   const name = hello?.programs[program]?.name;
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
-  if (state === "tripped") banner(`Tripped${trip ? ` by ${trip}` : ""}: the fields are zero until a reset.`, true);
+  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
