@@ -96,10 +96,9 @@ class PageProcess:
 
     def _listen(self, process: subprocess.Popen[bytes]) -> None:
         assert process.stdout is not None
-        with contextlib.suppress(OSError, ValueError):
-            with process.stdout:
-                for line in process.stdout:
-                    self._answers.put(line)
+        with contextlib.suppress(OSError, ValueError), process.stdout:
+            for line in process.stdout:
+                self._answers.put(line)
         self._answers.put(b"")
 
     def _answer(self, timeout: float) -> dict[str, Any] | None:
