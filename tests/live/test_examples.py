@@ -63,11 +63,11 @@ def test_the_loop_tracks_with_a_peer(language: str) -> None:
             assert session.wait(10.0) == 0
             frames = reader.read()
         assert reader.info.origin == "HARDWARE"
-        settled = frames[1500:2950]
+        settled = frames[1000:-50]
         together = np.corrcoef(settled["reference"], settled["alpha"])[0, 1]
         assert together > 0.9
-        assert 3.0 < np.ptp(settled["alpha"]) / 2 < 6.0  # of an amplitude of 5 rad
-        assert frames["torque"][1500:2900].std() > 0.001
+        assert 3.0 < np.ptp(settled["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
+        assert settled["torque"].std() > 0.001
 
 
 @pytest.mark.slow
