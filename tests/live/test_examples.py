@@ -67,7 +67,7 @@ def test_the_loop_tracks_with_a_peer(language: str) -> None:
         together = np.corrcoef(settled["reference"], settled["alpha"])[0, 1]
         assert together > 0.9
         assert 3.0 < np.ptp(settled["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
-        assert settled["torque"].std() > 0.001
+        assert np.nanstd(settled["torque"]) > 0.001
 
 
 @pytest.mark.slow
