@@ -26,10 +26,10 @@ class Histogram:
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
     largest: float = 0.0
 
-    def add(self, times_ns: NDArray[Any]) -> None:
+    def add(self, times_ns: NDArray[np.int64]) -> None:
         """Take more times."""
         if times_ns.size:
-            us = np.clip(np.asarray(times_ns, np.int64) // 1000, 0, _BINS - 1)
+            us = np.clip(times_ns // 1000, 0, _BINS - 1).astype(np.int64)
             self.counts += np.bincount(us, minlength=_BINS)
             self.largest = max(self.largest, float(times_ns.max()) / 1e3)
 
@@ -64,8 +64,8 @@ class Watch:
         """Take what is new; returns it."""
         new = self.reader.read()
         if new.size:
-            self.lateness.add(new["lateness_ns"])
-            self.step.add(new["step_ns"])
+            self.lateness.add(new["lateness_ns"].astype(np.int64))
+            self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
             self._count_missed(new)
         return new
