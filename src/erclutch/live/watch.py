@@ -35,10 +35,11 @@ class Histogram:
 
     def percentiles(self, shares: Sequence[float]) -> list[float]:
         """Upper ends of the bins that hold these shares, in us; nan while it is empty."""
-        total = self.counts.cumsum()
+        total = np.cumsum(self.counts)
         if not total[-1]:
             return [float("nan")] * len(shares)
-        return [float(np.searchsorted(total, share * total[-1])) + 1.0 for share in shares]
+        where: NDArray[np.int64] = np.searchsorted(total, np.array(shares) * total[-1])
+        return [float(at) + 1.0 for at in where.tolist()]
 
 
 @dataclass
