@@ -3,7 +3,7 @@
     python studies/live_long.py --hours 24          # accelerated: the loop's C core and the twin in one process
     python studies/live_long.py --minutes 20        # real time: loop, rig and recorder, each a process
 
-The accelerated twin takes internal steps of 0.2 ms in place of 0.05 ms; what is tested is the loop.
+The accelerated twin takes internal steps of 1/3 ms in place of 0.05 ms; what is tested is the loop.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def model_of(rig: Any) -> Any:
 
 def accelerated(hours: float) -> None:
     """A long run of the core; a line an hour."""
-    rig = default_rig().changed({"integration.step": 2e-4})
+    rig = default_rig().changed({"integration.step": 1e-3 / 3.0})
     settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
     run = AcceleratedRun(settings, CompiledModel(model_of(default_rig()).library), rig, speed=40.0)
     total, began, start = round(hours * HOUR), time.monotonic(), 0.0

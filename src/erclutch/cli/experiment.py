@@ -106,7 +106,9 @@ def _shown(name: str, traces: list[Trace], out: Path, output: Console) -> None:
         rows = 5000 if trace.name.startswith("tracking at 0.4") or name == "encoders" else 2000
         start = stretch.start + (0 if name in ("tracking", "encoders") else min(5000, len(trace.frames) // 2))
         path = out / f"{figure}.png"
-        for file in draw_online(trace, path, f"TWIN, {trace.name}: {figure} of the paper", start=start, rows=rows):
+        for file in draw_online(
+            trace, path, f"TWIN, {trace.name}: {figure.replace('-', ' ')} of the paper", start=start, rows=rows
+        ):
             output.print(str(file), markup=False, soft_wrap=True)
 
 
@@ -137,18 +139,17 @@ def _sentences(name: str, trace: Trace) -> list[str]:
         f"against NumPy: {trace.numpy_off:.1e} N m"
     ]
     if name == "tracking":
-        from erclutch.experiments.online import lines, trial
+        from erclutch.experiments.online import lines, tracking_error, trial
         from erclutch.paper import WARMING
 
-        error = trace.frames["reference"] - trace.frames["alpha"]
         first, last = (lines(trace, trial(trace, n))[0].rmse for n in (0, -1))
         said.append(
-            f"tracking error {np.sqrt(np.nanmean(error**2)):.3f} rad rms; RMSE of the first trial {first:.5f}, "
+            f"tracking error {tracking_error(trace):.3f} rad rms; RMSE of the first trial {first:.5f}, "
             f"of the last {last:.5f} N m; warmer by {trace.warming:.2f} K (paper, after both: {WARMING} K)"
         )
     if trace.other_alpha is not None:
         alpha, estimate = trace.other_alpha
-        off = trace.frames["alpha"] - alpha
+        off = alpha - trace.frames["alpha"]
         apart = estimate - trace.estimates[next(iter(trace.estimates))]
         said.append(
             f"linear less rotary encoder: {1e3 * np.std(off):.2f} mrad rms; estimates apart by "

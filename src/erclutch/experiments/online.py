@@ -175,15 +175,16 @@ def lines(trace: Trace, rows: slice = slice(None)) -> list[Line]:
     """Figures of each estimate of a trace."""
     frames = trace.frames[rows]
     good = np.isfinite(frames["torque"]) & ((frames["events"] & (EVENT_BITS["trip"] | EVENT_BITS["stopping"])) == 0)
-    outside = float(np.mean(frames["flags"][good] & 1))
+    flagged: NDArray[np.uint32] = frames["flags"][good] & 1
+    outside = float(flagged.mean())
     torque: Array = frames["torque"][good]
     spread = float(torque.std())
     out: list[Line] = []
     for model, estimate in trace.estimates.items():
-        error = (estimate[rows] - frames["torque"])[good]
-        mse = float(np.mean(error**2))
+        error: Array = (estimate[rows] - frames["torque"])[good]
+        mse = float((error * error).mean())
         rmse = math.sqrt(mse)
-        out.append(Line(model, mse, rmse, float(np.max(np.abs(error))), rmse / spread, outside, int(good.sum())))
+        out.append(Line(model, mse, rmse, float(np.abs(error).max()), rmse / spread, outside, int(good.sum())))
     return out
 
 
@@ -353,6 +354,12 @@ def _live_speed(alpha: Array) -> Array:
 
     speed = live(Derivative("kalman"), PERIOD)
     return np.array([speed.step(x) for x in alpha.tolist()])
+
+
+def tracking_error(trace: Trace) -> float:
+    """Root mean square of reference less alpha, in rad."""
+    error: Array = trace.frames["reference"] - trace.frames["alpha"]
+    return math.sqrt(float(np.nanmean(np.square(error))))
 
 
 def trial(trace: Trace, number: int) -> slice:

@@ -9,7 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.experiments.online import Trace
-from erclutch.figures.style import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, new_figure, save, save_numbers, style
+from erclutch.figures.style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    GREEN,
+    ORANGE,
+    PAGE,
+    PINK,
+    RED,
+    SKY,
+    new_figure,
+    save,
+    save_numbers,
+    style,
+)
 
 Array = NDArray[np.float64]
 _ESTIMATES = (RED, BLUE, GREEN, ORANGE, PINK, SKY)
@@ -33,14 +47,17 @@ def draw_online(trace: Trace, path: Path, title: str, *, start: int = 0, rows: i
     seconds = 1e-9 * (frames["time_ns"] - frames["time_ns"][0]).astype(np.float64)
     panels = _panels(trace, at)
     with style():
-        figure: Any = new_figure(0.55 + 0.95 * len(panels))
+        crowded = max(len(group) for _, group in panels) > 4
+        figure: Any = new_figure(0.55 + 0.95 * len(panels) + 0.5 * crowded, PAGE if crowded else COLUMN)
         axes: Any = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (label, lines) in zip(axes, panels, strict=True):
             for name, values, colour, dashed in lines:
                 axis.plot(seconds, values, color=colour, label=name, linestyle=(0, (3, 1.5)) if dashed else "-")
             axis.set_ylabel(label)
-            if len(lines) > 1:
-                axis.legend(ncols=min(len(lines), 4), loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0)
+            if len(lines) > 4:
+                axis.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.5))
+            elif len(lines) > 1:
+                axis.legend(ncols=len(lines), loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0)
         axes[-1].set_xlabel("Time [s]")
         axes[-1].set_xlim(0.0, float(seconds[-1]))
         figure.suptitle(title, x=0.02, ha="left", fontsize=8.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -35,11 +36,10 @@ class Histogram:
 
     def percentiles(self, shares: Sequence[float]) -> list[float]:
         """Upper ends of the bins that hold these shares, in us; nan while it is empty."""
-        total = np.cumsum(self.counts)
+        total: list[int] = self.counts.cumsum().tolist()
         if not total[-1]:
             return [float("nan")] * len(shares)
-        where: NDArray[np.int64] = np.searchsorted(total, np.array(shares) * total[-1])
-        return [float(at) + 1.0 for at in where.tolist()]
+        return [float(bisect_left(total, share * total[-1])) + 1.0 for share in shares]
 
 
 @dataclass
