@@ -52,7 +52,7 @@ class Observers:
         lead: float = 0.0,
     ) -> None:
         self._carry_out = carry_out
-        self._notes: list[tuple[int, int, str]] = []
+        self._notes: list[tuple[int, int, str, str]] = []
         self._ended = threading.Event()
         self._lock = threading.RLock()
         self.recordings = Recordings(ring, folder, self.say)
@@ -72,11 +72,11 @@ class Observers:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was said so far."""
-        return tuple(text for _, _, text in self._notes)
+        return tuple(text for _, _, text, _ in self._notes)
 
-    def say(self, text: str) -> None:
-        """A line in the page's log of events."""
-        self._notes.append((len(self._notes), time.monotonic_ns(), text))
+    def say(self, text: str, level: str = "note") -> None:
+        """A line in the page's log of events; level is note, warning or alarm."""
+        self._notes.append((len(self._notes), time.monotonic_ns(), text, level))
 
     def record(self, on: bool) -> None:
         """Start or end a recording; a failure is said, and raised for a caller that is a script."""
@@ -87,7 +87,7 @@ class Observers:
                 else:
                     self.recordings.stop()
             except ErclutchError as error:
-                self.say(str(error))
+                self.say(str(error), "alarm")
                 raise
 
     def _command(self, command: Command) -> None:
@@ -105,7 +105,7 @@ class Observers:
                 restarts = self.page.restarts
                 self.page.poll(self._command)
                 if self.page.restarts != restarts:
-                    self.say("the page's server was gone and was started again")
+                    self.say("the page's server was gone and was started again", "warning")
                 self.page.tell(self._state())
 
     def _state(self) -> dict[str, Any]:

@@ -40,14 +40,17 @@ class Recordings:
     Args:
         ring: path of the ring.
         folder: where recordings go; made if it is missing.
-        say: called with a sentence for people whenever a recording starts, ends, fails or goes on.
+        say: called with a sentence for people, and note, warning or alarm, whenever a recording starts, ends, fails or
+            goes on.
 
     Attributes:
         progress: state of the recording that runs, or of the last one; None before the first.
         files: finished files, oldest first.
     """
 
-    def __init__(self, ring: str | Path, folder: str | Path, say: Callable[[str], None] = lambda text: None) -> None:
+    def __init__(
+        self, ring: str | Path, folder: str | Path, say: Callable[[str, str], None] = lambda text, level: None
+    ) -> None:
         self.ring, self.folder = Path(ring), Path(folder)
         self.progress: Progress | None = None
         self.files: list[Path] = []
@@ -81,7 +84,7 @@ class Recordings:
         reader = RingReader(self.ring)
         self._start(path, reader.head - 1, path)
         reader.close()
-        self._say(f"recording to {path.name}")
+        self._say(f"recording to {path.name}", "note")
         return path
 
     def stop(self) -> None:
@@ -116,7 +119,7 @@ class Recordings:
         elif code < 0:
             self._killed(started, go_on)
         else:
-            self._say(f"the recording to {started.path.name} failed")
+            self._say(f"the recording to {started.path.name} failed", "alarm")
 
     def _free(self, path: Path) -> Path:
         """A name that is not taken."""
@@ -160,7 +163,10 @@ class Recordings:
         why = self.progress.ended if self.progress and full else ""
         if started.path.exists():
             self.files.append(started.path)
-        self._say(f"recording {started.path.name} " + (f"was ended by the disk: {why}" if full else "is complete"))
+        if full:
+            self._say(f"recording {started.path.name} was ended by the disk: {why}", "alarm")
+        else:
+            self._say(f"recording {started.path.name} is complete", "note")
 
     def _killed(self, started: Started, go_on: bool) -> None:
         """Make a whole file of what a killed recorder left, and go on after its last frame in a further one."""
@@ -173,11 +179,11 @@ class Recordings:
             pass
         partial_of(started.path).unlink(missing_ok=True)
         if not go_on:
-            self._say(f"the recorder of {started.path.name} was killed; what it wrote was kept")
+            self._say(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
             return
         again = self._free(started.first)
         self._start(again, after, started.first)
-        self._say(f"the recorder was killed; another goes on in {again.name}")
+        self._say(f"the recorder was killed; another goes on in {again.name}", "warning")
 
     def wait_for_frames(self, seconds: float = 5.0) -> bool:
         """Wait until the recording has frames; whether it has. For scripts and tests."""

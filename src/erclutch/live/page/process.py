@@ -1,8 +1,8 @@
 """The server as a process, and the session's side of it.
 
-The session writes JSON lines to the server's standard input: first all that it needs (the token travels here, not in the
-command line, which others can read), then the session's state whenever it changes. The server answers with JSON lines:
-first its port, then each command. When standard input ends, so does the server.
+The session writes JSON lines to the server's standard input: first all that it needs (the token travels here, not in
+the command line, which others can read), then the session's state whenever it changes. The server answers with JSON
+lines: first its port, then each command. When standard input ends, so does the server.
 """
 
 from __future__ import annotations
@@ -265,11 +265,11 @@ async def _listen_to_session(desk: Any, page: Any, server: Any) -> None:
     try:
         while line := await reader.readline():
             body: Any = json.loads(line)
-            notes: list[tuple[int, int, str]] = body.pop("notes", [])
+            notes: list[tuple[int, int, str, str]] = body.pop("notes", [])
             desk.session = body
-            for number, at, text in notes:
+            for number, at, text, level in notes:
                 if number >= told:
-                    page.watcher.say(text, at)
+                    page.watcher.say(text, at, level)
                     told = number + 1
     finally:
         transport.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -208,6 +207,7 @@ class Guard:
         self._app, self._access = app, access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request or socket (ASGI)."""
         if scope["type"] == "http":
             await self._http(scope, receive, _with_headers(send))
         elif scope["type"] == "websocket":
@@ -243,11 +243,6 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return sent
-
-
-def as_line(body: dict[str, Any]) -> bytes:
-    """A JSON line."""
-    return json.dumps(body).encode() + b"\n"
 
 
 #: Longest message that a client may send; the socket is closed on a longer one.

@@ -99,8 +99,9 @@ function report() {
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
   if (lateness.count) {
-    $("lateness").textContent = `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)} · missed ${status.counts.overrun ?? 0}`;
-    $("realtime").textContent = `step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`;
+    $("lateness").textContent = `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)}`;
+    $("realtime").textContent = `missed ${status.counts.overrun ?? 0} · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`;
+    $("realtime").title = realtime;
   }
   drawHistogram(lateness.bars);
   reportRecording(status.recording);
@@ -112,8 +113,8 @@ const us = value => value >= 1000 ? `${(value / 1000).toFixed(1)} ms` : `${Math.
 
 function reportRecording(body) {
   recording = Boolean(body?.on);
-  $("record").setAttribute("aria-pressed", recording);
-  $("record").querySelector("span").textContent = recording ? "Stop recording" : "Record";
+  $("record").setAttribute("aria-pressed", recording); $("record").setAttribute("aria-label", recording ? "Stop recording" : "Record");
+  $("record").querySelector("span").textContent = recording ? "Stop" : "Record";
   $("recording").hidden = !recording;
   if (recording) {
     const lost = body.lost ? ` · ${body.lost} lost` : "";
