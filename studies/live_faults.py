@@ -47,6 +47,8 @@ DIGEST = "0" * 63 + "1"
 PUSH = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
 SETTINGS = LoopSettings(programs=(PUSH,))
 STEPS = 2000
+#: What the rig's thread may be late by when a time is judged [s]; tests on busy machines allow more.
+SLACK = 0.0005
 
 
 @dataclass(frozen=True)
@@ -472,7 +474,9 @@ def killed(times: int) -> Finding:
             time.sleep(0.06)
             waits.append(now.spy.zero_since(moment))
     worst = max(waits)
-    return Finding("kill -9 of the loop", times, "zero within 20 ms", f"worst {1e3 * worst:.1f} ms", worst <= 0.0205)
+    return Finding(
+        "kill -9 of the loop", times, "zero within 20 ms", f"worst {1e3 * worst:.1f} ms", worst <= 0.020 + SLACK
+    )
 
 
 def told_to_end(number: signal.Signals) -> Finding:
@@ -484,7 +488,7 @@ def told_to_end(number: signal.Signals) -> Finding:
         code = now.loop.wait(2.0)
         wait = now.spy.zero_since(moment)
         state = now.reader.state
-    passed = wait <= 0.02 and code == 0 and state is State.STOPPED
+    passed = wait <= 0.020 + SLACK and code == 0 and state is State.STOPPED
     return Finding(f"{number.name} to the loop", 1, "zero, exit 0", f"{1e3 * wait:.1f} ms, exit {code}", passed)
 
 
@@ -502,7 +506,9 @@ def stopped(seconds: float) -> Finding:
         frames = now.reader.latest(50)
     long = seconds > 0.02
     on = bool((frames["field1"] > 0).all())
-    passed = overruns > 0 and (wait <= 0.0205 and state is State.TRIPPED if long else on and state is State.RUNNING)
+    passed = overruns > 0 and (
+        wait <= 0.020 + SLACK and state is State.TRIPPED if long else on and state is State.RUNNING
+    )
     said = f"{state.name.lower()}, field {'on' if on else f'zero after {1e3 * wait:.1f} ms'}"
     return Finding(
         f"SIGSTOP for {1e3 * seconds:.0f} ms", 1, "zero within 20 ms, tripped" if long else "on", said, passed
@@ -518,7 +524,7 @@ def orphaned() -> Finding:
         time.sleep(0.06)
         wait = now.spy.zero_since(moment)
         state = now.reader.state
-    passed = wait <= 0.02 and state is State.STOPPED
+    passed = wait <= 0.020 + SLACK and state is State.STOPPED
     return Finding("kill -9 of the parent", 1, "zero, loop ended", f"{1e3 * wait:.1f} ms, {state.name.lower()}", passed)
 
 
@@ -533,7 +539,11 @@ def orders_gone() -> Finding:
         code = now.loop.wait(2.0)
         wait = now.spy.zero_since(moment)
     return Finding(
-        "orders' pipe closed", 1, "zero, exit 0", f"{1e3 * wait:.1f} ms, exit {code}", wait <= 0.02 and code == 0
+        "orders' pipe closed",
+        1,
+        "zero, exit 0",
+        f"{1e3 * wait:.1f} ms, exit {code}",
+        wait <= 0.020 + SLACK and code == 0,
     )
 
 
@@ -571,7 +581,7 @@ def crashed() -> Finding:
         time.sleep(0.06)
         on = [at for at, was in now.spy.told if was]
         wait = now.spy.zero_since(on[-1])
-    passed = code == -signal.SIGSEGV and wait <= 0.01
+    passed = code == -signal.SIGSEGV and wait <= 0.010 + SLACK
     said = f"signal {-code}, zero {1e3 * wait:.1f} ms after the last field"
     return Finding("crash in the model", 1, "zero by the loop's handler", said, passed)
 
@@ -602,7 +612,9 @@ def rig_killed(times: int) -> Finding:
             rig.communicate()
     worst = max(waits)
     said = f"worst {1e3 * worst:.1f} ms, tripped and running: {alive}"
-    return Finding("kill -9 of the rig", times, "zero within 20 ms, loop goes on", said, alive and worst <= 0.0205)
+    return Finding(
+        "kill -9 of the rig", times, "zero within 20 ms, loop goes on", said, alive and worst <= 0.020 + SLACK
+    )
 
 
 def bad_configurations(number: int) -> Finding:

@@ -69,7 +69,7 @@ def run(core: Core | SoftCore, samples: Any) -> Any:
 def test_layouts_are_those_of_c() -> None:
     program = build("layout", [HERE / "layout.c"], flags=("-I", str(SOURCES)))
     said = subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout.split("\n")
-    types = {
+    types: dict[str, Any] = {
         "erc_frame": FRAME,
         "erc_ring_header": HEADER,
         "erc_sample": SAMPLE,

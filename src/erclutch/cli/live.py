@@ -6,7 +6,7 @@ import json as json_text
 import signal
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -251,7 +251,7 @@ def _settings(
 
 
 @contextmanager
-def _interrupts() -> Iterator[list[int]]:
+def _interrupts() -> Generator[list[int]]:
     """Ctrl-C and SIGTERM end the session in order, instead of wherever Python happens to be."""
     told: list[int] = []
     kinds = (signal.SIGINT, signal.SIGTERM)
@@ -266,7 +266,7 @@ def _interrupts() -> Iterator[list[int]]:
 @contextmanager
 def _observers(
     session: Session, settings: LoopSettings, parameters: RigParameters, loop: LoopOptions
-) -> Iterator[Observers | None]:
+) -> Generator[Observers | None]:
     if loop.headless and not loop.record:
         yield None
         return

@@ -1,4 +1,4 @@
-"""The model that ``erclutch live`` takes on the twin when none is given: fitted to the twin once, kept in the cache."""
+"""Models of the twin for ``erclutch live`` and ``erclutch experiment``: fitted to it once, kept in the cache."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,24 +16,41 @@ if TYPE_CHECKING:
     from erclutch.rig.parameters import RigParameters
 
 _SECONDS = 60.0
-_NAME = "fnn-16"
+_LIVE = "fnn-16"
 
 
 def twin_model(rig: RigParameters, output: Console) -> Path:
     """The paper's network (16 neurons) on 60 s of the twin's training run; from the cache if it is there."""
+    return twin_models(rig, (_LIVE,), output)[0]
+
+
+def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> list[Path]:
+    """Models of the twin, fitted together where they are not in the cache.
+
+    Args:
+        rig: parameters of the twin.
+        names: specifications, memoryless.
+        output: told when something is fitted.
+
+    Returns:
+        Their files, in order.
+    """
     from erclutch import _version
     from erclutch.live.build import cache_folder
+    from erclutch.runs import file_name
 
-    about = json.dumps([_version.__version__, _SECONDS, _NAME, rig.to_dict()], sort_keys=True)
+    about = json.dumps([_version.__version__, _SECONDS, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
-    target = cache_folder() / f"twin-{_NAME}-{digest}.json"
-    if not target.exists():
-        output.print(f"TWIN: fitting {_NAME} to {_SECONDS:.0f} s of it, once (about 20 s) ...", markup=False)
-        _write(target, _fitted(rig))
-    return target
+    files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
+    missing = tuple(name for name, file in files.items() if not file.exists())
+    if missing:
+        output.print(f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False)
+        for name, text in _fitted(rig, missing).items():
+            _write(files[name], text)
+    return list(files.values())
 
 
-def _fitted(rig: RigParameters) -> str:
+def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
     from erclutch.comparison import Settings, compare
     from erclutch.dataset import build_dataset
     from erclutch.differentiate import Derivative
@@ -43,10 +61,11 @@ def _fitted(rig: RigParameters) -> str:
     run = prepare("training", rig=rig, seconds=_SECONDS, seed=1)
     with tempfile.TemporaryDirectory() as folder:
         log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
-        # Speeds by the filter that runs live: the network then knows its delay and its noise.
+        # Speeds by the filter that runs live: the models then know its delay and its noise.
         data = build_dataset(read(log, device="coaxial"), device="coaxial", derivative=Derivative("kalman"))
-    result = compare(data, Settings(models=(_NAME,), lag="none"))
-    return json.dumps(result.entry(_NAME).outcome.model.to_dict(), indent=1) + "\n"
+    result = compare(data, Settings(models=names, lag="none"))
+    found = {entry.name: entry.outcome.model for entry in result.entries}
+    return {name: json.dumps(found[name].to_dict(), indent=1) + "\n" for name in names}
 
 
 def _write(target: Path, text: str) -> None:

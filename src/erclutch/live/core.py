@@ -131,6 +131,18 @@ class Core:
         )
         return self._command[0], self._frame[0]
 
+    @property
+    def memory(self) -> NDArray[np.float64]:
+        """The core itself, as bytes that only C understands."""
+        return self._memory
+
+    def step_function(self) -> Any:
+        """``erc_core_step`` with its argument types, for compiled callers."""
+        address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+        function = self._library["erc_core_step"]  # one of its own: `step` passes what it likes
+        function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
+        return function
+
     def order(self, order: Order | int, value: float = 0.0) -> bool:
         """Give an order; whether the loop is to end."""
         return bool(self._library.erc_core_order(self._core, order_bytes(Order(order), value)))

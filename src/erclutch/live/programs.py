@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _AMPLITUDE = 0.02
 _SECONDS = 60
 _MOTOR = 0.1  # N m
+#: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick.
+_TORQUE = 0.02
 #: Half-waves are mirrored beyond this share of the stroke, so that the table comes back.
 _SOFT = 0.18
 
@@ -78,14 +80,14 @@ def standard_programs(rig: RigParameters, *, model: bool, motor: float = _MOTOR,
     if model:
         programs += [
             Program(
-                *("torque-sine", Mode.TORQUE, Shape.SINE, 0.05, 2.0),
+                *("torque-sine", Mode.TORQUE, Shape.SINE, _TORQUE, 5.0),
                 motor_torque=motor,
-                meaning="torque control, 0.05 N m at 2 Hz",
+                meaning=f"torque control, {_TORQUE:g} N m at 5 Hz",
             ),
             Program(
-                *("torque-step", Mode.TORQUE, Shape.SQUARE, 0.05, 2.0),
+                *("torque-step", Mode.TORQUE, Shape.SQUARE, _TORQUE, 5.0),
                 motor_torque=motor,
-                meaning="torque control, steps of 0.1 N m",
+                meaning=f"torque control, steps between {_TORQUE:g} and -{_TORQUE:g} N m",
             ),
         ]
     return tuple(programs)

@@ -389,7 +389,7 @@ def _reachable(previous: float, wanted: float, rise: float, fall: float) -> floa
     """The signed field that the supply can reach in one period."""
     way = -1.0 if previous < 0.0 else 1.0
     start, end = way * previous, way * wanted
-    if end < start - fall:
-        least = start - fall
-        return way * least if least > 0.0 else way * max(end, -rise)
-    return way * min(end, start + rise)
+    least = start - fall
+    if least > 0.0 and end < least:
+        return way * least
+    return way * (max(end, -rise) if end < 0.0 else min(end, start + rise))

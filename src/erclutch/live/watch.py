@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,19 +27,19 @@ class Histogram:
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
     largest: float = 0.0
 
-    def add(self, times_ns: NDArray[Any]) -> None:
+    def add(self, times_ns: NDArray[np.int64]) -> None:
         """Take more times."""
         if times_ns.size:
-            us = np.clip(np.asarray(times_ns, np.int64) // 1000, 0, _BINS - 1)
+            us = np.clip(times_ns // 1000, 0, _BINS - 1).astype(np.int64)
             self.counts += np.bincount(us, minlength=_BINS)
             self.largest = max(self.largest, float(times_ns.max()) / 1e3)
 
     def percentiles(self, shares: Sequence[float]) -> list[float]:
         """Upper ends of the bins that hold these shares, in us; nan while it is empty."""
-        total = self.counts.cumsum()
+        total: list[int] = self.counts.cumsum().tolist()
         if not total[-1]:
             return [float("nan")] * len(shares)
-        return [float(np.searchsorted(total, share * total[-1])) + 1.0 for share in shares]
+        return [float(bisect_left(total, share * total[-1])) + 1.0 for share in shares]
 
 
 @dataclass
@@ -64,8 +65,8 @@ class Watch:
         """Take what is new; returns it."""
         new = self.reader.read()
         if new.size:
-            self.lateness.add(new["lateness_ns"])
-            self.step.add(new["step_ns"])
+            self.lateness.add(new["lateness_ns"].astype(np.int64))
+            self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
             self._count_missed(new)
         return new

@@ -24,12 +24,12 @@ static double clipped(double value, double low, double high, uint32_t *events) {
 static double reachable(double previous, double wanted, double rise, double fall) {
     const double way = previous < 0.0 ? -1.0 : 1.0;
     const double from = way * previous, to = way * wanted;
-    if (to < from - fall) {
-        const double least = from - fall;
-        if (least > 0.0) {
-            return way * least;
-        }
-        return way * (to < -rise ? -rise : to); /* through zero to the other clutch */
+    const double least = from - fall;
+    if (least > 0.0 && to < least) {
+        return way * least;
+    }
+    if (to < 0.0) { /* through zero to the other clutch */
+        return way * (to < -rise ? -rise : to);
     }
     return way * (to > from + rise ? from + rise : to);
 }
