@@ -127,9 +127,9 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     page.wait_for_timeout(1000)
     assert page.evaluate("erclutch.samples") - samples > 500
     assert seen.text("#picture .value").startswith("E 0.")
-    moved = [page.get_attribute("#picture g", "transform")]
+    moved = [page.get_attribute("#picture .table", "transform")]
     page.wait_for_timeout(300)
-    assert page.get_attribute("#picture g", "transform") not in moved
+    assert page.get_attribute("#picture .table", "transform") not in moved
     assert seen.errors == []
     own = (f"http://127.0.0.1:{seen.observers.page.access.port}/", "ws://127.0.0.1:")  # type: ignore[union-attr]
     assert [url for url in seen.requests if not url.startswith(own)] == []

@@ -160,7 +160,7 @@ function drawLines() {
 
 // --- drawing ---------------------------------------------------------------------------------------------------------
 
-let measured = performance.now(), painted = 0, samples = 0, spoken = 0;
+let measured = performance.now(), painted = 0, samples = 0, spoken = 0, drawn = 0;
 
 function paint(now) {
   requestAnimationFrame(paint);
@@ -173,7 +173,7 @@ function paint(now) {
   dirty = false;
   const began = performance.now();
   if (frozen === null) charts.draw([store.now - shown, store.now], now);
-  picture.draw(store);
+  if (now - drawn > 38) { drawn = now; picture.draw(store); }
   if (now - spoken > 100) { spoken = now; numbers(); }
   tally.painted += 1; tally.drawing += performance.now() - began;
 }
