@@ -28,10 +28,13 @@ _COMMANDS = {
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
+    "live": "Estimate, control, record and watch at 1 kHz, on the digital TWIN or on your rig.",
+    "experiment": "Run the paper's online experiments with the live loop: figures 7 to 13.",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "export": "Write a model for a controller: C99, Python.",
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
+    "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _name.replace("-", "_")
