@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
-from erclutch.live.frame import FRAME, UNITS, RingInfo
+from erclutch.live.frame import EVENT_BITS, FRAME, UNITS, RingInfo
+from erclutch.logs.mcap import UNSAMPLED_KEY
 from erclutch.logs.mcap_records import MAGIC, Place, places
 
 TOPIC = "/frames"
@@ -137,9 +138,14 @@ def description(info: RingInfo) -> tuple[kinds.Schema, kinds.Channel]:
         unit = f"  # {UNITS[name]}" if UNITS[name] else ""
         lines.append(f"{types[FRAME[name].str[1:]]} {name}{unit}")
     units = {f"unit.{name}": unit for name, unit in UNITS.items() if unit}
+    unsampled = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
     schema = kinds.Schema(id=1, data="\n".join(lines).encode(), encoding="ros1msg", name=SCHEMA)
     channel = kinds.Channel(
-        id=CHANNEL, topic=TOPIC, message_encoding="ros1", metadata={**about_session(info), **units}, schema_id=1
+        id=CHANNEL,
+        topic=TOPIC,
+        message_encoding="ros1",
+        metadata={**about_session(info), UNSAMPLED_KEY: str(unsampled), **units},
+        schema_id=1,
     )
     return schema, channel
 

@@ -186,11 +186,12 @@ class Recordings:
         self._say(f"the recorder was killed; another goes on in {again.name}", "warning")
 
     def wait_for_frames(self, seconds: float = 5.0) -> bool:
-        """Wait until the recording has frames; whether it has. For scripts and tests."""
+        """Wait until the file of the recorder that runs has frames; whether it has. For scripts and tests."""
         limit = time.monotonic() + seconds
-        while time.monotonic() < limit and self.running:
+        while time.monotonic() < limit and self._running is not None:
             self.poll()
-            if self.progress is not None and self.progress.frames:
+            now = self.progress
+            if self._running and now and now.frames and now.path == str(self._running.path):
                 return True
             time.sleep(0.01)
         return False

@@ -25,6 +25,8 @@ from erclutch.signals import Array
 MAGIC = mcap_records.MAGIC
 #: Key of a channel's metadata that gives the unit of a column.
 UNIT_KEY = "unit."
+#: Key of a live recording's channel: bits of the column ``events`` that mark a row without a good sample.
+UNSAMPLED_KEY = "unsampled_events"
 _COPY = "Copy the file again, or keep what is whole of it with erclutch recover"
 
 _TYPES = {
@@ -71,9 +73,23 @@ def read_mcap(data: bytes, name: str, digest: str, variable: str | None = None) 
         digest=digest,
         clock=seconds,
         clock_name="log_time",
-        metadata={key: json.dumps(dict(pairs)) for key, pairs in contents.metadata.items()},
+        metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
+        unsampled=_unsampled(channel, columns),
     )
+
+
+def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
+    """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
+    own = {key: text for key, text in channel.metadata.items() if not key.startswith(UNIT_KEY)}
+    return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
+
+
+def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> NDArray[np.bool_] | None:
+    bits = channel.metadata.get(UNSAMPLED_KEY, "")
+    if not bits.isdecimal() or len(bits) > 9 or "events" not in columns:
+        return None
+    return (columns["events"].astype(np.int64) & int(bits)) != 0
 
 
 _Found = tuple[kinds.Channel, dict[str, Array], NDArray[np.int64]]

@@ -87,7 +87,8 @@ class PageProcess:
             stdout=subprocess.PIPE,
             start_new_session=True,
         )
-        threading.Thread(target=self._listen, args=(process,), daemon=True).start()
+        self._listener = threading.Thread(target=self._listen, args=(process,), daemon=True)
+        self._listener.start()
         self._write(process, self._setting)
         if self._said:
             self._write(process, self._said)
@@ -95,7 +96,7 @@ class PageProcess:
 
     def _listen(self, process: subprocess.Popen[bytes]) -> None:
         assert process.stdout is not None
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError), process.stdout:
             for line in process.stdout:
                 self._answers.put(line)
         self._answers.put(b"")
@@ -150,9 +151,7 @@ class PageProcess:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        if self._process.stdout is not None:
-            with contextlib.suppress(OSError, ValueError):
-                self._process.stdout.close()
+        self._listener.join(1.0)
 
 
 # --- the server's side ------------------------------------------------------------------------------------------------
@@ -160,7 +159,9 @@ class PageProcess:
 
 def main() -> int:
     """Read the setting, serve until standard input ends; returns the exit code."""
-    line = sys.stdin.buffer.readline()
+    # Not through the buffer of sys.stdin, which would keep what follows the line from the event loop.
+    with open(sys.stdin.fileno(), "rb", buffering=0, closefd=False) as raw:
+        line = raw.readline()
     if not line:
         return 0
     try:
@@ -180,12 +181,13 @@ def _say(body: dict[str, Any]) -> None:
 
 
 def _bound(port: int) -> socket.socket:
-    """A socket on this machine's own address, and no other."""
+    """A socket that listens on this machine's own address, and no other."""
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name == "posix":  # elsewhere it would let two servers share a port
             found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind(("127.0.0.1", port))
+        found.listen(64)
     except OSError:
         found.close()
         raise

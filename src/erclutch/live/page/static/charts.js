@@ -1,8 +1,8 @@
 // The four charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
 
 export const CHARTS = [
-  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.02 },
-  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.004 },
+  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.004 },
+  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 },
   { title: "Field", unit: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
   { title: "Speed", unit: "rad/s", lines: [["theta_dot", "motor", "--motor"], ["alpha_dot", "output", "--output"]], least: 1 },
 ];
@@ -70,7 +70,7 @@ export class Charts {
       padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
       axes: [{ ...axis, size: 26, gap: 4, values: (_, ticks) => ticks.map(t => `${+t.toFixed(3)} s`) }, { ...axis, size: 50, gap: 4, space: 24 }],
-      series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: 1.25, points: { show: false }, spanGaps: false }))],
+      series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
       hooks: {
         drawClear: [u => this.#shade(u, made)],
         setSelect: [u => { if (this.frozen && u.select.width > 5) this.zoom([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]); u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); }],
@@ -112,9 +112,10 @@ export class Charts {
   // times: first and last second to show; while frozen a zoom is read anew at full detail.
   draw(times, now) {
     this.times = times;
+    // Two points every other pixel, and lines of one pixel: without a graphics card the browser's time goes into strokes.
     for (const made of this.charts) {
       const [from, to] = made.zoom ?? times;
-      const { data, outside } = this.store.decimate(made.chart.lines.map(line => line[0]), from, to, Math.max(100, made.uplot.width));
+      const { data, outside } = this.store.decimate(made.chart.lines.map(line => line[0]), from, to, made.uplot.width / 2);
       made.times = times; made.outside = merged(outside);
       if (!made.chart.fixed) made.range.follow(data.slice(1), now);
       made.uplot.setData(data);

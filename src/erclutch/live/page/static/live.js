@@ -94,7 +94,7 @@ function report() {
   const names = { running: "running", tripped: "tripped", silent: "silent", stopped: "stopped", starting: "starting" };
   const name = hello?.programs[program]?.name;
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
-  if (state === "tripped") banner(`Tripped${trip ? ` by ${trip}` : ""}: the fields are zero until a reset.`, true);
+  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
@@ -160,7 +160,7 @@ function drawLines() {
 
 // --- drawing ---------------------------------------------------------------------------------------------------------
 
-let measured = performance.now(), painted = 0, samples = 0, spoken = 0;
+let measured = performance.now(), painted = 0, samples = 0, spoken = 0, drawn = 0;
 
 function paint(now) {
   requestAnimationFrame(paint);
@@ -173,7 +173,7 @@ function paint(now) {
   dirty = false;
   const began = performance.now();
   if (frozen === null) charts.draw([store.now - shown, store.now], now);
-  picture.draw(store);
+  if (now - drawn > 38) { drawn = now; picture.draw(store); }
   if (now - spoken > 100) { spoken = now; numbers(); }
   tally.painted += 1; tally.drawing += performance.now() - began;
 }

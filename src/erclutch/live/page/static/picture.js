@@ -5,7 +5,7 @@ const SVG = "http://www.w3.org/2000/svg";
 const MARKS = 5, SLOW = 10;
 const AXIS = 84, RADIUS = 50, WIDTH = 74;
 const HOUSINGS = [{ x: 64, name: "CH1", colour: "--one" }, { x: 156, name: "CH2", colour: "--two" }];
-const SCREW = { from: 250, to: 428 };
+const SCREW = { from: 250, to: 428 }, THREADS = 24, PITCH = (SCREW.to - SCREW.from) / THREADS;
 
 function make(parent, kind, attributes, text) {
   const node = document.createElementNS(SVG, kind);
@@ -31,10 +31,13 @@ export class Picture {
       const value = make(svg, "text", { x: x + WIDTH / 2, y: AXIS + RADIUS + 20, "text-anchor": "middle", class: "value" }, "E 0.00");
       return { fluid, marks, value };
     });
-    this.threads = Array.from({ length: 24 }, () => make(svg, "line", { y1: AXIS + 7, y2: AXIS - 7, stroke: "var(--soft)", "stroke-width": 1.4 }));
+    const clip = make(make(svg, "defs", {}), "clipPath", { id: "screw" });
+    make(clip, "rect", { x: SCREW.from, y: AXIS - 8, width: SCREW.to - SCREW.from, height: 16 });
+    const thread = Array.from({ length: THREADS + 2 }, (_, k) => `M${SCREW.from + (k - 1) * PITCH - 2} ${AXIS + 7}l4 -14`).join("");
+    this.thread = make(make(svg, "g", { "clip-path": "url(#screw)" }), "path", { d: thread, stroke: "var(--soft)", "stroke-width": 1.4 });
     make(svg, "rect", { x: SCREW.from, y: AXIS + 24, width: SCREW.to - SCREW.from, height: 5, rx: 2.5, fill: "var(--line)" });
     make(svg, "line", { x1: (SCREW.from + SCREW.to) / 2, x2: (SCREW.from + SCREW.to) / 2, y1: AXIS + 22, y2: AXIS + 34, stroke: "var(--soft)" });
-    this.table = make(svg, "g", {});
+    this.table = make(svg, "g", { class: "table" });
     make(this.table, "rect", { x: -22, y: AXIS - 17, width: 44, height: 41, rx: 5, fill: "var(--output)", opacity: .92 });
     make(this.table, "circle", { cx: 0, cy: AXIS + 3, r: 4, fill: "var(--card)" });
     this.where = make(svg, "text", { x: (SCREW.from + SCREW.to) / 2, y: AXIS + 54, "text-anchor": "middle", class: "value" }, "");
@@ -55,9 +58,8 @@ export class Picture {
     const motor = store.last("theta_dot") || 0, output = store.last("alpha_dot") || 0, alpha = store.last("alpha") || 0;
     this.angles[0] += motor * passed / SLOW; this.angles[1] -= motor * passed / SLOW; this.angles[2] += output * passed / SLOW;
     ["field1", "field2"].forEach((name, k) => this.#housing(this.housings[k], this.angles[k], store.last(name) || 0));
-    const pitch = (SCREW.to - SCREW.from) / this.threads.length;
-    const shift = ((this.angles[2] / (2 * Math.PI)) % 1 + 1) % 1 * pitch;
-    this.threads.forEach((line, k) => { const x = SCREW.from + k * pitch + shift; line.setAttribute("x1", x - 2); line.setAttribute("x2", x + 2); });
+    const turn = ((this.angles[2] / (2 * Math.PI)) % 1 + 1) % 1;
+    this.thread.setAttribute("transform", `translate(${(turn * PITCH).toFixed(1)} 0)`);
     if (!this.known && Math.abs(alpha) > this.stroke) this.stroke = Math.abs(alpha);
     const reach = (SCREW.to - SCREW.from) / 2 - 24;
     const x = (SCREW.from + SCREW.to) / 2 + reach * Math.max(-1, Math.min(1, alpha / this.stroke));
