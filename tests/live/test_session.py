@@ -376,6 +376,12 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     assert said in str(caught.value)
 
 
+def test_a_rig_that_does_not_answer() -> None:
+    done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
+    assert done.returncode == 3
+    assert "no sample came from the rig" in done.stderr
+
+
 @pytest.mark.slow
 def test_live_on_the_twin() -> None:
     done = _cli("--headless", "--seconds", "2", "--no-model", "--json")
