@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.live.build import build, loop_program
-from erclutch.live.core import CompiledModel, Core
+from erclutch.live.core import Core
 from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, RingReader, State, make_ring, ring_folder
 from erclutch.live.orders import Order, order_bytes
 from erclutch.live.sample import SAMPLE
@@ -94,9 +94,9 @@ def run_core(steps: list[Any], settings: LoopSettings = SETTINGS, model: bool = 
     return frames
 
 
-def compiled_model() -> CompiledModel:
+def compiled_model() -> Path:
     """The hand-written model of the tests."""
-    return CompiledModel(build("bingham.so", [MODEL], shared=True))
+    return build("bingham.so", [MODEL], shared=True)
 
 
 def one_by_one(samples: Any) -> list[Any]:

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.core import CompiledModel
 from erclutch.live.frame import EVENTS
 from erclutch.live.observers import Observers
 from erclutch.live.programs import standard_programs, starting_with
@@ -51,7 +50,7 @@ def accelerated(hours: float) -> None:
     """A long run of the core; a line an hour."""
     rig = default_rig().changed({"integration.step": 1e-3 / 3.0})
     settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
-    run = AcceleratedRun(settings, CompiledModel(model_of(default_rig()).library), rig, speed=40.0)
+    run = AcceleratedRun(settings, model_of(default_rig()).library, rig, speed=40.0)
     total, began, start = round(hours * HOUR), time.monotonic(), 0.0
     seen, frames_seen, wrong = 0, 0, 0
     print(f"{'hour':>5}{'RSS MB':>9}{'tracking rms rad':>18}{'estimate off, rms mN m':>24}{'warmer K':>10}")

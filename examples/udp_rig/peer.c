@@ -14,6 +14,7 @@
 #include <arpa/inet.h>
 #include <math.h>
 #include <poll.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,6 +64,8 @@ int main(int count, char **words) {
         perror("peer");
         return 2;
     }
+    const struct sched_param ahead = {.sched_priority = 70};
+    (void)sched_setscheduler(0, SCHED_FIFO, &ahead); /* a rig does not wait for a browser; without permission it may */
     erc_command command = {0}, received;
     uint64_t heard = 0, due = UINT64_MAX, last = 0, seq = 0;
     int watchdog = 1;

@@ -9,7 +9,9 @@ fields to zero after 19 ms.
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
 import select
 import socket
 import struct
@@ -52,6 +54,8 @@ def main(port: int, session: int) -> None:
     device, seq, last, heard, watchdog = Device(), 0, 0, -math.inf, True
     field1 = field2 = motor = 0.0
     due, loop = math.inf, None
+    with contextlib.suppress(AttributeError, OSError):  # a rig does not wait for a browser; without permission it may
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(70))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
         wire.bind(("127.0.0.1", port))
         while True:

@@ -1,5 +1,6 @@
 /* A small model with the interface of an exported one, for tests of the loop: two Bingham clutches. */
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define YIELD 2.0
@@ -42,4 +43,15 @@ uint32_t erc_model_inverse(const double *in, double wanted, double *field) {
     const double size = sqrt(fabs(yield));
     *field = copysign(size > 0.5 ? 0.5 : size, left);
     return size > 0.5 || yield < 0.0 ? 16u : 0u;
+}
+
+uint32_t erc_model_steady(const double *in, double *effort) {
+    state_t state = {0.0};
+    return erc_model_step(&state, in, effort);
+}
+
+void erc_model_run(void *state, size_t rows, const double *in, double *effort, uint32_t *flags) {
+    for (size_t i = 0; i < rows; i++) {
+        flags[i] = erc_model_step(state, &in[4u * i], &effort[i]);
+    }
 }

@@ -22,9 +22,9 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError, SettingError
+from erclutch.export.compiled import CompiledModel
 from erclutch.live import build as building
 from erclutch.live.build import SOURCES, CompilerError, build, find_compiler
-from erclutch.live.core import CompiledModel
 from erclutch.live.frame import FRAME, RingInfo, RingReader, State, make_ring
 from erclutch.live.orders import Order
 from erclutch.live.session import LiveError, LiveModel, Options, ServedRig, Session
@@ -90,7 +90,7 @@ def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path, pyt
         offline = CompiledModel(bingham)
         for frame in fresh[running]:
             inputs = [float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")]
-            assert offline.step(inputs) == (frame["estimate"], frame["flags"])
+            assert (offline.step(*inputs), offline.flags) == (frame["estimate"], frame["flags"])
 
 
 def test_library_rig_and_its_fault() -> None:
@@ -376,6 +376,12 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     assert said in str(caught.value)
 
 
+def test_a_rig_that_does_not_answer() -> None:
+    done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
+    assert done.returncode == 3
+    assert "no sample came from the rig" in done.stderr
+
+
 @pytest.mark.slow
 def test_live_on_the_twin() -> None:
     done = _cli("--headless", "--seconds", "2", "--no-model", "--json")
@@ -390,13 +396,19 @@ def test_live_on_the_twin() -> None:
 @pytest.mark.slow
 def test_interrupt_ends_in_order() -> None:
     with subprocess.Popen(
-        [sys.executable, "-m", "erclutch", "live", "--headless", "--no-model", "--json"],
+        [sys.executable, "-m", "erclutch", "live", "--headless", "--no-model"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
     ) as process:
-        time.sleep(6.0)
+        assert process.stdout is not None
+        said = ""
+        while "loop: " not in said:  # it runs now
+            line = process.stdout.readline()
+            assert line, said
+            said += line
         process.send_signal(2)
-        out, error = process.communicate(timeout=30)
+        out, error = process.communicate(timeout=60)
     assert process.returncode == 0, error
-    assert json.loads(out)["events"]["stopping"] == 5
+    assert "stopping: 5" in out

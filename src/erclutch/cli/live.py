@@ -30,6 +30,8 @@ _RIG = Group("Rig", sort_key=0)
 _CONTROL = Group("Control", sort_key=1)
 _LOOP = Group("Loop", sort_key=1)
 _POLL = 0.05  # s
+_PATIENCE = 3.0  # s
+_NO_SAMPLE = "no sample came from the rig. Is it on, at this address, with this --session number?"
 
 
 @Parameter(name="*")
@@ -300,9 +302,13 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.live.orders import Order
 
-    tripped = ""
+    tripped, warn_at = "", time.monotonic() + _PATIENCE
     while session.running:
         watch.poll()
+        if warn_at and time.monotonic() > warn_at:
+            warn_at = 0.0
+            if not watch.reader.sensor_seq:
+                output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
         if told or not session.rig_running:
             session.order(Order.STOP)
             session.wait(2.0)
@@ -317,11 +323,13 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
 
 def _report(session: Session, watch: Watch, observers: Observers | None, output: Console, json: bool) -> int:
     """Print what was seen; the exit code: 0, or 3 if the loop did not end in order."""
+    from rich.console import Console
+
     from erclutch.cli import show
     from erclutch.live.frame import State
 
     code = session.wait(5.0)
-    fine = code == 0 and watch.reader.state is State.STOPPED
+    fine = code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0
     counts = {name: n for name, n in watch.reader.counts.items() if n}
     if json:
         shares = (0.5, 0.99, 0.999)
@@ -345,5 +353,6 @@ def _report(session: Session, watch: Watch, observers: Observers | None, output:
         for note in observers.notes if observers is not None else ():
             output.print(note, markup=False, soft_wrap=True)
     if not fine:
-        output.print(f"the loop ended with code {code}: {session.said() or 'killed'}", style="red", markup=False)
+        reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
+        Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
     return 0 if fine else 3

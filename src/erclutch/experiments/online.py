@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from erclutch.device import Element
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
+from erclutch.export.compiled import CompiledModel
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.core import CompiledModel
 from erclutch.live.frame import EVENT_BITS
 from erclutch.live.session import LiveModel, Options, ServedRig, Session
 from erclutch.live.settings import LoopSettings, Mode, Program, Shape
@@ -255,7 +256,7 @@ def _accelerated(
 
     run = AcceleratedRun(
         _settings(rig, programs),
-        CompiledModel(_library(model)),
+        _library(model),
         rig,
         seed=seed,
         speed=experiment.speed,
@@ -297,7 +298,7 @@ def _in_real_time(
     return parts
 
 
-def _library(model: LiveModel) -> Any:
+def _library(model: LiveModel) -> Path:
     if model.library is None:
         raise SettingError(
             "an experiment needs a C compiler", remedy="Install one, or pip install 'erclutch[compiler]'"
@@ -330,11 +331,8 @@ def _traced(
     """Offline estimates beside the online one."""
     alpha_dot = np.ascontiguousarray(frames["alpha_dot"])
     online = np.ascontiguousarray(frames["estimate"])
-    compiled = CompiledModel(_library(model))
-    again = [
-        compiled.step([float(v) for v in row])[0]
-        for row in zip(*(frames[n].tolist() for n in ("field1", "field2", "theta_dot", "alpha_dot")), strict=True)
-    ]
+    inputs = np.column_stack([frames[n] for n in ("field1", "field2", "theta_dot", "alpha_dot")])
+    again = np.asarray(CompiledModel(_library(model)).run(np.ascontiguousarray(inputs))[0])
     estimates = {saved[0].name: online}
     for rival in saved[1:] if experiment.rivals else ():
         estimates[rival.name] = _offline(rival, frames, alpha_dot)
@@ -343,7 +341,7 @@ def _traced(
         speed = _live_speed(other)
         compared = other, _offline(saved[0], frames, speed)
     known = np.isfinite(online)
-    off = float(np.max(np.abs(np.asarray(again) - online)[known]))
+    off = float(np.max(np.abs(again - online)[known]))
     numpy_off = float(np.max(np.abs(_offline(saved[0], frames, alpha_dot) - online)[known]))
     return Trace(name, frames, estimates, compared, warming, off, numpy_off)
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.live.core import CompiledModel, Core
+from erclutch.live.core import Core
 from erclutch.live.frame import FRAME
 from erclutch.live.settings import LoopSettings
 from erclutch.rig.kernel import OMEGA, SIZE, WARMTH, advance
@@ -56,7 +57,7 @@ class AcceleratedRun:
 
     Args:
         settings: of the loop; its first program runs.
-        model: compiled; None estimates nothing.
+        model: shared library of a compiled model; None estimates nothing.
         rig: parameters of the twin.
         seed: of the torque meter's noise.
         speed: initial speed of the motor in rad/s.
@@ -70,7 +71,7 @@ class AcceleratedRun:
     def __init__(
         self,
         settings: LoopSettings,
-        model: CompiledModel | None,
+        model: Path | None,
         rig: RigParameters,
         *,
         seed: int = 0,

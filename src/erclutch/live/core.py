@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,64 +16,23 @@ from erclutch.live.orders import Order, order_bytes
 from erclutch.live.sample import COMMAND
 from erclutch.live.settings import CONFIG, LoopSettings, config_of
 
-_ABI = 1
 
+class _Model:
+    """What the core needs of a compiled model: its functions and memory for its state."""
 
-class CompiledModel:
-    """A compiled model (the interface that ``erclutch export`` writes), for the core and for Python.
-
-    Args:
-        path: shared library.
-
-    Raises:
-        RunError: it cannot be loaded, or has another interface.
-    """
-
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: Path) -> None:
         try:
-            library = ctypes.CDLL(str(self.path))
-            for name in ("abi", "inputs", "state_size"):
-                getattr(library, f"erc_model_{name}").restype = ctypes.c_uint32
-            for name in ("digest", "name"):
-                getattr(library, f"erc_model_{name}").restype = ctypes.c_char_p
-            abi = int(library.erc_model_abi())
-            self.inputs = int(library.erc_model_inputs())
-            self.digest = library.erc_model_digest().decode()
-            self.name = library.erc_model_name().decode()
+            library = ctypes.CDLL(str(path))
+            library.erc_model_state_size.restype = ctypes.c_uint32
             size = int(library.erc_model_state_size())
-            self._step, self._inverse, self._reset = (
-                getattr(library, f"erc_model_{name}") for name in ("step", "inverse", "reset")
-            )
-        except (OSError, AttributeError, UnicodeDecodeError) as error:
+            functions = [ctypes.cast(library[f"erc_model_{n}"], ctypes.c_void_p).value for n in ("step", "inverse")]
+            reset = library.erc_model_reset
+        except (OSError, AttributeError) as error:
             raise RunError(f"no compiled model: {error}", where=str(path), remedy="Export the model again") from error
-        if abi != _ABI:
-            raise RunError(f"interface {abi}, not {_ABI}", where=str(path), remedy="Export the model again")
-        self._step.restype = self._inverse.restype = ctypes.c_uint32
         self._memory = np.zeros(size + 16, np.uint8)
-        self._state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
-        self.reset()
-
-    def reset(self) -> None:
-        """As at the start."""
-        self._reset(self._state)
-
-    def step(self, inputs: Sequence[float]) -> tuple[float, int]:
-        """One step: effort and flags."""
-        values, effort = (ctypes.c_double * self.inputs)(*inputs), ctypes.c_double()
-        flags = self._step(self._state, values, ctypes.byref(effort))
-        return effort.value, int(flags)
-
-    def inverse(self, inputs: Sequence[float], wanted: float) -> tuple[float, int]:
-        """The signed field for a wanted effort, and flags."""
-        values, field = (ctypes.c_double * self.inputs)(*inputs), ctypes.c_double()
-        flags = self._inverse(values, ctypes.c_double(wanted), ctypes.byref(field))
-        return field.value, int(flags)
-
-    def pointers(self) -> Any:
-        """``erc_model`` for the core."""
-        functions = [ctypes.cast(f, ctypes.c_void_p).value for f in (self._step, self._inverse)]
-        return (ctypes.c_void_p * 3)(*functions, self._state.value)
+        state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
+        reset(state)
+        self.pointers = (ctypes.c_void_p * 3)(*functions, state.value)  # ``erc_model``
 
 
 class Core:
@@ -82,13 +40,13 @@ class Core:
 
     Args:
         settings: limits, gains, programs.
-        model: compiled; None estimates nothing.
+        model: shared library of a compiled model; None estimates nothing.
 
     Raises:
-        RunError: the settings are refused by the core.
+        RunError: the core refuses the settings, or the library is no model.
     """
 
-    def __init__(self, settings: LoopSettings, model: CompiledModel | None = None) -> None:
+    def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
         self._library = ctypes.CDLL(str(core_library()))
         lib = self._library
         lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
@@ -99,10 +57,10 @@ class Core:
         if error is not None:
             raise RunError(error.decode(), remedy="Mend the settings")
         self._memory = np.zeros(lib.erc_core_size() // 8 + 1)
-        self._model = model  # its memory must live as long as the core
+        self._model = None if model is None else _Model(model)  # its memory must live as long as the core
         self._core = ctypes.c_void_p(self._memory.ctypes.data)
         table = ctypes.c_void_p(self._table.ctypes.data)
-        lib.erc_core_init(self._core, config, table, model.pointers() if model else None)
+        lib.erc_core_init(self._core, config, table, self._model.pointers if self._model else None)
         self._command, self._frame = np.zeros(1, COMMAND), np.zeros(1, FRAME)
         self._command_at = ctypes.c_void_p(self._command.ctypes.data)
         self._frame_at = ctypes.c_void_p(self._frame.ctypes.data)

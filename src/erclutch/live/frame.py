@@ -282,6 +282,11 @@ class Ring:
         return int(self._header["program"][0])
 
     @property
+    def sensor_seq(self) -> int:
+        """Number of the rig's last sample; 0 before the first."""
+        return int(self._header["sensor_seq"][0])
+
+    @property
     def realtime(self) -> str:
         """What the loop could get of real-time priority and locked memory, in words."""
         return bytes(self._header["realtime"][0]).decode(errors="replace")

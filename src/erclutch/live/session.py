@@ -114,7 +114,7 @@ class Session:
     ) -> None:
         self.rig, self.settings, self.model = rig, settings, model
         self.options = options or Options()
-        self.soft = self.options.python or find_compiler() is None
+        self.soft = self.options.python or sys.platform != "linux" or find_compiler() is None
         self._folder = Path(tempfile.mkdtemp(prefix="erclutch-live-", dir=ring_folder()))
         self.ring = self._folder / "ring"
         self._rig: subprocess.Popen[str] | None = None
