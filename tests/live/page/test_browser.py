@@ -27,7 +27,7 @@ _INK = """() => [...document.querySelectorAll(".chart canvas")].map(canvas => {
   let coloured = 0;
   for (let i = 0; i < data.length; i += 4) {
     const [r, g, b, alpha] = data.subarray(i, i + 4);
-    coloured += alpha > 200 && Math.max(r, g, b) - Math.min(r, g, b) > 60;
+    coloured += alpha > 80 && Math.max(r, g, b) - Math.min(r, g, b) > 40;
   }
   return coloured;
 })"""
@@ -226,6 +226,12 @@ def test_it_comes_back_after_its_server(seen: Seen) -> None:
     seen.until("document.getElementById('banner').hidden")
     page.keyboard.press("z")
     assert seen.command() == Command("zero")
+
+
+def test_an_ended_session_is_said_to_be(seen: Seen) -> None:
+    assert seen.observers.page is not None
+    seen.observers.page._process.stdin.close()  # type: ignore[union-attr]  # as the session does at its end
+    seen.until("document.getElementById('banner').textContent.includes('The session has ended')")
 
 
 @pytest.mark.parametrize("width", [390, 1440])

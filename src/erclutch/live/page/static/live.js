@@ -12,7 +12,7 @@ const picture = new Picture($("picture"));
 const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0 };
 
 let hello = null, status = null, shown = 5, frozen = null, dirty = false, socket = null, pause = 250, failures = 0;
-let recording = false;
+let recording = false, over = false;
 const lines = new Map();
 
 // --- connection ------------------------------------------------------------------------------------------------------
@@ -20,15 +20,18 @@ const lines = new Map();
 function connect() {
   socket = new WebSocket(`ws://${location.host}/frames`);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { pause = 250; failures = 0; tally.connections += 1; };
+  socket.onopen = () => { pause = 250; failures = 0; over = false; tally.connections += 1; };
   socket.onmessage = event => typeof event.data === "string" ? heard(JSON.parse(event.data)) : frames(event.data);
-  socket.onclose = () => { lost(); setTimeout(connect, pause); pause = Math.min(2000, pause * 1.6); };
+  socket.onclose = event => { lost(event.code === 1012); setTimeout(connect, pause); pause = Math.min(2000, pause * 1.6); };
 }
 
-async function lost() {
+// ended: the server said goodbye, which it does when its session is over.
+async function lost(ended) {
   status = null; failures += 1;
-  setState("lost", "no connection");
-  banner("The connection to the session is lost. Trying again …");
+  over = ended || (over && failures > 1);
+  setState(over ? "stopped" : "lost", over ? "ended" : "no connection");
+  $("recording").hidden = true;
+  banner(over ? "The session has ended." : "The connection to the session is lost. Trying again …");
   if (failures < 3) return;
   try {
     const answer = await fetch("/live.css", { cache: "no-store" });
