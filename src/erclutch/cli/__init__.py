@@ -21,6 +21,9 @@ _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "report": "Write the report of a run: one HTML file, or a PDF for print.",
+    "compare": "Compare runs on the rows that all of them held out.",
+    "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
@@ -43,6 +46,7 @@ What to do first:
   erclutch demo                 see it work, on a log of the digital twin
   erclutch inspect LOG          what is in your file, and what it is taken for
   erclutch fit LOG              fit and rank all models; --out RUN keeps the result
+  erclutch report RUN           the result as one file to read and to forward
   erclutch laws                 the models
 
 erclutch COMMAND --help tells all about a command.
