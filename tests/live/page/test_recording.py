@@ -330,11 +330,13 @@ def kill_at_random(folder: Path, loop: Any, times: int, seed: int) -> list[int]:
     lost: list[int] = []
     for k in range(times):
         path = folder / f"{k}.mcap"
-        words = [sys.executable, "-m", "erclutch.live.recorder", str(loop.path), str(path), "--after", str(loop.head)]
+        words = [sys.executable, "-m", "erclutch.live.recorder", str(loop.path), str(path)]
         process = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert process.stdout is not None
-        process.stdout.readline()
-        time.sleep(0.06 + random.uniform(0.0, 0.25))
+        # A recorder that has not begun has nothing to lose: the description of the messages alone is some 3 kB.
+        while not partial_of(path).exists() or partial_of(path).stat().st_size < 6000:
+            time.sleep(0.01)
+        time.sleep(random.uniform(0.0, 0.25))
         process.kill()
         head = loop.head
         process.wait()
