@@ -48,7 +48,9 @@ def read_rows(run: Run) -> RunRows:
     pq: Any = import_module("pyarrow.parquet")
     path = run.file("predictions.parquet")
     try:
-        table: Any = pq.read_table(path)
+        # Not read_table, which imports pandas to no end.
+        with pq.ParquetFile(path) as file:
+            table: Any = file.read()
         return _rows_of(run.body, {name: table[name].to_numpy() for name in table.column_names if name != "log"})
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.dataset import Dataset
@@ -269,3 +271,13 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
     memory = autocorrelation(rows, ["m"])
     assert memory is not None
     assert memory.lag[1] == pytest.approx(1e-3)
+
+
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20))
+def test_the_running_largest(values: list[float], width: int) -> None:
+    from erclutch.diagnostics.flow_curves import _running_largest  # pyright: ignore[reportPrivateUsage]
+
+    array = np.array(values)
+    width = min(width, array.size)
+    expected = [array[max(0, k - width + 1) : k + 1].max() for k in range(array.size)]
+    assert _running_largest(array, width).tolist() == expected

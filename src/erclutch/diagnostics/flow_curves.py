@@ -111,14 +111,24 @@ def _settling(rows: RunRows, model: TorqueModel) -> int:
 
 def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     """Rows before which the field has stayed within a reach for some rows."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
     if back <= 1:
         return np.ones(field.size, np.bool_)
-    shift = back // 2 if back % 2 else back // 2 - 1
-    span = maximum_filter1d(field, back, origin=shift) - minimum_filter1d(field, back, origin=shift)
+    span = _running_largest(field, back) + _running_largest(-field, back)
     span[: back - 1] = np.inf
     return span <= reach
+
+
+def _running_largest(values: Array, width: int) -> Array:
+    """Largest of each row and the ones before it, ``width`` in all (van Herk 1992)."""
+    blocks = -(-values.size // width)
+    padded = np.full(blocks * width, -np.inf)
+    padded[: values.size] = values
+    grid = padded.reshape(blocks, width)
+    ahead = np.maximum.accumulate(grid, axis=1).ravel()
+    behind = np.maximum.accumulate(grid[:, ::-1], axis=1)[:, ::-1].ravel()
+    out = ahead[: values.size].copy()
+    out[width - 1 :] = np.maximum(out[width - 1 :], behind[: values.size - width + 1])
+    return out
 
 
 def _spaced(low: float, high: float) -> Array:

@@ -37,16 +37,18 @@ class ParametersSection(Section):
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
     model = material.models[entry["name"]]
     fit = entry["fit"]
+    # SymPy takes its time: the others are a command away (erclutch laws).
+    chosen = entry["name"] == material.recommended
     return {
         "name": entry["name"],
         "title": entry["title"],
-        "equation": equation_of(model) if isinstance(model, TorqueModel) else "",
-        "reference": _reference(material, model) if isinstance(model, TorqueModel) else "",
+        "equation": equation_of(model) if chosen and isinstance(model, TorqueModel) else "",
+        "reference": _reference(material, model) if chosen and isinstance(model, TorqueModel) else "",
         "source": model.structure.law.source if isinstance(model, TorqueModel) else "",
         "rows": [_parameter(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
         "condition": number(fit["condition"], 2),
-        "open": entry["name"] == material.recommended,
+        "open": chosen,
     }
 
 
@@ -78,18 +80,8 @@ def _reference(material: Material, model: TorqueModel) -> str:
     )
 
 
-_CACHE: dict[str, Markup] = {}
-
-
 def equation_of(model: TorqueModel) -> Markup:
     """The law's effort for w > 0 as MathML, made from the function that is fitted."""
-    key = f"{model.structure.specification}|{model.structure.device}"
-    if key not in _CACHE:
-        _CACHE[key] = _mathml(model)
-    return _CACHE[key]
-
-
-def _mathml(model: TorqueModel) -> Markup:
     law = model.structure.law
     if law.name.startswith("rbfm"):
         return _RBFM
