@@ -1,7 +1,7 @@
-"""What each model of a run costs on a Cortex-M, and how far its C is from NumPy.
+r"""What each model of a run costs on a Cortex-M, and how far its C is from NumPy.
 
     erclutch simulate training --seconds 60 --out twin.parquet
-    erclutch fit twin.parquet --device coaxial --derivative difference --lag none --out run \\
+    erclutch fit twin.parquet --device coaxial --derivative difference --lag none --out run \
       --models all paper rbfn-50 fnn-10-6
     python studies/export_cost.py run
 
