@@ -53,11 +53,15 @@ def test_functions_stay_finite_for_anything(precision: PrecisionName) -> None:
     p = PRECISIONS[precision]
     info = np.finfo(p.dtype)
     x = np.array([np.nan, np.inf, -np.inf, info.max, -info.max, info.smallest_subnormal, -0.0, 0.0], p.dtype)
+    functions = elementary(p)
     with np.errstate(all="ignore"):
-        for name, function in elementary(p).items():
-            if name != "absolute":
-                found = function(x, p.dtype.type(0.5)) if name == "power" else function(x)
-                assert np.all(np.isfinite(found)), name
+        for name, function in functions.items():
+            if name == "absolute":
+                continue
+            # A function of a held argument is only ever called behind its hold.
+            first = functions[name.replace("_held", "_hold")](x) if name.endswith("_held") else x
+            found = function(first, p.dtype.type(0.5)) if name == "power" else function(first)
+            assert np.all(np.isfinite(found)), name
 
 
 @pytest.mark.slow
