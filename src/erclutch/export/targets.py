@@ -20,7 +20,7 @@ from erclutch.export.check import Check
 from erclutch.export.program import Program
 
 #: Name of a target -> its module in `erclutch.export`.
-TARGETS: Mapping[str, str] = {"c": "c", "python": "python"}
+TARGETS: Mapping[str, str] = {"c": "c", "python": "python", "onnx": "onnx"}
 
 
 class Target(Protocol):
