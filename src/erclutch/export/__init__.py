@@ -13,6 +13,7 @@ from typing import Any
 from erclutch.export.check import Check
 from erclutch.export.folder import finish, may_write, read_export, whole
 from erclutch.export.program import Options, Program, program_of
+from erclutch.export.rounding import refuse_noise
 from erclutch.export.targets import TARGETS, target
 
 __all__ = ["TARGETS", "Check", "Options", "Program", "export_model", "program_of", "verify_export"]
@@ -40,6 +41,7 @@ def export_model(
     asked = options or Options()
     may_write(folder, force)
     program = program_of(model, asked)
+    refuse_noise(program)
     with whole(folder, force) as partial:
         chosen.write(program, partial)
         finish(program, asked, to, partial)

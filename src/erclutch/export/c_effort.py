@@ -110,19 +110,19 @@ def network(program: Program, n: str) -> str:
     body += _dot(n, p.suffix, hidden, f"a{len(model.structure.hidden)}", f"{n}{out}")
     scale, offset = k(model.scaling.effort_scale), k(model.scaling.effort_offset)
     body += [f"return (({k(float(start))} + total) * {scale}) + {offset};"]
-    text = "\n".join(f"    {line}" if line else "" for line in body)
+    text = "\n".join(f"    {line}" for line in body)
+    loop = "    uint32_t j;\n" if any(line.startswith("for (j") for line in body) else ""
     return (
         "\n".join(tables)
         + f"""
 static {n}real {n}network(const {n}real v[{count}])
 {{
     uint32_t i;
-    uint32_t j;
-    {n}real x[{count}];
+{loop}    {n}real x[{count}];
 {_declare(program, n)}
-    for (j = 0u; j < {count}u; j++)
+    for (i = 0u; i < {count}u; i++)
     {{
-        x[j] = (v[j] - {n}offset[j]) / {n}scale[j];
+        x[i] = (v[i] - {n}offset[i]) / {n}scale[i];
     }}
 {text}
 }}
@@ -151,29 +151,54 @@ def _table(program: Program, n: str, name: str, values: NDArray[Any]) -> str:
     return table(f"{n}real", f"{n}{name}", numbers)
 
 
+#: Inputs up to which a layer's sums are written out: processors without vectors save the loop.
+_WRITTEN_OUT = 16
+
+
 def _fnn(program: Program, n: str) -> Iterator[str]:
     model = program.model
     assert isinstance(model, NetworkModel)
     before, width = "x", len(model.structure.inputs)
     for layer, hidden in enumerate(model.structure.hidden, start=1):
-        a = f"a{layer}"
-        yield from _loop("i", hidden, [f"{a}[i] = {n}b{layer}[i];"])
-        inner = [f"{a}[i] = {a}[i] + ({n}w{layer}[(j * {hidden}u) + i] * {before}[j]);"]
-        yield from _loop("j", width, list(_loop("i", hidden, inner)))
-        yield from _loop("i", hidden, [f"{a}[i] = {n}tanh({a}[i]);"])
+        a, bias = f"a{layer}", f"{n}b{layer}[i]"
+        if width <= _WRITTEN_OUT:
+            terms = [f"({n}w{layer}[i + {j * hidden}u] * {before}[{j}])" for j in range(width)]
+            yield from _loop("i", hidden, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh(sum);"])
+        else:
+            yield from _loop("i", hidden, [f"{a}[i] = {bias};"])
+            inner = [f"{a}[i] = {a}[i] + ({n}w{layer}[(j * {hidden}u) + i] * {before}[j]);"]
+            yield from _loop("j", width, list(_loop("i", hidden, inner)))
+            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh({a}[i]);"])
         before, width = a, hidden
 
 
 def _rbfn(program: Program, n: str) -> Iterator[str]:
     model = program.model
     assert isinstance(model, NetworkModel)
-    hidden, zero = model.structure.hidden[0], f"0.0{program.precision.suffix}"
+    hidden, width, zero = model.structure.hidden[0], len(model.structure.inputs), f"0.0{program.precision.suffix}"
+    half = f"(-0.5{program.precision.suffix})"
+    if width <= _WRITTEN_OUT:
+        distances = [f"const {n}real d{j} = x[{j}] - {n}centres[i + {j * hidden}u];" for j in range(width)]
+        body = [*distances, *_sum(n, [f"(d{j} * d{j})" for j in range(width)])]
+        yield from _loop("i", hidden, [*body, f"a1[i] = {n}exp(({half} * sum) / {n}spreads[i]);"])
+        return
     yield from _loop("i", hidden, [f"a1[i] = {zero};"])
     inner = [f"const {n}real distance = x[j] - {n}centres[(j * {hidden}u) + i];"]
     inner += ["a1[i] = a1[i] + (distance * distance);"]
-    yield from _loop("j", len(model.structure.inputs), list(_loop("i", hidden, inner)))
-    half = f"(-0.5{program.precision.suffix})"
+    yield from _loop("j", width, list(_loop("i", hidden, inner)))
     yield from _loop("i", hidden, [f"a1[i] = {n}exp(({half} * a1[i]) / {n}spreads[i]);"])
+
+
+def _sum(n: str, terms: list[str]) -> list[str]:
+    """A sum from left to right, a few terms a line."""
+    lines: list[str] = []
+    total = terms[0]
+    for i, term in enumerate(terms[1:], start=1):
+        total = f"({total} + {term})" if i < len(terms) - 1 else f"{total} + {term}"
+        if len(total) > 100 and i < len(terms) - 1:
+            lines.append(f"const {n}real sum{i} = {total[1:-1]};")
+            total = f"sum{i}"
+    return [*lines, f"const {n}real sum = {total};"]
 
 
 def _loop(index: str, count: int, body: list[str]) -> Iterator[str]:

@@ -27,7 +27,7 @@ static {p.c_bits} {n}bits_of({n}real x)
 /* Neither infinite nor NaN, told by the bits: no compiler option can take it away. */
 static uint32_t {n}finite({n}real x)
 {{
-    return (({n}bits_of(x) & {exponent}) != {exponent}) ? 1u : 0u;
+    return (({n}bits_of(x) & {exponent}) != {exponent}) ? (uint32_t)1u : (uint32_t)0u;
 }}
 """
 
@@ -67,9 +67,15 @@ def windows(n: str) -> str:
     return f"""/* Holds a value within [limits[2], limits[3]]; tells one outside [limits[0], limits[1]]. */
 static uint32_t {n}take({n}real value, const {n}real limits[4], {n}real *held)
 {{
-    const {n}real below = (value < limits[3]) ? value : limits[3];
-    *held = (limits[2] < below) ? below : limits[2];
-    return ((value < limits[0]) || (limits[1] < value)) ? {n.upper()}OUTSIDE_RANGE : 0u;
+    uint32_t flags = 0u;
+    *held = value;
+    if ((value < limits[0]) || (limits[1] < value))
+    {{
+        const {n}real below = (value < limits[3]) ? value : limits[3];
+        *held = (limits[2] < below) ? below : limits[2];
+        flags = {n.upper()}OUTSIDE_RANGE;
+    }}
+    return flags;
 }}
 """
 
@@ -170,6 +176,8 @@ def accept(program: Program, n: str) -> str:
     plain = [i for i in range(len(program.inputs)) if not (angles and e <= i < 2 * e)]
     copy = "\n".join(f"        state->last[{i}] = input[{i}];" for i in plain)
     large = program.precision.constant(LARGEST_ANGLE)
+    finite = " & ".join(f"{n}finite(input[{i}])" for i in range(len(program.inputs)))
+    index = "    uint32_t i;" if angles else ""
     check = (
         f"""
     for (i = {e}u; i < {2 * e}u; i++)
@@ -197,18 +205,14 @@ def accept(program: Program, n: str) -> str:
     return f"""/* Keeps the row if all of it is usable; the last good one stays otherwise. */
 static uint32_t {n}accept({n}state *state, const {n}real input[{n.upper()}INPUTS])
 {{
-    uint32_t good = 1u;
-    uint32_t i;
-    for (i = 0u; i < {n.upper()}INPUTS; i++)
-    {{
-        good &= {n}finite(input[i]);
-    }}{check}
+    uint32_t good = {finite};
+{index}{check}
     if (good != 0u)
     {{
 {copy}
     }}{run}
     state->started |= good;
-    return (good != 0u) ? 0u : {n.upper()}NON_FINITE;
+    return (good != 0u) ? (uint32_t)0u : {n.upper()}NON_FINITE;
 }}
 """
 
@@ -223,7 +227,7 @@ def respond(program: Program, n: str) -> str:
         choice = f"        const {n}real share = {k(lag.rise)};\n        const {n}real tau = {k(lag.tau_rise)};"
     else:
         choice = f"""        const {n}real grown = (u[i] - before) * before;
-        const uint32_t rising = (grown >= 0.0{p.suffix}) ? 1u : 0u;
+        const uint32_t rising = (grown >= 0.0{p.suffix}) ? (uint32_t)1u : (uint32_t)0u;
         const {n}real share = (rising != 0u) ? {k(lag.rise)} : {k(lag.fall)};
         const {n}real tau = (rising != 0u) ? {k(lag.tau_rise)} : {k(lag.tau_fall)};"""
     times = (
@@ -282,7 +286,7 @@ static uint32_t {n}limited({n}real value, {n}real *effort)
     {{
         const {n}real below = (value < {high}) ? value : {high};
         *effort = ({low} < below) ? below : {low};
-        flags = ((value < {low}) || ({high} < value)) ? {n.upper()}LIMITED : 0u;
+        flags = ((value < {low}) || ({high} < value)) ? {n.upper()}LIMITED : (uint32_t)0u;
     }}
     return flags;
 }}
@@ -328,7 +332,7 @@ static {n}real {n}close(const {n}real w[{w}], {n}real wanted, const {n}real from
         const {n}real secant = b - (miss_b * ((b - a) / (miss_b - miss_a)));
         const {n}real low = (a < b) ? a : b;
         const {n}real high = (a < b) ? b : a;
-        const uint32_t inside = ((low < secant) && (secant < high)) ? 1u : 0u;
+        const uint32_t inside = ((low < secant) && (secant < high)) ? (uint32_t)1u : (uint32_t)0u;
         {n}real miss;
         x = ((inside != 0u) && ((i & 1u) == 0u)) ? secant : middle;
         miss = {n}miss(x, w, wanted);
@@ -342,7 +346,10 @@ static {n}real {n}close(const {n}real w[{w}], {n}real wanted, const {n}real from
             b = x;
             miss_b = miss;
         }}
-        open = (({n}magnitude(miss) > {k(s.tolerance)}) && ({n}magnitude(b - a) > {k(s.width)})) ? 1u : 0u;
+        if (({n}magnitude(miss) <= {k(s.tolerance)}) || ({n}magnitude(b - a) <= {k(s.width)}))
+        {{
+            open = 0u;
+        }}
     }}
     return x;
 }}
@@ -363,7 +370,7 @@ static uint32_t {n}search(const {n}real w[{w}], {n}real wanted, {n}real *field)
         left[side][1] = best_miss;
     }}
     best_miss = {n}magnitude(best_miss);
-    done = (best_miss <= {k(s.tolerance)}) ? 1u : 0u;
+    done = (best_miss <= {k(s.tolerance)}) ? (uint32_t)1u : (uint32_t)0u;
     for (i = 1u; (i <= {s.segments}u) && (done == 0u); i++)
     {{
         for (side = 0u; (side < {len(ends)}u) && (done == 0u); side++)
@@ -391,7 +398,7 @@ static uint32_t {n}search(const {n}real w[{w}], {n}real wanted, {n}real *field)
         }}
     }}
     *field = best;
-    return (done != 0u) ? 0u : {n.upper()}OUT_OF_REACH;
+    return (done != 0u) ? (uint32_t)0u : {n.upper()}OUT_OF_REACH;
 }}
 """
 

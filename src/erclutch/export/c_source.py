@@ -7,6 +7,7 @@ from erclutch.export import c_effort, c_parts
 from erclutch.export.c_code import functions_used
 from erclutch.export.cost import cost_text
 from erclutch.export.program import Program, Window
+from erclutch.export.rounding import measured
 from erclutch.model import TorqueModel
 
 FLAGS = {
@@ -182,8 +183,9 @@ def _reset(program: Program, n: str) -> str:
 def header(program: Program) -> str:
     """The .h file."""
     n, N, p = f"{program.name}_", f"{program.name}_".upper(), program.precision
-    flags = "\n".join(f"#define {N}{name:<14} {1 << i}u /* {text} */" for i, (name, text) in enumerate(FLAGS.items()))
-    flags = flags.replace("{NON_FINITE", "NON_FINITE")
+    flags = "\n".join(
+        f"#define {N}{name} ((uint32_t){1 << i}u) /* {text} */" for i, (name, text) in enumerate(FLAGS.items())
+    )
     places = "\n".join(f"#define {N}IN_{_macro(name, i)} {i}u" for i, name in enumerate(program.inputs))
     signed = "signed field, E1 - E2," if program.elements == 2 else "field"
     return f"""{_header_comment(program)}
@@ -273,9 +275,9 @@ def _state(program: Program, n: str) -> str:
 
 def _header_comment(program: Program) -> str:
     model, p = program.model, program.precision
-    rows = ["input        unit       trained on                    held within"]
+    rows = ["input            unit       trained on                    held within"]
     for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
-        rows.append(f"[{i}] {name:<9.9}{unit:<11.11}{_ranges(program, i)}")
+        rows.append(f"[{i}] {name:<12.12} {unit:<11.11}{_ranges(program, i)}")
     if program.elements == 2:
         rows.append(f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(program.slip)}")
     low, high = program.limits
@@ -286,7 +288,8 @@ def _header_comment(program: Program) -> str:
         period = f"Call the step every {program.period:.9g} s: lag, delay and filter are made for it."
     elif program.past:
         period = "Call the step at the sampling period of the training data: past rows are inputs."
-    angles = []
+    difference, limit = measured(program)
+    angles: list[str] = []
     if program.filter:
         angles = ["", f"Positions are differentiated inside (filter {program.filter.name})."]
         if program.filter.turn:
@@ -304,7 +307,9 @@ def _header_comment(program: Program) -> str:
         "",
         f"{p.name}, no libm, no allocation, no globals; one state a device, so it is re-entrant.",
         *cost_text(program),
-        "An input far outside its training range is held at that range widened by its own size (see the table).",
+        f"Rounding: {difference:.2g} {unit} off NumPy in float64 at most on random rows of the training range;",
+        f"error analysis allows {limit:.2g} {unit}, {100 * limit / program.scale:.2g} % of the largest effort.",
+        "An input far outside its training range is held a tenth of that range outside it (see the table).",
     ]
     return _comment(lines).rstrip("\n")
 

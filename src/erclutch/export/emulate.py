@@ -180,6 +180,11 @@ def _in_fluid(program: Program, field: Array) -> Array:
     return command if program.lag is None else _respond(program.lag, command, program.precision)
 
 
+def run_lag(lag: Lag, command: Array) -> Array:
+    """The field in the fluid after a sequence of commands, in float64."""
+    return _respond(lag, command, FLOAT64)
+
+
 def _respond(lag: Lag, command: Array, p: Precision) -> Array:
     """`erclutch.dynamics.respond` on a uniform period, row by row."""
     number = p.dtype.type
@@ -401,7 +406,7 @@ class _Bracketing:
             same = (miss < 0) == (miss_a < 0)
             a, miss_a = np.where(open_ & same, x, a), np.where(open_ & same, miss, miss_a)
             b, miss_b = np.where(open_ & ~same, x, b), np.where(open_ & ~same, miss, miss_b)
-            open_ &= (np.abs(miss) > tolerance) & (np.abs(b - a) > width)
+            open_ &= ~((np.abs(miss) <= tolerance) | (np.abs(b - a) <= width))
             if not np.any(open_):
                 break
         return x

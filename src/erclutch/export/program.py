@@ -276,7 +276,7 @@ def _all_finite(model: Model) -> None:
 def _window(covered: tuple[float, float]) -> Window:
     low, high = covered
     slack = 0.01 * (high - low)
-    room = max(high - low, abs(low), abs(high))
+    room = 0.1 * max(high - low, abs(low), abs(high))
     return Window(covered, (low - slack, high + slack), (low - room, high + room))
 
 

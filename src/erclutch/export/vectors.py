@@ -87,18 +87,10 @@ def _edges(program: Program) -> list[Array]:
     """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
     info = np.finfo(program.precision.dtype)
     tiny = float(info.smallest_subnormal)
-    always = [
-        0.0,
-        -0.0,
-        np.nan,
-        np.inf,
-        -np.inf,
-        tiny,
-        -100 * tiny,
-        float(info.tiny),
-        float(info.max),
-        -float(info.max),
-    ]
+    largest, smallest = float(info.max), float(info.tiny)
+    always = [0.0, -0.0, np.nan, np.inf, -np.inf, tiny, smallest, largest, -largest]
+    # A lag that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
+    switched = program.lag is not None and program.lag.fall is not None
     e = program.elements
     windows = [program.field] * e + [program.slip] * e + list(program.extras)
     found: list[Array] = []
@@ -106,5 +98,6 @@ def _edges(program: Program) -> list[Array]:
         low, high = window.range
         inside = [low, high, *window.warn, *window.hold, 1.5 * high - 0.5 * low, 100.0 * (high - low)]
         angle = program.filter is not None and e <= i < 2 * e
-        found.append(np.array([*always, *([1e-3, -7.0, 2e6] if angle else inside)]))
+        small: list[float] = [] if switched and i < e else [-100 * tiny]
+        found.append(np.array([*always, *small, *([1e-3, -7.0, 2e6] if angle else inside)]))
     return found

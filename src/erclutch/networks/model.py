@@ -146,18 +146,49 @@ def forward_fnn(weights: Mapping[str, Array], x: Array) -> Array:
     """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
     a, layer = x, 1
     while f"W{layer}" in weights:
-        a = np.tanh(weights[f"W{layer}"] @ a + weights[f"b{layer}"][:, None])
+        a = np.tanh(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
         layer += 1
-    return (weights["W_out"] @ a)[0] + weights["b_out"][0]
+    return weights["b_out"][0] + _weighted(weights["W_out"][0], a)
 
 
 def forward_rbfn(weights: Mapping[str, Array], x: Array) -> Array:
     """Equation (17): w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2)), shape (n,)."""
-    return weights["w"] @ gaussians(weights["centres"], weights["spreads"], x) + weights["b"][0]
+    centres = weights["centres"]
+    square = np.zeros((len(centres), x.shape[1]), x.dtype)
+    for j in range(len(x)):
+        distance = x[j] - centres[:, j : j + 1]
+        square += distance * distance
+    return weights["b"][0] + _weighted(weights["w"], np.exp(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
+
+
+#: Up to so many inputs a layer's sums are taken from left to right, as the exported C takes them: no other order of
+#: rounding, and as fast. Wider layers go through BLAS, whose order nobody knows.
+_IN_ORDER = 64
+
+
+def _affine(weights: Array, x: Array, offset: Array) -> Array:
+    if len(x) > _IN_ORDER:
+        return weights @ x + offset[:, None]
+    total = np.repeat(offset[:, None], x.shape[1], axis=1)
+    for j in range(len(x)):
+        total += weights[:, j : j + 1] * x[j]
+    return total
+
+
+def _weighted(weights: Array, a: Array) -> Array:
+    """sum_i w_i a_i: four running sums side by side, then pairs, then what is left over; the order of the C."""
+    whole = len(a) // 4 * 4
+    four = [np.zeros(a.shape[1], a.dtype) for _ in range(4)]
+    for i in range(whole):
+        four[i % 4] += weights[i] * a[i]
+    total = (four[0] + four[1]) + (four[2] + four[3])
+    for i in range(whole, len(a)):
+        total = total + weights[i] * a[i]
+    return total
 
 
 def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
-    """Activations of an RBFN's neurons, shape (neurons, n)."""
+    """Activations of an RBFN's neurons, shape (neurons, n): by one matrix product, for fits."""
     square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
     return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
 

@@ -1,0 +1,164 @@
+"""What cannot be exported or verified: one clear error, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.differentiate import Derivative
+from erclutch.errors import ErclutchError, ExportError, RunError
+from erclutch.export import Options, export_model, program_of, verify_export
+from erclutch.model import TorqueModel, digest_of
+from erclutch.networks.model import NetworkModel
+from erclutch.saved import load_model
+
+
+def test_a_model_with_nan_is_refused_by_name(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    model = law("bingham")
+    bad = replace(model, gains={**model.gains, "eta_1": float("nan")})
+    with pytest.raises(ExportError, match="eta_1 is nan"):
+        export_model(bad, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_network_with_an_infinite_weight_is_refused(network: Callable[..., NetworkModel]) -> None:
+    model = network("fnn-3")
+    weights = {**model.weights, "b1": model.weights["b1"] * float("inf")}
+    with pytest.raises(ExportError, match="b1 is"):
+        program_of(replace(model, weights=weights))
+
+
+@pytest.mark.parametrize("name", ["", "2nd", "a-b", "int", "class", "_x", "a__b", "größe", "a b"])
+def test_a_name_that_is_no_c_identifier(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="no name for C functions"):
+        export_model(law("bingham"), tmp_path / "out", options=Options(name=name))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_too_long_for_c(law: Callable[..., TorqueModel]) -> None:
+    with pytest.raises(ExportError, match="21 characters"):
+        program_of(law("bingham"), Options(name="a" * 21))
+
+
+class Opaque:
+    """An estimator with predict and nothing that says how."""
+
+    def predict(self, x: Any) -> Any:
+        return x
+
+
+@pytest.mark.parametrize("thing", [Opaque(), lambda x: x, None, {"kind": "x"}])
+def test_an_opaque_estimator_is_refused_with_the_reason(thing: object, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="its equation is not known"):
+        export_model(thing, tmp_path / "out")
+
+
+def test_a_model_of_a_newer_schema(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    body = {k: v for k, v in law("bingham").to_dict().items() if k != "digest"} | {"schema": 2}
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps({**body, "digest": digest_of(body)}), encoding="utf-8")
+    with pytest.raises(RunError, match="schema 2; this version reads schema 1"):
+        load_model(path)
+
+
+def test_a_folder_that_cannot_be_written(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="parent folder does not exist"):
+        export_model(law("bingham"), tmp_path / "no" / "out")
+    (tmp_path / "file").write_text("x", encoding="utf-8")
+    with pytest.raises(ExportError, match=r"does not exist|cannot be written"):
+        export_model(law("bingham"), tmp_path / "file" / "out")
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(ExportError, match="is not an export"):
+        export_model(law("bingham"), tmp_path / "mine", force=True)
+
+
+def test_a_disk_that_fails_leaves_nothing(
+    law: Callable[..., TorqueModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = os.replace
+
+    def full(source: Any, to: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(ExportError, match="No space left"):
+        export_model(law("bingham"), tmp_path / "out")
+    monkeypatch.setattr(os, "replace", real)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_export_is_replaced_only_when_told_to(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    export_model(law("bingham"), tmp_path / "out")
+    with pytest.raises(ExportError, match="there is an export already"):
+        export_model(law("hem"), tmp_path / "out")
+    export_model(law("hem"), tmp_path / "out", force=True)
+    assert (tmp_path / "out" / "hem.c").is_file()
+    assert not (tmp_path / "out" / "bingham.c").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (Options(precision="float16"), "precision"),  # type: ignore[arg-type]
+        (Options(period=0.0), "a period of 0 s"),
+        (Options(period=float("nan")), "a period of nan s"),
+        (Options(limits=(1.0, -1.0)), "effort limits"),
+        (Options(limits=(0.0, float("inf"))), "effort limits"),
+        (Options(inputs="angles", derivative=Derivative("savgol")), "samples of the future"),
+        (Options(inputs="angles", derivative=Derivative("kalman", 800.0)), "a cutoff of 800 Hz"),
+        (Options(period=1e-7), "rows at a period"),
+    ],
+)
+def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: Options, says: str) -> None:
+    model = law("bingham", "coaxial", "lag")
+    model = replace(model, shape={**model.shape, "delay": 0.04})
+    with pytest.raises(ErclutchError, match=says):
+        program_of(model, options)
+
+
+def test_a_network_with_dynamics_needs_a_period(network: Callable[..., NetworkModel]) -> None:
+    with pytest.raises(ExportError, match="--period"):
+        program_of(network("fnn-3", "coaxial", "lag"))
+
+
+def test_a_target_that_does_not_exist(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="Did you mean python"):
+        export_model(law("bingham"), tmp_path / "out", "pyhton")
+
+
+def test_float32_that_leaves_no_digits_is_refused(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    model = law("rbfm-10")
+    # Gains that cancel, as fits of many kernels have them: the direction in which the kernels hardly change anything.
+    columns = model.structure.law.columns(np.linspace(0.0, 1.0, 99), np.ones(99), 1.0)[2:]
+    flat = np.linalg.svd(np.column_stack(columns))[2][-1]
+    names = [name for name in model.gains if name.startswith("k_") and name.endswith("_1")]
+    gains = {**model.gains, **{name: 1e7 * float(g) for name, g in zip(names, flat, strict=True)}}
+    with pytest.raises(ExportError, match=r"terms that nearly cancel.*--precision float64"):
+        export_model(replace(model, gains=gains), tmp_path / "out", options=Options(precision="float32"))
+
+
+def test_a_changed_file_is_found(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    folder = export_model(law("bingham"), tmp_path / "out")
+    source = folder / "bingham.c"
+    source.write_text(source.read_text(encoding="ascii").replace("0x1", "0x2", 1), encoding="ascii")
+    with pytest.raises(ExportError, match=r"bingham\.c was changed"):
+        verify_export(folder)
+    source.unlink()
+    with pytest.raises(ExportError, match=r"bingham\.c is missing"):
+        verify_export(folder)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"kind": "erclutch export", "schema": 9}'])
+def test_what_is_no_export(tmp_path: Path, text: str) -> None:
+    with pytest.raises(ExportError):
+        verify_export(tmp_path)
+    (tmp_path / "export.json").write_text(text, encoding="utf-8")
+    with pytest.raises(ExportError):
+        verify_export(tmp_path)
