@@ -206,13 +206,13 @@ class _Step:
 
     def _limit(self, value: Any, flags: Any) -> None:
         low, high = self.program.limits
-        before: Any = self.number("effort") if self.remember else 0.0
+        before: Any = self.number("effort_before") if self.remember else 0.0
         held = less_select(np.absolute(value), _INFINITE, _held(value, low, high), before)
         within = less_select(value, low, 0.0, less_select(high, value, 0.0, 1.0))
         limited = less_select(np.absolute(value), _INFINITE, 1.0 - within, 1.0)
         self.effort = _is(self.started, held, 0.0)
         if self.remember:
-            self.after["effort"] = self.effort
+            self.after["effort_before"] = self.effort
         flags = flags + LIMITED * limited + _is(self.good, 0.0, float(NON_FINITE))
         self.flags = _is(self.started, flags, float(NON_FINITE))
 

@@ -20,7 +20,13 @@ from erclutch.export.check import Check
 from erclutch.export.program import Program
 
 #: Name of a target -> its module in `erclutch.export`.
-TARGETS: Mapping[str, str] = {"c": "c", "python": "python", "onnx": "onnx"}
+TARGETS: Mapping[str, str] = {
+    "c": "c",
+    "python": "python",
+    "onnx": "onnx",
+    "fmu2": "fmu2",
+    "fmu3": "fmu3",
+}
 
 
 class Target(Protocol):
