@@ -204,12 +204,15 @@ def unit_element(text: str) -> xml.Element:
     except ErclutchError:
         return made
     base: dict[str, str] = {}
+    factor = unit.factor
     for name, exponent in unit.dimension:
+        if name == "gram":
+            name, factor = "kilogram", factor / 1000.0**exponent
         short = "rad" if name == "radian" else _BASE.get(name)
         if short is None or exponent != int(exponent):
             return made
         base[short] = str(int(exponent))
-    xml.SubElement(made, "BaseUnit", {**base, "factor": repr(float(unit.factor))})
+    xml.SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
     return made
 
 

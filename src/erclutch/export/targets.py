@@ -26,6 +26,9 @@ TARGETS: Mapping[str, str] = {
     "onnx": "onnx",
     "fmu2": "fmu2",
     "fmu3": "fmu3",
+    "cpp": "cpp",
+    "simulink": "simulink",
+    "mujoco": "mujoco",
 }
 
 
