@@ -11,7 +11,7 @@ from functools import cache
 @cache
 def cpp_compilers() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Name and command of each."""
-    found = [(name, (name,)) for name in ("g++", "clang++") if shutil.which(name)]
+    found: list[tuple[str, tuple[str, ...]]] = [(name, (name,)) for name in ("g++", "clang++") if shutil.which(name)]
     if not found and importlib.util.find_spec("ziglang") is not None:
         found.append(("zig", (sys.executable, "-m", "ziglang", "c++")))
     return tuple(found)

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from xml.etree import ElementTree as xml
+from xml.etree import ElementTree
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
@@ -63,7 +63,9 @@ def archive_path(program: Program, version: int, folder: Path) -> Path:
     return folder / f"{identifier(program, version)}.fmu"
 
 
-def write_fmu(program: Program, folder: Path, version: int, description: xml.Element, build: xml.Element | None) -> None:
+def write_fmu(
+    program: Program, folder: Path, version: int, description: ElementTree.Element, build: ElementTree.Element | None
+) -> None:
     """Compile for every machine that there is a compiler for, and pack.
 
     Raises:
@@ -146,9 +148,9 @@ def source_files(program: Program, version: int) -> list[str]:
 # --- model description -----------------------------------------------------------------------------------------------
 
 
-def describe(program: Program, attributes: Mapping[str, str]) -> xml.Element:
+def describe(program: Program, attributes: Mapping[str, str]) -> ElementTree.Element:
     """The root of modelDescription.xml."""
-    return xml.Element(
+    return ElementTree.Element(
         "fmiModelDescription",
         {
             "modelName": program.model.name,
@@ -162,7 +164,7 @@ def describe(program: Program, attributes: Mapping[str, str]) -> xml.Element:
 
 
 def ranges(program: Program, i: int) -> tuple[float, float] | None:
-    """Training range of an input; None for an angle. For a coaxial pair the speeds at which the slips stay in theirs."""
+    """Training range of an input, None for an angle; of a coaxial pair the speeds whose slips can stay in theirs."""
     e = program.elements
     if i < e:
         return program.field.range
@@ -194,11 +196,11 @@ def units(program: Program) -> list[str]:
     return sorted({u for u in wanted if u not in ("?", "1", "-", "")})
 
 
-def unit_element(text: str) -> xml.Element:
+def unit_element(text: str) -> ElementTree.Element:
     """A unit with its exponents of the SI's base units."""
     from erclutch.units import parse
 
-    made = xml.Element("Unit", {"name": text})
+    made = ElementTree.Element("Unit", {"name": text})
     try:
         unit = parse(text)
     except ErclutchError:
@@ -212,7 +214,7 @@ def unit_element(text: str) -> xml.Element:
         if short is None or exponent != int(exponent):
             return made
         base[short] = str(int(exponent))
-    xml.SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
+    ElementTree.SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
     return made
 
 
@@ -234,8 +236,8 @@ def _page(program: Program) -> str:
         rows.append(f"<tr><td>{_safe(name)}</td><td>{_safe(unit)}</td><td>{text}</td></tr>")
     low, high = program.limits
     when = (
-        f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the end "
-        "of each period with the inputs that held through it; in model exchange by a time event."
+        f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the "
+        "end of each period with the inputs that held through it; in model exchange by a time event."
         if has_memory(program)
         else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
     )
@@ -258,9 +260,9 @@ def _safe(text: str) -> str:
 # --- archive ---------------------------------------------------------------------------------------------------------
 
 
-def _tree(root: xml.Element, path: Path) -> None:
-    xml.indent(root)
-    xml.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+def _tree(root: ElementTree.Element, path: Path) -> None:
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 
 
 def _pack(root: Path, out: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from xml.etree import ElementTree as xml
+from xml.etree import ElementTree
 
 from erclutch.export import fmu
 from erclutch.export.check import Check
@@ -19,65 +19,65 @@ def write(program: Program, folder: Path) -> None:
     fmu.write_fmu(program, folder, 3, _description(program), _build(program))
 
 
-def _build(program: Program) -> xml.Element:
-    root = xml.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
-    configuration = xml.SubElement(root, "BuildConfiguration", {"modelIdentifier": fmu.identifier(program, 3)})
+def _build(program: Program) -> ElementTree.Element:
+    root = ElementTree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    configuration = ElementTree.SubElement(root, "BuildConfiguration", {"modelIdentifier": fmu.identifier(program, 3)})
     options = {"language": "C99", "compilerOptions": "-ffp-contract=off"}
-    files = xml.SubElement(configuration, "SourceFileSet", options)
+    files = ElementTree.SubElement(configuration, "SourceFileSet", options)
     for name in fmu.source_files(program, 3):
-        xml.SubElement(files, "SourceFile", {"name": name})
+        ElementTree.SubElement(files, "SourceFile", {"name": name})
     return root
 
 
-def _description(program: Program) -> xml.Element:
+def _description(program: Program) -> ElementTree.Element:
     root = fmu.describe(program, {"fmiVersion": "3.0", "instantiationToken": fmu.token(program)})
     common = {
         "modelIdentifier": fmu.identifier(program, 3),
         "canGetAndSetFMUState": "true",
         "canSerializeFMUState": "true",
     }
-    xml.SubElement(root, "ModelExchange", common)
+    ElementTree.SubElement(root, "ModelExchange", common)
     simulation = {**common, "canHandleVariableCommunicationStepSize": "true"}
     if has_memory(program) and program.period is not None:
         simulation["fixedInternalStepSize"] = fmu.number(program.period)
-    xml.SubElement(root, "CoSimulation", simulation)
+    ElementTree.SubElement(root, "CoSimulation", simulation)
     if fmu.units(program):
-        definitions = xml.SubElement(root, "UnitDefinitions")
+        definitions = ElementTree.SubElement(root, "UnitDefinitions")
         for unit in fmu.units(program):
             definitions.append(fmu.unit_element(unit))
-    categories = xml.SubElement(root, "LogCategories")
-    xml.SubElement(categories, "Category", {"name": "logStatusError"})
+    categories = ElementTree.SubElement(root, "LogCategories")
+    ElementTree.SubElement(categories, "Category", {"name": "logStatusError"})
     if program.period is not None:
-        xml.SubElement(root, "DefaultExperiment", {"stepSize": fmu.number(program.period)})
-    _variables(program, xml.SubElement(root, "ModelVariables"))
-    structure = xml.SubElement(root, "ModelStructure")
+        ElementTree.SubElement(root, "DefaultExperiment", {"stepSize": fmu.number(program.period)})
+    _variables(program, ElementTree.SubElement(root, "ModelVariables"))
+    structure = ElementTree.SubElement(root, "ModelStructure")
     count = len(program.inputs)
     every = " ".join(str(i + 1) for i in range(count))
     # In model exchange a sampled output changes at an event, with the inputs of that event.
     for tag in ("Output", "InitialUnknown"):
         for reference in (count + 1, count + 2):
-            xml.SubElement(structure, tag, {"valueReference": str(reference), "dependencies": every})
+            ElementTree.SubElement(structure, tag, {"valueReference": str(reference), "dependencies": every})
     return root
 
 
-def _variables(program: Program, group: xml.Element) -> None:
+def _variables(program: Program, group: ElementTree.Element) -> None:
     time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
-    xml.SubElement(group, "Float64", time)
+    ElementTree.SubElement(group, "Float64", time)
     for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
         entry = {"name": name, "valueReference": str(i + 1), "causality": "input", "variability": "continuous"}
         covered = fmu.ranges(program, i)
         limits = {} if covered is None else {"min": fmu.number(covered[0]), "max": fmu.number(covered[1])}
         start = fmu.number(min(max(0.0, covered[0]), covered[1]) if covered else 0.0)
-        xml.SubElement(group, "Float64", {**entry, **fmu.unit_of(unit), **limits, "start": start})
+        ElementTree.SubElement(group, "Float64", {**entry, **fmu.unit_of(unit), **limits, "start": start})
     count = len(program.inputs)
     low, high = program.limits
     output = {"causality": "output", "initial": "calculated"}
     variability = "discrete" if has_memory(program) else "continuous"
     effort = {"name": "effort", "valueReference": str(count + 1), **output, "variability": variability}
     limits = {"min": fmu.number(min(low, 0.0)), "max": fmu.number(max(high, 0.0))}
-    xml.SubElement(group, "Float64", {**effort, **fmu.unit_of(program.model.units.effort or "1"), **limits})
+    ElementTree.SubElement(group, "Float64", {**effort, **fmu.unit_of(program.model.units.effort or "1"), **limits})
     flags = {"name": "flags", "valueReference": str(count + 2), **output, "variability": "discrete"}
-    xml.SubElement(group, "UInt32", {**flags, "description": fmu.flags_text(), "min": "0", "max": "31"})
+    ElementTree.SubElement(group, "UInt32", {**flags, "description": fmu.flags_text(), "min": "0", "max": "31"})
 
 
 def verify(program: Program, folder: Path) -> Iterator[Check]:

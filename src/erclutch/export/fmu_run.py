@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
@@ -110,8 +111,8 @@ def _exchange(program: Program, description: Any, place: str, rows: NDArray[Any]
     return effort, flags
 
 
-_RUNS: Any = {
-    (2, "CoSimulation"): lambda *a: _cosimulate(*a, version=2),
-    (3, "CoSimulation"): lambda *a: _cosimulate(*a, version=3),
+_RUNS: Mapping[tuple[int, str], Callable[[Program, Any, str, NDArray[Any]], Runs]] = {
+    (2, "CoSimulation"): partial(_cosimulate, version=2),
+    (3, "CoSimulation"): partial(_cosimulate, version=3),
     (3, "ModelExchange"): _exchange,
 }

@@ -37,7 +37,8 @@ def step_function(program: Program, record: StepRecord) -> str:
     body = list(_lines(program, record))
     text = "\n".join(f"    {line}" if line else "" for line in body)
     inputs = "\n".join(
-        f"%   u({i + 1})  {name} [{unit}]" for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True))
+        f"%   u({i + 1})  {name} [{unit}]"
+        for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True))
     )
     comment = "\n".join(f"% {line}".rstrip() for line in equation(program))
     helpers = _helpers(program, record)

@@ -1,4 +1,4 @@
-"""A step record as an ONNX model: one file, normalisation inside, shapes fixed, state in and state out as one tensor."""
+"""A step record as an ONNX model: one file, normalisation inside, fixed shapes, state in and out as one tensor."""
 
 from __future__ import annotations
 
@@ -116,7 +116,9 @@ class Emitter:
         x = self.add("Div", [self.add("Sub", [x, self.constant(s.offset)]), self.constant(s.scale)])
         if model.structure.kind == "rbfn":
             distance = self.add("Sub", [x, self.constant(w["centres"])])
-            square = self.add("ReduceSum", [self.add("Mul", [distance, distance]), self.constant([1], np.int64)], keepdims=0)
+            square = self.add(
+                "ReduceSum", [self.add("Mul", [distance, distance]), self.constant([1], np.int64)], keepdims=0
+            )
             half = self.add("Mul", [square, self.constant([-0.5])])
             x = self.add("Exp", [self.add("Div", [half, self.constant(w["spreads"] ** 2)])])
             out, start = w["w"], w["b"]
@@ -131,7 +133,7 @@ class Emitter:
 
 
 def onnx_model(program: Program, record: StepRecord) -> Any:
-    """The ONNX model: ``input`` (1, n) and, with a state, ``state`` (S,); ``effort`` (1, 1), ``flags`` (1,), ``state_out``.
+    """The ONNX model: ``input`` (1, n), perhaps ``state`` (S,); ``effort`` (1, 1), ``flags`` (1,), ``state_out`` (S,).
 
     A state of zeros is a reset.
     """
@@ -181,7 +183,9 @@ def _pack(emit: Emitter, record: StepRecord) -> None:
             at = [emit.constant([i], np.int64) for i in (0, register.length - 1)]
             moved = emit.add("Concat", [now, emit.add("Slice", [register.name, *at])], axis=0)
         going = emit.add("Less", [half, str(record.started)])
-        parts.append(emit.add("Where", [going, moved, emit.add("Expand", [now, emit.constant([register.length], np.int64)])]))
+        parts.append(
+            emit.add("Where", [going, moved, emit.add("Expand", [now, emit.constant([register.length], np.int64)])])
+        )
     emit.add("Concat", parts, "state_out", axis=0)
 
 

@@ -48,8 +48,8 @@ def caller_bytes(program: Program) -> int:
 
 def _caller_header(program: Program) -> str:
     n, N, p = program.name, program.name.upper(), program.precision
-    return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out, through a Unit Delay whose
-   initial condition is zeros. */
+    return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
+   through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
 #define {N}_CALLER_H
 
