@@ -132,7 +132,7 @@ def verify(program: Program, folder: Path) -> Iterator[Check]:
 
 @contextmanager
 def _imported(program: Program, folder: Path) -> Generator[ModuleType]:
-    """NAME_mujoco.py, which imports NAME.py beside it; both are forgotten again, as another export may have the name."""
+    """NAME_mujoco.py, which imports NAME.py beside it; both are forgotten again: another export may have the name."""
     names = (program.name, f"{program.name}_mujoco")
     kept = {name: sys.modules.pop(name) for name in names if name in sys.modules}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
