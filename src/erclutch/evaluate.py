@@ -126,6 +126,20 @@ def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
     return _figure(float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2)))), _over(mine, theirs))
 
 
+def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> Figure:
+    """How much larger a model's RMSE is than another's, in the effort's unit, on the same blocks of rows for both.
+
+    Args:
+        error: residuals of the model, shape (n,).
+        other: residuals of the other one on the same rows, shape (n,).
+        block: rows of a bootstrap block.
+        seed: of the resampling.
+    """
+    starts = block_starts(error.size, block, seed)
+    mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, other))
+    return _figure(float(np.sqrt(np.mean(error**2)) - np.sqrt(np.mean(other**2))), mine - theirs)
+
+
 def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
     """How much larger, as a share: zero where both are zero, infinite where only the other one is."""
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,6 +1,7 @@
 """A run is a folder: what was asked, what was read, what came out. The same log and settings give the same bytes.
 
-    run.json             settings, versions, logs with digests, findings, the ranked figures, the recommendation
+    run.json             settings, versions, logs with digests, findings, the ranked figures, the recommendation,
+                         the gapless stretches of rows and the digests of the other files
     table.csv            the ranking, a row a model
     models/NAME.json     each model with its numbers, parameters with intervals, and a digest
     predictions.parquet  time, fields, slips, measured effort, the test mask, and each model's effort
@@ -11,13 +12,15 @@ A folder is written beside its final name and moved there when it is whole, so t
 from __future__ import annotations
 
 import csv
+import hashlib
 import importlib.metadata
 import json
 import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -28,11 +31,13 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.comparison import Comparison, Entry
 from erclutch.errors import RunError
-from erclutch.model import digest_of
+from erclutch.model import TIMES, TorqueModel, digest_of
 from erclutch.saved import Model, load_model
 from erclutch.signals import Recording
 
-RUN_SCHEMA = 1
+RUN_SCHEMA = 2
+#: Files of a run whose digests stand in run.json, so that a changed one is noticed.
+_GUARDED = ("table.csv", "predictions.parquet")
 _LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
 
 
@@ -50,7 +55,8 @@ def write_run(
         folder: where; its parent must exist.
         comparison: what came out.
         recordings: the logs that went in.
-        reading: how they were read, as JSON values: mapping, device, filter.
+        reading: how they were read, as JSON values: the options of `erclutch fit` that were given; None where they were
+            not read by it, so that no command can repeat the run.
         force: replace a run that is already there (never anything else).
 
     Returns:
@@ -61,19 +67,30 @@ def write_run(
     """
     target = Path(folder)
     may_write(target, force)
+    with whole_folder(target) as partial:
+        _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
+    return target
+
+
+@contextmanager
+def whole_folder(target: Path) -> Generator[Path, None, None]:
+    """A folder to fill that gets its name once it is whole; whatever goes wrong before leaves nothing.
+
+    Raises:
+        RunError: it cannot be written.
+    """
     try:
         partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
     except OSError as error:
         raise _unwritable(target, error) from error
     try:
         partial.chmod(0o755)
-        _fill(partial, run_to_dict(comparison, recordings, reading or {}), comparison)
+        yield partial
         _put(partial, target)
     except OSError as error:
         raise _unwritable(target, error) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-    return target
 
 
 def _put(partial: Path, target: Path) -> None:
@@ -120,13 +137,21 @@ def may_write(folder: str | Path, force: bool = False) -> None:
 
 
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
-    _write_json(folder / "run.json", {**body, "digest": digest_of(body)})
     models = folder / "models"
     models.mkdir()
     for entry in comparison.entries:
         _write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
+    # What `fit --json` prints, and what keeps the folder together.
+    whole = {**body, "files": {name: file_digest(folder / name) for name in _GUARDED}}
+    _write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's bytes, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def file_name(model: str) -> str:
@@ -138,7 +163,9 @@ def _write_json(path: Path, body: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def run_to_dict(comparison: Comparison, recordings: Sequence[Recording], reading: Mapping[str, Any]) -> dict[str, Any]:
+def run_to_dict(
+    comparison: Comparison, recordings: Sequence[Recording], reading: Mapping[str, Any] | None
+) -> dict[str, Any]:
     """Everything of a run but the rows, as JSON values."""
     data = comparison.data
     return {
@@ -146,7 +173,7 @@ def run_to_dict(comparison: Comparison, recordings: Sequence[Recording], reading
         "schema": RUN_SCHEMA,
         "versions": versions(),
         "settings": comparison.settings.to_dict(),
-        "reading": dict(reading),
+        "reading": None if reading is None else dict(reading),
         "device": data.device,
         "units": {"effort": data.units.effort, "field": data.units.field, "slip": data.units.slip},
         "logs": [
@@ -155,6 +182,8 @@ def run_to_dict(comparison: Comparison, recordings: Sequence[Recording], reading
             for r in recordings
         ],
         "notes": list(data.notes),
+        "source_rows": [list(rows) for rows in data.source_rows],
+        "spans": [[span.start, span.stop, span.period] for span in data.clock.spans],
         "train_rows": int(np.count_nonzero(~comparison.test)),
         "test_rows": int(np.count_nonzero(comparison.test)),
         "findings": [
@@ -185,6 +214,8 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
             "file": f"models/{file_name(entry.name)}.json",
             "model_digest": entry.outcome.model.to_dict()["digest"],
             "title": entry.outcome.model.title,
+            "sound": entry.sound,
+            "dynamics": _dynamics(entry),
             "parameters_count": entry.outcome.parameters,
             "train": entry.train.to_dict(),
             "test": entry.test.to_dict(),
@@ -195,6 +226,14 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
             "notes": list(entry.notes),
         }
     )
+
+
+def _dynamics(entry: Entry) -> dict[str, float]:
+    """Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any."""
+    model = entry.outcome.model
+    if isinstance(model, TorqueModel):
+        return {name: float(model.shape[name]) for name in TIMES[model.structure.dynamics]}
+    return dict(model.dynamics)
 
 
 def _finite(value: Any) -> Any:
@@ -281,6 +320,36 @@ class Run:
         """Models, best test error first."""
         return tuple(entry["name"] for entry in self.body["ranking"])
 
+    def entry(self, name: str) -> Mapping[str, Any]:
+        """What run.json says of a model.
+
+        Raises:
+            RunError: no such model.
+        """
+        for entry in self.body["ranking"]:
+            if entry["name"] == name:
+                return entry
+        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"There are {', '.join(self.names)}")
+
+    def file(self, name: str) -> Path:
+        """Path of a file whose digest run.json holds, once it has been checked.
+
+        Raises:
+            RunError: the file is missing, cannot be read, or was changed.
+        """
+        path = self.folder / name
+        try:
+            found = file_digest(path)
+        except OSError as error:
+            raise RunError(
+                f"cannot be read: {error.strerror or error}",
+                where=str(path),
+                remedy="Restore the file, or fit the log again",
+            ) from error
+        if found != self.body["files"][name]:
+            raise RunError("changed after the run", where=str(path), remedy="Restore the file, or fit the log again")
+        return path
+
     def model(self, name: str | None = None) -> Model:
         """A model of the run; None gives the recommended one.
 
@@ -288,9 +357,7 @@ class Run:
             RunError: no such model, or its file was changed.
         """
         wanted = name or str(self.body["recommended"])
-        if wanted not in self.names:
-            raise RunError(f"no model {wanted!r}", where=str(self.folder), remedy=f"There are {', '.join(self.names)}")
-        entry = next(e for e in self.body["ranking"] if e["name"] == wanted)
+        entry = self.entry(wanted)
         path = self.folder / "models" / f"{file_name(wanted)}.json"
         model = load_model(path)
         if model.to_dict()["digest"] != entry["model_digest"]:
@@ -307,9 +374,10 @@ def read_run(folder: str | Path) -> Run:
     path = Path(folder) / "run.json"
     try:
         body = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
+        what = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise RunError(
-            f"not a run: {error}", where=str(folder), remedy="Give the --out folder of erclutch fit"
+            f"not a run: run.json: {what}", where=str(folder), remedy="Give the --out folder of erclutch fit"
         ) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
         raise RunError("run.json is not that of a run", where=str(folder), remedy="Give the folder of erclutch fit")

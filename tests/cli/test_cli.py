@@ -91,7 +91,9 @@ def test_without_a_command_it_says_what_to_do(tmp_path: Path) -> None:
         assert f"erclutch {command}" in said
 
 
-@pytest.mark.parametrize("command", [(), ("demo",), ("inspect",), ("fit",), ("flowcurve",), ("laws",)])
+@pytest.mark.parametrize(
+    "command", [(), ("demo",), ("inspect",), ("fit",), ("report",), ("compare",), ("figure",), ("laws",)]
+)
 def test_help(command: tuple[str, ...], tmp_path: Path) -> None:
     assert "Usage: " in good(*command, "--help", cwd=tmp_path)
 
@@ -104,11 +106,16 @@ def test_version(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_demo(tmp_path: Path) -> None:
-    said = good("demo", "--seconds", "10", "--keep", "kept", cwd=tmp_path)
-    assert said.startswith("TWIN: ")
-    assert "Recommended: " in said
-    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["run", "twin.parquet"]
+    for _ in range(2):  # that of an earlier demo is replaced
+        said = good("demo", "--seconds", "10", "--out", "kept", cwd=tmp_path)
+        assert "TWIN: " in said
+        for words in ("1 of 3  Collecting", "2 of 3  Fitting", "3 of 3  Writing the report", "Recommended: "):
+            assert words in said
+        assert f"Report: {tmp_path / 'kept' / 'report.html'}" in said
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["kept"]
+        assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["report.html", "run", "twin.parquet"]
     assert json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
+    assert 'class="badge twin"' in (tmp_path / "kept" / "report.html").read_text()
 
 
 def test_inspect(log: Path) -> None:
@@ -146,6 +153,7 @@ def test_fit_keeps_a_run(log: Path) -> None:
 def test_fit_as_json_is_run_json(log: Path) -> None:
     body: dict[str, Any] = json.loads(good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent))
     kept = json.loads((log.parent / "run" / "run.json").read_text())
+    assert sorted(kept.pop("files")) == ["predictions.parquet", "table.csv"]
     kept.pop("digest")
     assert body == kept
     assert [entry["name"] for entry in body["ranking"]] == ["quadratic"]
@@ -323,10 +331,39 @@ def test_out_is_looked_at_before_the_fit(log: Path, monkeypatch: pytest.MonkeyPa
     refused_here("fit", log, "--out", "no/run", cwd=log.parent, monkeypatch=monkeypatch)
 
 
-def test_demo_that_cannot_keep(log: Path) -> None:
-    done = run("demo", "--seconds", "10", "--keep", "log.csv", cwd=log.parent)
-    assert done.returncode == 2
-    assert done.stderr == "error: log.csv: cannot be made: File exists. Give another --keep.\n"
+def test_demo_never_replaces_what_is_no_demo(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = log.parent / "mine"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("mine")
+    for out, words in (
+        ("log.csv", "log.csv: exists and is not the folder of a demo. Give another --out."),
+        ("mine", "mine: exists and is not the folder of a demo"),
+        ("no/demo", "no/demo: its parent folder cannot be written"),
+    ):
+        assert words in refused_here("demo", "--out", out, cwd=log.parent, monkeypatch=monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("at", ["1 of 3", "2 of 3", "bingham", "fnn-6 ", "3 of 3"])
+def test_an_interrupted_demo_leaves_nothing(at: str, tmp_path: Path) -> None:
+    command = subprocess.Popen(
+        [*COMMAND, "demo", "--seconds", "20"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    assert command.stdout is not None
+    for line in command.stdout:
+        if at in line:
+            break
+    command.send_signal(signal.SIGINT)
+    _, said = command.communicate(timeout=60)
+    assert command.returncode == 130, said
+    assert said == "error: interrupted; nothing was left half-written\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_more_unknowns_than_rows(tmp_path: Path) -> None:
@@ -391,3 +428,79 @@ def test_an_interrupt_during_a_fit_leaves_nothing(after: float, tmp_path: Path) 
     assert said.count("\n") <= 1
     assert out == ""
     assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv"]
+
+
+# --- reports ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def kept(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs of the same log, `one` and `two`, that no test changes."""
+    folder = tmp_path_factory.mktemp("kept")
+    shutil.copy(made, folder / "log.csv")
+    good("fit", "log.csv", *QUICK, "--out", "one", cwd=folder)
+    good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "two", cwd=folder)
+    return folder
+
+
+@pytest.fixture
+def runs(kept: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(kept, tmp_path / "runs"))
+
+
+def test_report(runs: Path) -> None:
+    assert good("report", "one", cwd=runs).startswith(f"one{os.sep}report.html: ")
+    text = (runs / "one" / "report.html").read_text()
+    assert text.startswith("<!doctype html>")
+    good("report", "one", "--out", "x.html", cwd=runs)
+    assert (runs / "x.html").read_text() == text
+
+
+def test_compare(runs: Path) -> None:
+    said = good("compare", "one", "two", "--out", "c.html", cwd=runs)
+    assert "600 rows that all 2 runs held out" in said
+    assert "Differences to one, paired" in said
+    assert "models    quadratic   bingham" in said
+    assert "two: bingham errs by" in said
+    assert "What was done differently" in (runs / "c.html").read_text()
+
+
+def test_figure(runs: Path) -> None:
+    assert "flow-curves" in good("figure", cwd=runs)
+    assert "parity.pdf" in good("figure", "parity", "one", cwd=runs)
+    assert sorted(p.name for p in (runs / "figures").iterdir()) == ["parity.csv", "parity.pdf", "parity.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("report", "nowhere"), "nowhere: not a run: run.json: No such file or directory"),
+        (("report", "log.csv"), "log.csv: not a run"),
+        (("report", "one", "--out", "no/x.html"), "no/x.html: its folder does not exist. Make no first."),
+        (("report", "one", "--out", "log.csv"), "log.csv: exists and is not a report. Give --out another name"),
+        (("report", "one", "--out", "two"), "two: this is a folder"),
+        (("compare", "one"), "a comparison needs two runs or more"),
+        (("compare", "one", "one"), "the same run twice"),
+        (("compare", "one", "two", "--model", "hem"), "no model 'hem'"),
+        (("compare", "one", "two", "--model", "a", "--model", "b", "--model", "c"), "3 models for 2 runs"),
+        (("compare", "one", "two", "--open"), "--open without a file"),
+        (("figure", "fig3", "one"), "no figure 'fig3'"),
+        (("figure", "trace"), "no run was given"),
+        (("figure", "trace", "one", "--start", "99"), "no rows from 99 s"),
+        (("figure", "trace", "one", "--seconds", "-1"), "a section of -1 s"),
+        (("figure", "parity", "one", "--out", "log.csv"), "log.csv"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_bad_reports(arguments: tuple[str, ...], words: str, runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert words in refused_here(*arguments, cwd=runs, monkeypatch=monkeypatch)
+
+
+def test_a_run_with_a_changed_file(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (runs / "one" / "table.csv").write_text("better figures")
+    (runs / "two" / "predictions.parquet").unlink()
+    for arguments in (("report", "one"), ("figure", "parity", "one")):
+        said = refused_here(*arguments, cwd=runs, monkeypatch=monkeypatch)
+        assert "table.csv: changed after the run. Restore the file, or fit the log again." in said
+    said = refused_here("compare", "one", "two", cwd=runs, monkeypatch=monkeypatch)
+    assert "predictions.parquet: cannot be read: No such file or directory" in said

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import subprocess
 import sys
@@ -188,6 +189,9 @@ def test_steady_is_the_step_at_rest(models: dict[str, Model], need: Callable[...
     for _ in range(400):
         effort = model.step(*row)
     assert model.steady(row) == pytest.approx(effort, rel=1e-12)
+    step = compile_model(program).step  # outlives its model
+    gc.collect()
+    assert np.isfinite([step(*row) for _ in range(1000)]).all()
     with pytest.raises(TypeError, match="one number an input"):
         model.step(1.0)
     with pytest.raises(TypeError):

@@ -19,17 +19,9 @@ from erclutch.dataset import Dataset, build_dataset
 from erclutch.device import Element, Units
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
+from erclutch.fit.backprop import Rows, tables_of, theta_of, weights_of
 from erclutch.fit.compress import LEVELS, compress
-from erclutch.fit.network import (
-    Rows,
-    first_weights,
-    levenberg_marquardt,
-    schedule_for,
-    tables_of,
-    theta_of,
-    train,
-    weights_of,
-)
+from erclutch.fit.network import first_weights, levenberg_marquardt, schedule_for, train
 from erclutch.fit.networks import fit_network
 from erclutch.fit.rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.networks import is_network, network_from_name
@@ -71,8 +63,12 @@ def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, s
         [(residual(theta - step * e) - residual(theta + step * e)) / (2 * step) for e in np.eye(theta.size)]
     )
     whole = np.column_stack([slopes, residual(theta)])
-    gram = Rows(x, y, weight, sizes, single=False).gram(theta)
-    np.testing.assert_allclose(gram, whole.T @ whole, rtol=1e-5, atol=1e-6)
+    rows = Rows(x, y, weight, sizes, single=False)
+    np.testing.assert_allclose(rows.gram(theta), whole.T @ whole, rtol=1e-5, atol=1e-6)
+    assert rows.cost(theta) == pytest.approx(float(whole[:, -1] @ whole[:, -1]), rel=1e-12)
+    along = rng.normal(size=theta.size)
+    bent = -(residual(theta + 1e-4 * along) - 2 * residual(theta) + residual(theta - 1e-4 * along)) / 1e-8
+    np.testing.assert_allclose(rows.bend(theta, along), slopes.T @ bent, rtol=1e-4, atol=1e-4)
     assert np.array_equal(theta_of(tables_of(theta, sizes)), theta)
 
 

@@ -64,11 +64,11 @@ def held(slip: float, command: float, channel: int, changes: dict[str, float]) -
     torque, rate = 0.0, structure_rates(field, parts.fluid)
     strength = yield_stress(field, clutch.strength, parts.fluid)
     for i in range(POINTS):
-        shear, s, z = slip * clutch.arm[i], 0.0, 0.0
-        for _ in range(200_000 if slip * clutch.arm[i] < 1.0 else 4000):
+        shear, s, z = slip * parts.gaps.arm[i], 0.0, 0.0
+        for _ in range(200_000 if shear < 1.0 else 4000):
             s = structure_after(s, rate[0], rate[1], shear, parts.fluid, STEP)
             z = strain_after(z, shear, parts.fluid, STEP)
-        torque += clutch.weight[i] * strength * s * z / parts.fluid.yield_strain
+        torque += parts.gaps.weight[i] * strength * s * z / parts.fluid.yield_strain
     return torque
 
 
@@ -82,10 +82,10 @@ def test_a_slow_fully_built_clutch_gives_its_rated_torque(channel: int, rated: s
 def test_the_disc_integral_of_a_bingham_fluid() -> None:
     """N [2 pi / 3 tau_y (r2^3 - r1^3) + pi eta w / (2 h) (r2^4 - r1^4)] with a constant yield stress and viscosity."""
     rig = default_rig()
-    c, clutch = rig.section("clutch"), parts_of(rig).clutch_1
+    c, gaps = rig.section("clutch"), parts_of(rig).gaps
     tau, eta, w = 1500.0, 0.2, 12.0
-    shear = w * clutch.arm
-    got = float(np.sum(clutch.weight * (tau + eta * shear)))
+    shear = w * gaps.arm[:POINTS]
+    got = float(np.sum(gaps.weight[:POINTS] * (tau + eta * shear)))
     r1, r2, h, n = c["inner_radius"], c["outer_radius"], c["gap"], c["faces"]
     expected = n * (2 * math.pi / 3 * tau * (r2**3 - r1**3) + math.pi * eta * w / (2 * h) * (r2**4 - r1**4))
     assert got == pytest.approx(expected, rel=1e-3)

@@ -21,14 +21,20 @@ _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "report": "Write the report of a run: one HTML file, or a PDF for print.",
+    "compare": "Compare runs on the rows that all of them held out.",
+    "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
+    "live": "Estimate, control, record and watch at 1 kHz, on the digital TWIN or on your rig.",
+    "experiment": "Run the paper's online experiments with the live loop: figures 7 to 13.",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "export": "Write a model for a controller: C99, Python.",
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
+    "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _name.replace("-", "_")
@@ -40,6 +46,7 @@ What to do first:
   erclutch demo                 see it work, on a log of the digital twin
   erclutch inspect LOG          what is in your file, and what it is taken for
   erclutch fit LOG              fit and rank all models; --out RUN keeps the result
+  erclutch report RUN           the result as one file to read and to forward
   erclutch laws                 the models
 
 erclutch COMMAND --help tells all about a command.

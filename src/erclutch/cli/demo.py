@@ -2,77 +2,184 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from erclutch.errors import RunError, SettingError
+
+if TYPE_CHECKING:
+    from erclutch.comparison import Comparison
+    from erclutch.diagnostics.material import Material
+    from erclutch.signals import Recording
+
 _WHAT = (
-    "TWIN: a digital twin of the rig of Huang and Ishikawa (two ER clutches on a ball screw) collects a log as in "
-    "their section III-B: random square and sine fields, one clutch at a time, random motor torque. It is no "
-    "measurement, and none of the models below is what it is made of."
+    "A clutch with an electrorheological fluid passes a torque on that a voltage sets. To control it without a torque "
+    "sensor one needs a model of that torque. This demo makes one from a log, as you would from yours."
 )
+_TWIN = (
+    "The log comes from a digital twin of the rig of Huang and Ishikawa: two such clutches on a ball screw. It is a "
+    "computer's, no measurement, and none of the models below is what it is made of."
+)
+_MEANINGS = {
+    "bingham/forward": "a yield torque and a viscous one, the textbook law",
+    "seo-seo/forward": "a yield torque that dips with speed",
+    "hem/forward": "viscosity that follows the field",
+    "rbfm-5/forward": "viscosity as five bumps over the field",
+    "rbfm-10/forward": "viscosity as ten bumps over the field",
+    "rbfn-10": "a network of ten radial neurons, no physics inside",
+    "rbfn-50": "the same with fifty",
+    "fnn-6": "a network of six neurons",
+    "fnn-16": "the same with sixteen",
+    "fnn-10-6": "a network of two layers",
+}
 
 
 def demo(
     *,
-    seconds: Annotated[float, Parameter()] = 60.0,
-    seed: Annotated[int, Parameter()] = 0,
-    keep: Annotated[Path | None, Parameter()] = None,
+    seconds: float = 290.0,
+    seed: int = 0,
+    out: Path = Path("erclutch-demo"),
+    open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
 ) -> None:
-    """Let the digital TWIN collect a log, fit every model of the paper's table II to it and print the ranking.
+    """Let the digital TWIN collect a log, fit every model of the paper's table II, write a report.
 
     Args:
-        seconds: Rig time of the log.
+        seconds: Rig time of the log; the paper's is 290.
         seed: Seed of its commands and noise.
-        keep: Folder to keep the log and the run in.
+        out: Folder for the log, the run and the report; that of an earlier demo is replaced.
+        open_: Open the report.
     """
-    import tempfile
-    import time
-
-    from erclutch.errors import RunError, SettingError
+    from erclutch.cli import show
 
     if not 10.0 <= seconds <= 3600.0 or seed < 0:
         raise SettingError(
             f"--seconds {seconds:g} --seed {seed}", remedy="Give 10 to 3600 seconds, a seed of 0 or more"
         )
+    _may_write(out)
+    screen = show.console()
+    began = time.perf_counter()
+    screen.print(_WHAT, soft_wrap=not screen.is_terminal)
+    screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
+    _run(out, seconds, seed)
+    screen.print(f"{time.perf_counter() - began:.0f} s in all.", markup=False)
+    if open_:
+        from erclutch.cli.report import open_file
+
+        open_file(out / "report.html")
+
+
+def _may_write(folder: Path) -> None:
+    """The folder of an earlier demo may be replaced, nothing else."""
+    import os
+
+    if not folder.parent.is_dir() or not os.access(folder.parent, os.W_OK):
+        raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
+    if not folder.exists():
+        return
+    ours = {"report.html", "run", "twin.parquet"}
+    if not folder.is_dir() or {path.name for path in folder.iterdir()} != ours:
+        raise RunError("exists and is not the folder of a demo", where=str(folder), remedy="Give another --out")
+
+
+def _run(out: Path, seconds: float, seed: int) -> None:
+    """Collect, fit, report: in a folder that gets its name once all is there."""
+    from erclutch.cli.simulate import collect
+    from erclutch.diagnostics.material import material_of
+    from erclutch.logs import read
+    from erclutch.report.page import write_report
+    from erclutch.rig.scenarios import prepare
+    from erclutch.runs import read_run, whole_folder, write_run
+
+    with whole_folder(out) as folder:
+        with _step("1 of 3  Collecting", "random fields on one clutch at a time, random motor torque (section III-B)"):
+            log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
+            recording = read(log, device="coaxial")
+        held = round(0.3 * recording.rows)
+        why = f"10 models on {recording.rows - held:,} rows; the last {held:,} are held out to judge them"
+        with _step("2 of 3  Fitting", why):
+            comparison = _fit(recording)
+            reading = {"device": "coaxial", "derivative": "difference"}
+            write_run(folder / "run", comparison, [recording], reading=reading)
+        with _step("3 of 3  Writing the report", "one file to look at and to forward"):
+            material = material_of(read_run(folder / "run"))
+            write_report(material, folder / "report.html")
+        _sum_up(material, comparison)
+    _where(out)
+
+
+@contextmanager
+def _step(name: str, why: str) -> Generator[None, None, None]:
+    """A line that says what happens and why, and how long it took."""
     from erclutch.cli import show
 
     screen = show.console()
-    screen.print(_WHAT, style="magenta")
+    screen.print(f"\n{name}: {why}", markup=False)
     began = time.perf_counter()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = keep or Path(scratch)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise RunError(
-                f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --keep"
-            ) from error
-        _run(folder, seconds, seed, keep is not None)
-    screen.print(f"{time.perf_counter() - began:.0f} s in all", markup=False)
-    screen.print("Your own log: erclutch inspect LOG, then erclutch fit LOG.", markup=False)
+    yield
+    screen.print(f"  done in {time.perf_counter() - began:.1f} s", style="dim", markup=False)
 
 
-def _run(folder: Path, seconds: float, seed: int, kept: bool) -> None:
-    from erclutch.cli import show
-    from erclutch.cli.fit import compare_with_progress, print_comparison
-    from erclutch.cli.simulate import collect
-    from erclutch.comparison import Settings
+def _fit(recording: Recording) -> Comparison:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from erclutch.comparison import Settings, compare
     from erclutch.dataset import build_dataset
     from erclutch.differentiate import Derivative
-    from erclutch.logs import read
-    from erclutch.rig.scenarios import prepare
-    from erclutch.runs import write_run
+
+    data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        task = bar.add_task("laws first, then networks", total=len(_MEANINGS))
+        return compare(
+            data,
+            Settings(models=("paper",), lag="none"),
+            _tell(lambda text: bar.update(task, advance=1, description=text)),
+        )
+
+
+def _tell(move: Callable[[str], None]) -> Callable[[int, int, str], None]:
+    """A line for each model as it is fitted, and a step of the bar."""
+    from erclutch.cli import show
 
     screen = show.console()
-    log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
-    recording = read(log, device="coaxial")
-    screen.print("\n".join(show.recording_lines([recording])), markup=False)
-    data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
-    comparison = compare_with_progress(data, Settings(models=("paper",), lag="none"))
-    print_comparison(comparison)
-    if kept:
-        reading = {"device": "coaxial", "derivative": "difference"}
-        run = write_run(folder / "run", comparison, [recording], reading=reading, force=True)
-        screen.print(f"Kept: {log} and {run}", markup=False, soft_wrap=True)
+
+    def fitted(done: int, total: int, name: str) -> None:
+        screen.print(f"  {name:<16} {_MEANINGS.get(name, '')}", markup=False)
+        move(f"fitted {name}")
+
+    return fitted
+
+
+def _sum_up(material: Material, comparison: Comparison) -> None:
+    """The ranking, and what it means in plain words."""
+    from erclutch.cli import show
+    from erclutch.diagnostics.text import percent, plain
+
+    screen = show.console()
+    screen.print()
+    screen.print(show.ranking(comparison, screen.width))
+    chosen = material.run.entry(material.recommended)
+    textbook = next((s.name for s in material.shown if s.role == "baseline"), material.recommended)
+    error = material.effort.of(chosen["test"]["rmse"][0])
+    words = (
+        f"Recommended: {chosen['name']}. On rows that it has not seen it errs by {error}, "
+        f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
+    )
+    if textbook != chosen["name"]:
+        theirs = material.run.entry(textbook)["test"]["rmse"][0]
+        words += f"; the textbook law {textbook} by {material.effort.of(theirs)}"
+    screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)
+
+
+def _where(out: Path) -> None:
+    from erclutch.cli import show
+
+    screen = show.console()
+    screen.print(f"Report: {(out / 'report.html').resolve()}", markup=False, soft_wrap=True)
+    screen.print("Next, your own log: erclutch inspect LOG, then erclutch fit LOG --out RUN and erclutch report RUN.")

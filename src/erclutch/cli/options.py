@@ -75,7 +75,7 @@ class LogOptions:
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: Annotated[str | None, Parameter(group=_READING)] = None
-    """Which recording of a MATLAB file."""
+    """Which recording of a MATLAB file, or which topic of an MCAP file."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """Missing or infinite values: an error (the default), or cut the log there."""
     derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"
@@ -136,7 +136,7 @@ class LogOptions:
 
 DEFAULT_READING = LogOptions()
 
-_SUFFIXES = {".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".mat", ".parquet", ".pq"}
+_SUFFIXES = {".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".mat", ".parquet", ".pq", ".mcap"}
 
 
 def expand(paths: Sequence[Path]) -> list[Path]:

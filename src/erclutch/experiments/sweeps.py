@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from erclutch.dataset import Dataset
 from erclutch.experiments.points import Points
 from erclutch.fit import fit_structure
+from erclutch.fit.backprop import Rows, tables_of
 from erclutch.fit.compress import Centroids, compress
-from erclutch.fit.network import Rows, Trained, first_weights, levenberg_marquardt, tables_of
+from erclutch.fit.network import Trained, first_weights, levenberg_marquardt
 from erclutch.fit.rbfn import candidates, forward_selection, weights_for
 from erclutch.laws import law_from_name
 from erclutch.model import Structure

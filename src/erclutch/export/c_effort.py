@@ -163,12 +163,14 @@ def _fnn(program: Program, n: str) -> Iterator[str]:
         a, bias = f"a{layer}", f"{n}b{layer}[i]"
         if width <= _WRITTEN_OUT:
             terms = [f"({n}w{layer}[i + {j * hidden}u] * {before}[{j}])" for j in range(width)]
-            yield from _loop("i", hidden, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh(sum);"])
+            yield from _loop("i", hidden, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"])
         else:
             yield from _loop("i", hidden, [f"{a}[i] = {bias};"])
             inner = [f"{a}[i] = {a}[i] + ({n}w{layer}[(j * {hidden}u) + i] * {before}[j]);"]
             yield from _loop("j", width, list(_loop("i", hidden, inner)))
-            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh({a}[i]);"])
+            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_hold({a}[i]);"])
+        # A loop of its own: held arguments are read from memory, so compilers make no branch of them and use vectors.
+        yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_held({a}[i]);"])
         before, width = a, hidden
 
 
@@ -180,13 +182,15 @@ def _rbfn(program: Program, n: str) -> Iterator[str]:
     if width <= _WRITTEN_OUT:
         distances = [f"const {n}real d{j} = x[{j}] - {n}centres[i + {j * hidden}u];" for j in range(width)]
         body = [*distances, *_sum(n, [f"(d{j} * d{j})" for j in range(width)])]
-        yield from _loop("i", hidden, [*body, f"a1[i] = {n}exp(({half} * sum) / {n}spreads[i]);"])
+        yield from _loop("i", hidden, [*body, f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"])
+        yield from _loop("i", hidden, [f"a1[i] = {n}exp_held(a1[i]);"])
         return
     yield from _loop("i", hidden, [f"a1[i] = {zero};"])
     inner = [f"const {n}real distance = x[j] - {n}centres[(j * {hidden}u) + i];"]
     inner += ["a1[i] = a1[i] + (distance * distance);"]
     yield from _loop("j", width, list(_loop("i", hidden, inner)))
-    yield from _loop("i", hidden, [f"a1[i] = {n}exp(({half} * a1[i]) / {n}spreads[i]);"])
+    yield from _loop("i", hidden, [f"a1[i] = {n}exp_hold(({half} * a1[i]) / {n}spreads[i]);"])
+    yield from _loop("i", hidden, [f"a1[i] = {n}exp_held(a1[i]);"])
 
 
 def _sum(n: str, terms: list[str]) -> list[str]:

@@ -46,7 +46,11 @@ def real_of_bits(n: str, p: Precision) -> str:
 _ABOUT = {
     "absolute": "|x|",
     "exp": "e^x = 2^k (1 + r + r^2 P(r)) for x = k ln 2 + r",
+    "exp_hold": "The argument of exp within what it can do",
+    "exp_held": "e^x = 2^k (1 + r + r^2 P(r)) for x = k ln 2 + r, x held",
     "expm1": "e^x - 1, precise near zero",
+    "tanh_hold": "The argument of tanh within where it is not yet 1",
+    "tanh_held": "Hyperbolic tangent of a held argument",
     "tanh": "Hyperbolic tangent",
     "power": "x^n = e^(n log x) for x > 0; log x and its product with n as sums of two numbers",
 }

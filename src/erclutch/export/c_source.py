@@ -19,17 +19,22 @@ FLAGS = {
 }
 
 
+_WITH_BITS = {"exp", "exp_held", "expm1", "power"}
+_ORDER = ("absolute", "exp", "exp_hold", "exp_held", "expm1", "tanh", "tanh_hold", "tanh_held", "power")
+
+
 def source(program: Program) -> str:
     """The .c file."""
     n, p = f"{program.name}_", program.precision
     graphs = [program.command, *([program.law] if program.law else [])]
     used = functions_used(graphs)
     if not isinstance(program.model, TorqueModel):
-        used.add("exp" if program.model.structure.kind == "rbfn" else "tanh")
+        name = "exp" if program.model.structure.kind == "rbfn" else "tanh"
+        used |= {f"{name}_hold", f"{name}_held"}
     parts = [c_parts.bits(n, p)]
-    if used & ({"exp", "expm1", "power"} | ({"tanh"} if p.width == 64 else set())):
+    if used & _WITH_BITS or (p.width == 64 and used & {"tanh", "tanh_held"}):
         parts.append(c_parts.real_of_bits(n, p))
-    parts += [c_parts.function(n, name, p) for name in ("absolute", "exp", "expm1", "tanh", "power") if name in used]
+    parts += [c_parts.function(n, name, p) for name in _ORDER if name in used]
     parts += [c_parts.limits(n, "field_limits", program.field, p), c_parts.limits(n, "slip_limits", program.slip, p)]
     parts += [c_parts.limits(n, f"extra{k}_limits", window, p) for k, window in enumerate(program.extras)]
     parts += [c_parts.windows(n), c_parts.fields(program, n), c_parts.slips(program, n)]

@@ -28,6 +28,12 @@ class _Call(ctypes.Structure):
     )
 
 
+class _Address(int):
+    """Where a call's numbers lie, and what must stay in memory with them."""
+
+    held: tuple[object, ...]
+
+
 class _Method(ctypes.Structure):
     _fields_ = (
         ("name", ctypes.c_char_p),
@@ -101,7 +107,10 @@ class CompiledModel:
         self._method = _Method(b"step", function, _METH_FASTCALL, b"One sample: the inputs in, the effort out.")
         make = ctypes.pythonapi.PyCFunction_NewEx
         make.argtypes, make.restype = (ctypes.POINTER(_Method), ctypes.py_object, ctypes.c_void_p), ctypes.py_object
-        return make(ctypes.byref(self._method), ctypes.addressof(self._call), None)
+        # The function may outlive this object, so it holds on to everything that it points to.
+        address = _Address(ctypes.addressof(self._call))
+        address.held = (self._call, self._method, self._memory, self._library, self._glue)
+        return make(ctypes.byref(self._method), address, None)
 
     def _slow_step(self, *inputs: float) -> float:
         self._set(inputs)

@@ -45,7 +45,8 @@ COEFFICIENTS: Mapping[str, tuple[float, ...]] = {
     "ln2_64": (_H("0x1.62e42fefa4000p-1"), _H("-0x1.8432a1b0e2634p-43")),
 }
 # fmt: on
-_TANH_IS_ONE = 9.02  # float32: above it the nearest number is 1
+#: Above these the nearest number to tanh is 1.
+_TANH_IS_ONE = {32: 9.02, 64: 20.0}
 
 
 @dataclass(frozen=True)
@@ -163,28 +164,49 @@ def _reduced(f: _Format, x: Any, rest: Any = None) -> tuple[Any, Any]:
     return _real_of(_on_bits("left_shift", exponent, f.precision.fraction, f.precision), f.precision), e
 
 
+def exp_hold(f: _Format, x: Any) -> Any:
+    """The argument within what exp can do."""
+    return _hold(x, -f.largest, f.largest)
+
+
+def exp_held(f: _Format, x: Any) -> Any:
+    """e^x of a held argument."""
+    scale, e = _reduced(f, x)
+    return scale + scale * e
+
+
 def exp(f: _Format, x: Any) -> Any:
     """e^x, held at its ends at the smallest and largest normal numbers."""
-    scale, e = _reduced(f, _hold(x, -f.largest, f.largest))
-    return scale + scale * e
+    return exp_held(f, exp_hold(f, x))
 
 
 def expm1(f: _Format, x: Any) -> Any:
     """e^x - 1, precise near zero."""
-    scale, e = _reduced(f, _hold(x, -f.largest, f.largest))
+    scale, e = _reduced(f, exp_hold(f, x))
     return scale * e + (scale - 1.0)
+
+
+def tanh_hold(f: _Format, x: Any) -> Any:
+    """The argument within where tanh is not yet 1."""
+    edge = _TANH_IS_ONE[f.precision.width]
+    return _hold(x, -edge, edge)
+
+
+def tanh_held(f: _Format, x: Any) -> Any:
+    """Hyperbolic tangent of a held argument."""
+    if f.precision is FLOAT32:
+        square = x * x
+        above = x * _polynomial(square, COEFFICIENTS["tanh32_p"])
+        return above / _polynomial(square, COEFFICIENTS["tanh32_q"])
+    scale, rest = _reduced(f, -2.0 * absolute(x))
+    e = scale * rest + (scale - 1.0)
+    t = -e / (2.0 + e)
+    return less_select(x, 0.0, -t, t)
 
 
 def tanh(f: _Format, x: Any) -> Any:
     """Hyperbolic tangent."""
-    if f.precision is FLOAT32:
-        held = _hold(x, -_TANH_IS_ONE, _TANH_IS_ONE)
-        square = held * held
-        above = held * _polynomial(square, COEFFICIENTS["tanh32_p"])
-        return above / _polynomial(square, COEFFICIENTS["tanh32_q"])
-    e = expm1(f, -2.0 * absolute(x))
-    t = -e / (2.0 + e)
-    return less_select(x, 0.0, -t, t)
+    return tanh_held(f, tanh_hold(f, x))
 
 
 def _split(f: _Format, x: Any) -> tuple[Any, Any]:
@@ -232,7 +254,16 @@ def power(f: _Format, x: Any, n: Any) -> Any:
     return scale + scale * e
 
 
-_BY_NAME: Mapping[str, Callable[..., Any]] = {"exp": exp, "expm1": expm1, "tanh": tanh, "power": power}
+_BY_NAME: Mapping[str, Callable[..., Any]] = {
+    "exp": exp,
+    "exp_hold": exp_hold,
+    "exp_held": exp_held,
+    "expm1": expm1,
+    "tanh": tanh,
+    "tanh_hold": tanh_hold,
+    "tanh_held": tanh_held,
+    "power": power,
+}
 
 
 @cache

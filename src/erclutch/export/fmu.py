@@ -18,11 +18,13 @@ from xml.etree import ElementTree
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.c_source import FLAGS, header, source
-from erclutch.export.compilers import Compiler, native
+from erclutch.export.compilers import EXACT, Compiler, native, run
 from erclutch.export.program import Program
 from erclutch.export.step_record import has_memory
 
 _BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
+#: zig compiles its C library the first time that it meets a target.
+_PATIENCE = 600.0
 _SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 
 
@@ -80,7 +82,10 @@ def write_fmu(
             place = root / "binaries" / binary[0]
             place.mkdir(parents=True)
             files = [code / f"fmi{version}.c", code / f"{program.name}.c"]
-            compiler.build(files, place / f"{identifier(program, version)}.{binary[1]}", *_SHARED)
+            out = place / f"{identifier(program, version)}.{binary[1]}"
+            words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
+            problem = f"{compiler.name} cannot compile the FMU's binary for {binary[0]}"
+            run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
         (root / "documentation").mkdir()
         (root / "documentation" / "index.html").write_text(_page(program), encoding="utf-8")
         _tree(description, root / "modelDescription.xml")

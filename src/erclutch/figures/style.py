@@ -8,7 +8,8 @@ from __future__ import annotations
 import csv
 import os
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ BLACK, BLUE, ORANGE, GREEN, RED, SKY, PINK, GREY = (
 )
 SERIES = (BLUE, RED, GREEN, ORANGE, PINK, SKY, BLACK, GREY)
 
+_DATE = "SOURCE_DATE_EPOCH"
 _RC = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Arial", "Helvetica", "Liberation Sans", "DejaVu Sans"],
@@ -54,12 +56,21 @@ _RC = {
 }
 
 
-def style() -> Any:
+@contextmanager
+def style() -> Generator[None, None, None]:
     """Context in which figures are made and saved."""
     logging: Any = import_module("logging")
     logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # one of the four fonts is enough
     matplotlib: Any = import_module("matplotlib")
-    return matplotlib.rc_context(_RC)
+    # Embedded fonts carry a date; a fixed one, so that the same data give the same bytes.
+    dated = os.environ.get(_DATE)
+    os.environ.setdefault(_DATE, "0")
+    try:
+        with matplotlib.rc_context(_RC):
+            yield
+    finally:
+        if dated is None:
+            del os.environ[_DATE]
 
 
 def new_figure(height: float, width: float = COLUMN) -> Any:
@@ -84,7 +95,7 @@ def save(figure: Any, path: Path) -> Path:
     def write(partial: Path) -> None:
         figure.savefig(partial, format=kind, metadata=metadata)
 
-    return _whole(path, write)
+    return write_whole(path, write)
 
 
 def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
@@ -100,10 +111,15 @@ def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[obje
             writer.writerow(header)
             writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
 
-    return _whole(path, write)
+    return write_whole(path, write)
 
 
-def _whole(path: Path, write: Any) -> Path:
+def write_whole(path: Path, write: Callable[[Path], object]) -> Path:
+    """Let a function write a file under another name and move it to its own when it is whole.
+
+    Raises:
+        RunError: the folder cannot be made or written.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.partial-", suffix=path.suffix, dir=path.parent)

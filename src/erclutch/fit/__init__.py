@@ -21,7 +21,16 @@ from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.starts import scan_points, thinned, windows
-from erclutch.fit.varpro import Projection, Separable, coordinates, jacobian, outer_problem, parameters, project
+from erclutch.fit.varpro import (
+    Projection,
+    Separable,
+    coordinates,
+    jacobian,
+    outer_problem,
+    parameters,
+    project,
+    refined,
+)
 from erclutch.laws import Shape
 from erclutch.model import Reference, Structure, TorqueModel, in_user_units, unit_text
 
@@ -152,6 +161,7 @@ def _outcome(
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
     columns, slopes, projection = jacobian(full, found.point)
+    projection = refined(columns, full.target, projection)
     residual = full.target - columns @ projection.gains
     moving = ~(found.at_lower | found.at_upper)
     free = np.column_stack([slopes[:, moving], columns[:, ~projection.held]])

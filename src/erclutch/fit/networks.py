@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from erclutch.dataset import Dataset
 from erclutch.errors import CheckError
+from erclutch.fit.backprop import tables_of, weights_of
 from erclutch.fit.compress import compress
 from erclutch.fit.lm import Stop
-from erclutch.fit.network import schedule_for, tables_of, train, weights_of
+from erclutch.fit.network import schedule_for, train
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for

@@ -88,7 +88,11 @@ def _to_four_digits(part: Any) -> Any:
     return part.n(4)
 
 
+def short_equation(law: Law) -> Any:
+    """The equation with awkward fractions to four digits."""
+    return equation(law).replace(_awkward, _to_four_digits)
+
+
 def equation_text(law: Law) -> str:
-    """The equation as one line of text, powers as ``^``; awkward fractions to four digits."""
-    short = equation(law).replace(_awkward, _to_four_digits)
-    return str(short).replace("**", "^")
+    """The equation as one line of text, powers as ``^``."""
+    return str(short_equation(law)).replace("**", "^")

@@ -1,4 +1,4 @@
-"""Log files of test benches into Recordings: text of any dialect, MATLAB, Parquet, or arrays in memory.
+"""Log files of test benches into Recordings: text of any dialect, MATLAB, Parquet, MCAP, or arrays in memory.
 
     recording = read("run1.csv", ColumnMap.from_labels({"slip": "V [cm/s]", "field": "Y [V]", "effort": "F [N]"}))
 
@@ -24,6 +24,7 @@ from erclutch.signals import SIGNALS, Array, Recording
 __all__ = ["NEEDS", "ColumnChoice", "ColumnMap", "Table", "read", "read_table", "recording_from_arrays"]
 
 _LARGEST = 4 << 30  # bytes
+_MCAP = b"\x89MCAP0\r\n"
 
 
 def read(
@@ -38,14 +39,14 @@ def read(
     """Read a log as a Recording in SI units.
 
     Args:
-        path: .csv .txt .tsv .dat .asc .log (also .gz), .mat (v5 and v7.3), .parquet .pq; the content decides.
+        path: .csv .txt .tsv .dat .asc .log (also .gz), .mat (v5 and v7.3), .parquet .pq, .mcap; the content decides.
         mapping: which column is which signal; a plain mapping is read as labels (``{"slip": "V [cm/s]"}``) or, where it
             has the keys of a mapping file (``columns``, ``time``, ``rate``, ...), as such. It wins over the mapping
             file beside the log, and that over guesses from names and units.
         device: "single" (field, slip or position, effort) or "coaxial" (E1 and E2 or E; theta or theta_dot; alpha,
             alpha_dot or alpha_raw with a lead; T).
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
-        variable: which recording of a MATLAB file to take.
+        variable: which recording of a MATLAB file to take, or which topic of an MCAP file.
         mapping_file: a mapping file in place of the one beside the log.
 
     Raises:
@@ -64,7 +65,7 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
 
     Args:
         path: see `read`.
-        variable: which recording of a MATLAB file to take.
+        variable: which recording of a MATLAB file to take, or which topic of an MCAP file.
 
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
@@ -88,6 +89,10 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
         return _with_columns(mat.read_mat(file.resolve(), data[:520], file.name, digest, variable))
     if data[:4] == parquet.MAGIC or suffix in {".parquet", ".pq"}:
         return _with_columns(parquet.read_parquet(data, file.name, digest))
+    if data[:8] == _MCAP or suffix == ".mcap":
+        from erclutch.logs import mcap
+
+        return _with_columns(mcap.read_mcap(data, file.name, digest, variable))
     return _with_columns(text.read_text(data, file.name, digest))
 
 

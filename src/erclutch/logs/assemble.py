@@ -297,11 +297,16 @@ def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> NDArray[n
 
 def _invalid_rows(draft: _Draft, invalid: Invalid) -> NDArray[np.bool_]:
     """Rows where a signal is not finite; an error unless they are to be dropped."""
+    unsampled = draft.table.unsampled
+    known = np.zeros(draft.table.rows, dtype=np.bool_) if unsampled is None else unsampled
     each = {draft.columns.get(signal, signal): ~np.isfinite(values) for signal, values in draft.signals.items()}
-    each = {name: bad for name, bad in each.items() if bad.any()}
+    each = {name: bad & ~known for name, bad in each.items() if (bad & ~known).any()}
     if each:
         _refuse_or_note(draft, each, invalid)
-    return np.logical_or.reduce([*each.values(), np.zeros(draft.table.rows, dtype=np.bool_)])
+    if known.any():
+        many = int(known.sum())
+        draft.notes.append(f"{many} steps of the loop had no good sample: left out, the log cut there")
+    return np.logical_or.reduce([*each.values(), known])
 
 
 def _refuse_or_note(draft: _Draft, each: Mapping[str, NDArray[np.bool_]], invalid: Invalid) -> None:

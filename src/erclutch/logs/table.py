@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from erclutch.signals import Array
 
 
@@ -26,6 +29,7 @@ class Table:
         constants: numbers given once for the whole file (a column filled in its first row only, a scalar variable).
         metadata: texts of the header block, of a MATLAB structure or of a Parquet file.
         notes: what was dropped, renamed or assumed while reading, one sentence each.
+        unsampled: rows of a live recording in which no good sample came, shape (n,); None in all other files.
     """
 
     name: str
@@ -39,6 +43,7 @@ class Table:
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
+    unsampled: NDArray[np.bool_] | None = None
 
     @property
     def origin(self) -> str:

@@ -21,7 +21,7 @@ _REFERENCE_FIELD = 2.0e6  # V/m: 2000 V over 1 mm, where the rates of default.to
 @compiled
 def yield_stress(field: float, strength: float, fluid: Fluid) -> float:
     """Yield stress of fully built chains in Pa."""
-    root = math.sqrt(field / fluid.critical_field)
+    root = math.sqrt(field * (1.0 / fluid.critical_field))
     return strength * 1.313 * root * root * root * math.tanh(root)
 
 
@@ -38,20 +38,18 @@ def structure_rates(field: float, fluid: Fluid) -> tuple[float, float]:
 def structure_after(s: float, rate: float, halving: float, shear: float, fluid: Fluid, dt: float) -> float:
     """Structure one step later, under a shear rate at the step's middle."""
     size = abs(shear)
-    return toward(s, halving / (halving + size), (rate + size / fluid.rearranging_strain) * dt)
+    return toward(s, halving / (halving + size), (rate + size * (1.0 / fluid.rearranging_strain)) * dt)
 
 
 @compiled
 def strain_after(z: float, shear: float, fluid: Fluid, dt: float) -> float:
     """Strain of the chains one step later, under a shear rate at the step's middle."""
     size = abs(shear)
-    if size == 0.0:
-        return z
-    return toward(z, math.copysign(fluid.yield_strain, shear), size / fluid.yield_strain * dt)
+    return toward(z, math.copysign(fluid.yield_strain, shear), size * (1.0 / fluid.yield_strain) * dt)
 
 
 @compiled
 def viscosity(shear: float, s: float, field: float, warm: float, fluid: Fluid) -> float:
     """Viscosity in Pa s: thins with rate, thickens with field and structure; ``warm`` is its share left by heat."""
-    thin = 1.0 + fluid.thinning / (1.0 + abs(shear) / fluid.thinning_rate)
-    return fluid.viscosity * warm * thin * (1.0 + fluid.field_thickening * field / _REFERENCE_FIELD * s)
+    thin = 1.0 + fluid.thinning / (1.0 + abs(shear) * (1.0 / fluid.thinning_rate))
+    return fluid.viscosity * warm * thin * (1.0 + fluid.field_thickening * field * (1.0 / _REFERENCE_FIELD) * s)

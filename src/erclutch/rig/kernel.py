@@ -19,7 +19,7 @@ from erclutch.rig.compiled import compiled
 from erclutch.rig.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
 from erclutch.rig.friction import bristle_after, sliding_force
 from erclutch.rig.integrate import decay
-from erclutch.rig.parts import POINTS, Clutch, Drive, Fluid, Parts, Screw
+from erclutch.rig.parts import POINTS, Drive, Parts, Screw
 from erclutch.rig.supply import voltage_after
 
 Array = NDArray[np.float64]
@@ -32,49 +32,73 @@ WARMTH, METER_A, METER_B, TABLE = 15, 16, 17, 18
 # The ledger of energy in J: motor's work, field's work on strained chains, dissipation; and its smallest single term.
 WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
-GAP_1 = 24
-GAP_2 = GAP_1 + 2 * POINTS
-SIZE = GAP_2 + 2 * POINTS
+STRUCTURE = 24  # of the chains, and their strain, at the points of gap 1, then of gap 2
+STRAIN = STRUCTURE + 2 * POINTS
+STIFF_1 = STRAIN + 2 * POINTS  # stiffness of fully built chains at the present fields, Pa
+STIFF_2 = STIFF_1 + 1
+SCRATCH = STIFF_2 + 1  # a number a point, twice
+SIZE = SCRATCH + 4 * POINTS
+
+# Loops over the points of both gaps write no sums, so that the compiler does several points at once; the sums follow in
+# a fixed order, so that every machine gets the same ones.
 
 
 @compiled
-def _gap_torque(
-    x: Array, at: int, slip: float, field: float, warm: float, clutch: Clutch, fluid: Fluid
-) -> tuple[float, float]:
-    """Torque of the strained chains, and of viscosity per slip."""
-    stiffness = yield_stress(field, clutch.strength, fluid) / fluid.yield_strain
-    residual = fluid.residual_yield / fluid.yield_strain
-    chains, viscous = 0.0, 0.0
-    for i in range(POINTS):
-        s, z = x[at + i], x[at + POINTS + i]
-        chains += clutch.weight[i] * (stiffness * s + residual) * z
-        eta = viscosity(slip * clutch.arm[i], s, field, warm, fluid) * clutch.viscosity
-        viscous += clutch.weight[i] * eta * clutch.arm[i]
-    return chains, viscous
+def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Parts) -> tuple[float, ...]:
+    """Torque of the strained chains of gap 1 and 2, and of viscosity per slip."""
+    gaps, fluid = parts.gaps, parts.fluid
+    residual = fluid.residual_yield * (1.0 / fluid.yield_strain)
+    field_1, field_2, stiff_1, stiff_2 = x[FIELD_1], x[FIELD_2], x[STIFF_1], x[STIFF_2]
+    for i in range(gaps.arm.size):
+        stiffness = stiff_1 if i < POINTS else stiff_2
+        s = x[STRUCTURE + i]
+        shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
+        eta = viscosity(shear, s, field_1 if i < POINTS else field_2, warm, fluid)
+        x[SCRATCH + i] = gaps.weight[i] * (stiffness * s + residual) * x[STRAIN + i]
+        x[SCRATCH + 2 * POINTS + i] = gaps.thick[i] * eta
+    chains_1, chains_2, thick_1, thick_2 = 0.0, 0.0, 0.0, 0.0
+    for i in range(SCRATCH, SCRATCH + POINTS):
+        chains_1 += x[i]
+        chains_2 += x[i + POINTS]
+        thick_1 += x[i + 2 * POINTS]
+        thick_2 += x[i + 3 * POINTS]
+    return chains_1, chains_2, thick_1, thick_2
 
 
 @compiled
-def _gap_after(
-    x: Array, at: int, slip: float, before: float, field: float, clutch: Clutch, fluid: Fluid, dt: float
+def _gaps_after(
+    x: Array, omega: float, omega_r: float, before_1: float, before_2: float, parts: Parts, dt: float
 ) -> None:
     """Structure and strain one step later, and their entries in the ledger."""
-    rate, halving = structure_rates(0.5 * (before + field), fluid)
-    old = yield_stress(before, clutch.strength, fluid) / fluid.yield_strain
-    new = yield_stress(field, clutch.strength, fluid) / fluid.yield_strain
-    residual = fluid.residual_yield / fluid.yield_strain
-    for i in range(POINTS):
-        shear = slip * clutch.arm[i]
-        s, z = x[at + i], x[at + POINTS + i]
-        s_new = structure_after(s, rate, halving, shear, fluid, dt)
+    gaps, fluid = parts.gaps, parts.fluid
+    rate_1, halving_1 = structure_rates(0.5 * (before_1 + x[FIELD_1]), fluid)
+    rate_2, halving_2 = structure_rates(0.5 * (before_2 + x[FIELD_2]), fluid)
+    per_strain = 1.0 / fluid.yield_strain
+    soft_1, soft_2 = x[STIFF_1], x[STIFF_2]
+    stiff_1 = yield_stress(x[FIELD_1], parts.clutch_1.strength, fluid) * per_strain
+    stiff_2 = yield_stress(x[FIELD_2], parts.clutch_2.strength, fluid) * per_strain
+    x[STIFF_1], x[STIFF_2] = stiff_1, stiff_2
+    residual = fluid.residual_yield * per_strain
+    for i in range(gaps.arm.size):
+        first = i < POINTS
+        shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
+        s, z = x[STRUCTURE + i], x[STRAIN + i]
+        s_new = structure_after(s, rate_1 if first else rate_2, halving_1 if first else halving_2, shear, fluid, dt)
         z_new = strain_after(z, shear, fluid, dt)
-        x[at + i], x[at + POINTS + i] = s_new, z_new
-        volume = clutch.weight[i] / clutch.arm[i]
-        soft, stiff = old * s + residual, new * s_new + residual
-        squared = 0.5 * (z * z + z_new * z_new)
-        lost = volume * 0.5 * (soft + stiff) * squared * abs(shear) / fluid.yield_strain * dt
-        x[FIELD_WORK] += volume * 0.5 * squared * (stiff - soft)
-        x[DISSIPATED] += lost
-        x[SMALLEST] = min(x[SMALLEST], lost)
+        x[STRUCTURE + i], x[STRAIN + i] = s_new, z_new
+        soft = (soft_1 if first else soft_2) * s + residual
+        stiff = (stiff_1 if first else stiff_2) * s_new + residual
+        squared = 0.5 * gaps.volume[i] * (z * z + z_new * z_new)
+        x[SCRATCH + i] = 0.5 * squared * (stiff - soft)
+        x[SCRATCH + 2 * POINTS + i] = 0.5 * (soft + stiff) * squared * abs(shear) * per_strain * dt
+    gained, lost, smallest = 0.0, 0.0, x[SMALLEST]
+    for i in range(SCRATCH, SCRATCH + 2 * POINTS):
+        gained += x[i]
+        lost += x[i + 2 * POINTS]
+        smallest = min(smallest, x[i + 2 * POINTS])
+    x[FIELD_WORK] += gained
+    x[DISSIPATED] += lost
+    x[SMALLEST] = smallest
 
 
 @compiled
@@ -118,13 +142,10 @@ def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: flo
 
 
 @compiled
-def _speeds_after(x: Array, parts: Parts, locked: bool, dt: float) -> None:
+def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) -> None:
     """New speeds from the forces at this time; work and viscous losses into the ledger."""
-    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
-    warm = math.exp(-parts.thermal.thinning * x[WARMTH])
-    slip_1, slip_2 = x[OMEGA] - x[OMEGA_R], -x[OMEGA] - x[OMEGA_R]
-    chains_1, thick_1 = _gap_torque(x, GAP_1, slip_1, x[FIELD_1], warm, parts.clutch_1, fluid)
-    chains_2, thick_2 = _gap_torque(x, GAP_2, slip_2, x[FIELD_2], warm, parts.clutch_2, fluid)
+    drive, screw = parts.drive, parts.screw
+    chains_1, chains_2, thick_1, thick_2 = _gap_torques(x, x[OMEGA], x[OMEGA_R], warm, parts)
     pull_1 = chains_1 + parts.clutch_1.seal / parts.clutch_1.seal_slip * x[SEAL_1]
     pull_2 = chains_2 + parts.clutch_2.seal / parts.clutch_2.seal_slip * x[SEAL_2]
     twist = screw.stiffness * (x[PHI_R] - x[PHI_L])
@@ -174,13 +195,12 @@ def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
 @compiled
 def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, dt: float) -> None:
     """Positions and internal states under the new speeds."""
-    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
+    drive, screw = parts.drive, parts.screw
     omega, omega_r, omega_l = x[OMEGA], x[OMEGA_R], x[OMEGA_L]
     lost = x[DISSIPATED]
     field_1, field_2 = x[FIELD_1], x[FIELD_2]
     _electric_after(x, parts, first, second, dt)
-    _gap_after(x, GAP_1, omega - omega_r, field_1, x[FIELD_1], parts.clutch_1, fluid, dt)
-    _gap_after(x, GAP_2, -omega - omega_r, field_2, x[FIELD_2], parts.clutch_2, fluid, dt)
+    _gaps_after(x, omega, omega_r, field_1, field_2, parts, dt)
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
         slip = (omega if channel == 0 else -omega) - omega_r
@@ -205,8 +225,9 @@ def advance(
     x: Array, parts: Parts, first: float, second: float, motor: float, locked: bool, dt: float, steps: int
 ) -> None:
     """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
+    warm = math.exp(-parts.thermal.thinning * x[WARMTH])  # slow: once a call will do
     for _ in range(steps):
-        _speeds_after(x, parts, locked, dt)
+        _speeds_after(x, parts, warm, locked, dt)
         _states_after(x, parts, first, second, motor, dt)
 
 
@@ -224,11 +245,12 @@ def stored(x: Array, parts: Parts, before: Array) -> float:
     total += 0.5 * screw.coulomb / screw.presliding * x[BRISTLE_L] ** 2
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
-        at = GAP_1 if channel == 0 else GAP_2
         total += 0.5 * clutch.seal / clutch.seal_slip * x[SEAL_1 + channel] ** 2
-        stiffness = yield_stress(x[FIELD_1 + channel], clutch.strength, fluid) / fluid.yield_strain
-        residual = fluid.residual_yield / fluid.yield_strain
-        for i in range(POINTS):
-            volume = clutch.weight[i] / clutch.arm[i]
-            total += 0.5 * volume * (stiffness * x[at + i] + residual) * x[at + POINTS + i] ** 2
+    fluid, gaps = parts.fluid, parts.gaps
+    residual = fluid.residual_yield / fluid.yield_strain
+    for i in range(gaps.arm.size):
+        first = i < POINTS
+        strength = parts.clutch_1.strength if first else parts.clutch_2.strength
+        stiffness = yield_stress(x[FIELD_1] if first else x[FIELD_2], strength, fluid) / fluid.yield_strain
+        total += 0.5 * gaps.volume[i] * (stiffness * x[STRUCTURE + i] + residual) * x[STRAIN + i] ** 2
     return total

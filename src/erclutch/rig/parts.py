@@ -44,25 +44,37 @@ class Fluid(NamedTuple):
 
 
 class Clutch(NamedTuple):
-    """One clutch: geometry of its gap and what differs between the two.
+    """What differs between the two clutches.
 
     Attributes:
         gap: between discs [m].
-        arm: r / gap at the Gauss points: shear rate per slip, shape (POINTS,).
-        weight: faces x 2 pi r^2 dr at the Gauss points: torque per shear stress [m^3], shape (POINTS,).
         strength: yield stress over the critical-field form 1.313 X^1.5 tanh(sqrt X) [Pa].
-        viscosity: over the fluid's.
         seal: friction torque of the lip seal [N m].
         seal_slip: presliding angle of the seal [rad].
     """
 
     gap: float
-    arm: NDArray[np.float64]
-    weight: NDArray[np.float64]
     strength: float
-    viscosity: float
     seal: float
     seal_slip: float
+
+
+class Gaps(NamedTuple):
+    """The Gauss points over the radius of gap 1, then of gap 2; each shape (2 POINTS,).
+
+    Attributes:
+        way: in which the motor turns the housing, 1 or -1.
+        arm: r / gap: shear rate per slip.
+        weight: faces x 2 pi r^2 dr: torque per shear stress [m^3].
+        volume: weight over arm: energy per energy density [m^3].
+        thick: torque per slip and viscosity [m^3], with the clutch's viscosity over the fluid's.
+    """
+
+    way: NDArray[np.float64]
+    arm: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    volume: NDArray[np.float64]
+    thick: NDArray[np.float64]
 
 
 class Drive(NamedTuple):
@@ -126,6 +138,7 @@ class Parts(NamedTuple):
     fluid: Fluid
     clutch_1: Clutch
     clutch_2: Clutch
+    gaps: Gaps
     drive: Drive
     screw: Screw
     sensors: Sensors
@@ -144,7 +157,17 @@ def _with_breakaway(part: dict[str, float]) -> dict[str, float]:
 
 def single_clutch(parts: Parts) -> Parts:
     """CH1 alone: of the second clutch nothing is left, neither fluid nor seal."""
-    return parts._replace(clutch_2=parts.clutch_2._replace(weight=0.0 * parts.clutch_2.weight, seal=0.0))
+    there = np.repeat([1.0, 0.0], POINTS)
+    gaps = parts.gaps
+    alone = gaps._replace(weight=gaps.weight * there, volume=gaps.volume * there, thick=gaps.thick * there)
+    return parts._replace(clutch_2=parts.clutch_2._replace(seal=0.0), gaps=alone)
+
+
+def _gaps(arm: NDArray[np.float64], weight: NDArray[np.float64], viscosity: tuple[float, float]) -> Gaps:
+    """The points of both gaps, which are alike but for the viscosity."""
+    arms, weights = np.tile(arm, 2), np.tile(weight, 2)
+    way, share = np.repeat([1.0, -1.0], POINTS), np.repeat(viscosity, POINTS)
+    return Gaps(way, arms, weights, weights / arms, weights * arms * share)
 
 
 def parts_of(rig: RigParameters) -> Parts:
@@ -159,10 +182,7 @@ def parts_of(rig: RigParameters) -> Parts:
     def one(i: int) -> Clutch:
         return Clutch(
             gap=gap,
-            arm=radius / gap,
-            weight=weight,
             strength=clutch[f"rated_torque_{i}"] / (float(weight.sum()) * full),
-            viscosity=clutch[f"viscosity_{i}"],
             seal=clutch[f"seal_{i}"],
             seal_slip=clutch["seal_slip"],
         )
@@ -172,6 +192,7 @@ def parts_of(rig: RigParameters) -> Parts:
         Fluid(**rig.section("fluid")),
         one(1),
         one(2),
+        _gaps(radius / gap, weight, (clutch["viscosity_1"], clutch["viscosity_2"])),
         Drive(**_with_breakaway(rig.section("drive"))),
         Screw(**_with_breakaway(rig.section("screw"))),
         Sensors(**rig.section("sensors")),

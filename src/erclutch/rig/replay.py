@@ -11,8 +11,6 @@ from erclutch.rig.compiled import compiled
 from erclutch.rig.fluid import structure_rates
 from erclutch.rig.kernel import (
     FIELD_1,
-    GAP_1,
-    GAP_2,
     METER_A,
     METER_B,
     MOTOR,
@@ -22,6 +20,8 @@ from erclutch.rig.kernel import (
     PHI_L,
     PHI_R,
     SIZE,
+    STRAIN,
+    STRUCTURE,
     TABLE,
     THETA,
     VOLT_1,
@@ -40,14 +40,12 @@ def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) 
         voltage = min(wanted, parts.supply.command_limit) / parts.supply.command_limit * parts.supply.voltage_limit
         x[VOLT_1 + channel] = voltage
         x[FIELD_1 + channel] = voltage / parts.clutch_1.gap
-        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
-        slip = (x[OMEGA] if channel == 0 else -x[OMEGA]) - x[OMEGA_R]
-        at = GAP_1 if channel == 0 else GAP_2
         _, halving = structure_rates(x[FIELD_1 + channel], parts.fluid)
-        for i in range(POINTS):
-            shear = slip * clutch.arm[i]
-            x[at + i] = halving / (halving + abs(shear))
-            x[at + POINTS + i] = math.copysign(parts.fluid.yield_strain, shear) if abs(slip) > 1.0 else 0.0
+        for i in range(channel * POINTS, channel * POINTS + POINTS):
+            slip = parts.gaps.way[i] * x[OMEGA] - x[OMEGA_R]
+            shear = slip * parts.gaps.arm[i]
+            x[STRUCTURE + i] = halving / (halving + abs(shear))
+            x[STRAIN + i] = math.copysign(parts.fluid.yield_strain, shear) if abs(slip) > 1.0 else 0.0
     x[MOTOR] = motor
     x[METER_A] = torque
     x[METER_B] = torque

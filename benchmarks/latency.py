@@ -1,0 +1,311 @@
+"""One step of a model: the exported C against what else would run it in a controller, in one run on this machine.
+
+    python benchmarks/latency.py                  # fnn-16 in float32, 1 thread
+    python benchmarks/latency.py --model fnn-10-6
+
+Same weights, same inputs for all, normalisation included; each result is checked against NumPy. Times are of one call
+for one sample: the best of many short rounds. C is timed by a loop in C whose input depends on
+the output before, so that one step cannot overlap the next; Python's callables by a loop in Python, its own cost (that
+of calling an empty function) taken off. Peers: benchmarks/requirements-peers.txt.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import os
+import platform
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock, Span
+from erclutch.export import Options, Program, program_of
+from erclutch.export.c import write_core
+from erclutch.export.compilers import EXACT, native
+from erclutch.export.python import compile_model
+from erclutch.model import Range
+from erclutch.networks import network_from_name
+from erclutch.networks.model import NetworkModel, Scaling, table_shapes
+
+_ROUNDS = 25
+#: Fields and speeds of the timed sample.
+SAMPLE = (0.21, 0.0, 12.0, 3.0)
+
+
+def model_of(specification: str) -> NetworkModel:
+    """A network of the paper's rig with random weights: the time does not depend on them."""
+    structure = network_from_name(specification, "coaxial")
+    rng = np.random.default_rng(0)
+    weights = {name: rng.normal(size=shape) / np.sqrt(shape[-1]) for name, shape in table_shapes(structure).items()}
+    scaling = Scaling(np.array([0.0, 1.0, -2.0]), np.array([0.5, 120.0, 80.0]), 0.01, 0.1)
+    ranges = Range((0.0, 0.5), (-200.0, 200.0), (-0.14, 0.13))
+    return NetworkModel(structure, scaling, weights, {}, Units("N*m", "", "rad/s"), ranges, np.zeros((3, 2)))
+
+
+def timed(call: Callable[[], Any], calls: int) -> float:
+    """Seconds a call, the best of the rounds, less an empty call."""
+
+    def loop(function: Callable[[], Any]) -> float:
+        best = float("inf")
+        for _ in range(_ROUNDS + 1):
+            began = perf_counter()
+            for _ in range(calls):
+                function()
+            best = min(best, perf_counter() - began)
+        return best / calls
+
+    return loop(call) - loop(lambda: None)
+
+
+_LOOP = """
+#define _POSIX_C_SOURCE 199309L
+#include <time.h>
+{include}
+double timed(long steps, double *last);
+double timed(long steps, double *last)
+{{
+    struct timespec a, b;
+    {real} in[4] = {{0.21{suffix}, 0.0{suffix}, 12.0{suffix}, 3.0{suffix}}};
+    {real} out = 0;
+    long i;
+    {prepare}
+    clock_gettime(CLOCK_MONOTONIC, &a);
+    for (i = 0; i < steps; i++)
+    {{
+        {call}
+        in[2] = 12.0{suffix} + out * 0.0{suffix}; /* the next step waits for this one */
+    }}
+    clock_gettime(CLOCK_MONOTONIC, &b);
+    *last = (double)out;
+    return ((double)(b.tv_sec - a.tv_sec) + 1e-9 * (double)(b.tv_nsec - a.tv_nsec)) / (double)steps;
+}}
+"""
+
+
+def timed_in_c(text: str, sources: list[Path], work: Path, level: str, *flags: str) -> tuple[float, float]:
+    """Seconds a step and the last result of a loop in C."""
+    main, library = work / "loop.c", work / f"loop{abs(hash((text, level)))}.so"
+    main.write_text(text, encoding="ascii")
+    files = [str(main), *map(str, sources)]
+    command = [
+        *native().command,
+        *EXACT,
+        level,
+        "-shared",
+        "-fPIC",
+        "-I",
+        str(work),
+        *files,
+        "-o",
+        str(library),
+        *flags,
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    loop = ctypes.CDLL(str(library)).timed
+    loop.restype, loop.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.POINTER(ctypes.c_double))
+    last = ctypes.c_double()
+    # Many short rounds: the best one met no other process.
+    return min(loop(2_000, ctypes.byref(last)) for _ in range(40 * _ROUNDS)), last.value
+
+
+def exported(program: Program, work: Path, level: str) -> tuple[float, float]:
+    """The exported C, all of its step: flags, limits, last good row."""
+    n, p = program.name, program.precision
+    text = _LOOP.format(
+        include=f'#include "{n}.h"\nstatic {n}_state state;',
+        real=p.c_type,
+        suffix=p.suffix,
+        prepare=f"{n}_reset(&state);",
+        call=f"(void){n}_step(&state, in, &out);",
+    )
+    return timed_in_c(text, write_core(program, work), work, level)
+
+
+def from_python(program: Program) -> tuple[float, float]:
+    """The compiled step as a function of Python."""
+    step = compile_model(program).step
+    return timed(lambda: step(*SAMPLE), 2_000), step(*SAMPLE)
+
+
+# --- peers -----------------------------------------------------------------------------------------------------------
+
+
+def raw() -> np.ndarray:
+    """The network's inputs of the sample."""
+    return np.array([SAMPLE[0] - SAMPLE[1], SAMPLE[2], SAMPLE[3]])
+
+
+def numpy_effort(model: NetworkModel) -> Callable[[], float]:
+    """The model's own NumPy, from fields and slips."""
+    e1, e2, theta, alpha = (np.array([v]) for v in SAMPLE)
+    elements, clock = [Element(e1, theta - alpha), Element(e2, -theta - alpha)], Clock(np.zeros(1), (Span(0, 1, 1e-3),))
+    return lambda: float(model.effort(elements, clock)[0])
+
+
+def numpy_least(model: NetworkModel) -> Callable[[], float]:
+    """The least NumPy that gives the number."""
+    s, w, x = model.scaling, model.weights, raw()
+    layers = [(w[f"W{i + 1}"], w[f"b{i + 1}"]) for i in range(len(model.structure.hidden))]
+    out, bias = w["W_out"][0], w["b_out"][0]
+
+    def call() -> float:
+        a = (x - s.offset) / s.scale
+        for matrix, offset in layers:
+            a = np.tanh(matrix @ a + offset)
+        return float(out @ a + bias) * s.effort_scale + s.effort_offset
+
+    return call
+
+
+def scikit_learn(model: NetworkModel) -> Callable[[], float]:
+    """MLPRegressor.predict, normalisation by NumPy."""
+    from sklearn.neural_network import MLPRegressor
+
+    s, w, x = model.scaling, model.weights, raw()
+    hidden = model.structure.hidden
+    net = MLPRegressor(hidden_layer_sizes=hidden, activation="tanh", random_state=0)
+    rng = np.random.default_rng(0)
+    net.partial_fit(rng.normal(size=(9, 3)), rng.normal(size=9))
+    net.coefs_ = [*(w[f"W{i + 1}"].T for i in range(len(hidden))), w["W_out"].T]
+    net.intercepts_ = [*(w[f"b{i + 1}"] for i in range(len(hidden))), w["b_out"]]
+    return lambda: float(net.predict(((x - s.offset) / s.scale)[None])[0] * s.effort_scale + s.effort_offset)
+
+
+def pytorch(model: NetworkModel) -> Callable[[], float]:
+    """A module in float32 under inference_mode, normalisation inside."""
+    import torch as t
+
+    t.set_num_threads(1)
+    s, w = model.scaling, {k: t.tensor(v, dtype=t.float32) for k, v in model.weights.items()}
+    offset, scale = (t.tensor(v, dtype=t.float32) for v in (s.offset, s.scale))
+    x, layers = raw().astype(np.float32), range(1, len(model.structure.hidden) + 1)
+
+    def call() -> float:
+        with t.inference_mode():
+            a = (t.from_numpy(x) - offset) / scale
+            for i in layers:
+                a = t.tanh(t.addmv(w[f"b{i}"], w[f"W{i}"], a))
+            return float((w["W_out"] @ a + w["b_out"]) * s.effort_scale + s.effort_offset)
+
+    return call
+
+
+def onnx_runtime(model: NetworkModel) -> Callable[[], float]:
+    """A session on one thread, all optimisations, normalisation inside; its run of one sample."""
+    import onnx
+    import onnxruntime as ort
+    from onnx import TensorProto, helper, numpy_helper
+
+    s, f = model.scaling, np.float32
+    tables = {"offset": s.offset[None], "scale": s.scale[None]}
+    tables |= {"gain": np.array([[s.effort_scale]]), "shift": np.array([[s.effort_offset]])}
+    nodes = [helper.make_node("Sub", ["x", "offset"], ["x0"]), helper.make_node("Div", ["x0", "scale"], ["a0"])]
+    count = len(model.structure.hidden)
+    for i in range(1, count + 1):
+        tables |= {f"W{i}": model.weights[f"W{i}"].T, f"b{i}": model.weights[f"b{i}"][None]}
+        nodes += [helper.make_node("Gemm", [f"a{i - 1}", f"W{i}", f"b{i}"], [f"z{i}"])]
+        nodes += [helper.make_node("Tanh", [f"z{i}"], [f"a{i}"])]
+    tables |= {"W": model.weights["W_out"].T, "b": model.weights["b_out"][None]}
+    nodes += [helper.make_node("Gemm", [f"a{count}", "W", "b"], ["u"])]
+    nodes += [helper.make_node("Mul", ["u", "gain"], ["v"]), helper.make_node("Add", ["v", "shift"], ["y"])]
+    initial = [numpy_helper.from_array(np.ascontiguousarray(v, f), name) for name, v in tables.items()]
+    inputs = [helper.make_tensor_value_info("x", TensorProto.FLOAT, [1, 3])]
+    outputs = [helper.make_tensor_value_info("y", TensorProto.FLOAT, [1, 1])]
+    graph = helper.make_graph(nodes, "step", inputs, outputs, initial)
+    made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
+    onnx.checker.check_model(made)
+    options = ort.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = ort.InferenceSession(made.SerializeToString(), options, providers=["CPUExecutionProvider"])
+    feed = {"x": raw().astype(f)[None]}
+    return lambda: float(session.run(None, feed)[0][0, 0])
+
+
+def casadi(model: NetworkModel, work: Path) -> tuple[float, float]:
+    """C that CasADi generates (double, libm), compiled by the same compiler, timed by the same loop."""
+    import casadi as ca
+
+    s, w = model.scaling, model.weights
+    x = ca.SX.sym("x", 4)
+    a = (ca.vertcat(x[0] - x[1], x[2], x[3]) - s.offset) / s.scale
+    for i in range(1, len(model.structure.hidden) + 1):
+        a = ca.tanh(ca.mtimes(ca.DM(w[f"W{i}"]), a) + w[f"b{i}"])
+    y = (ca.mtimes(ca.DM(w["W_out"]), a) + w["b_out"]) * s.effort_scale + s.effort_offset
+    here = Path.cwd()
+    os.chdir(work)
+    try:
+        ca.Function("net", [x], [y]).generate("net.c")
+    finally:
+        os.chdir(here)
+    declared = "int net(const double **arg, double **res, long long *iw, double *w, int mem);"
+    text = _LOOP.format(
+        include=f"{declared}\nstatic double room[4096];",
+        real="double",
+        suffix="",
+        prepare="const double *arg[8] = {in}; double *res[8] = {&out};",
+        call="(void)net(arg, res, 0, room, 0);",
+    )
+    return timed_in_c(text, [work / "net.c"], work, "-O3", "-lm")
+
+
+# --- the table -------------------------------------------------------------------------------------------------------
+
+
+def lines(model: NetworkModel, work: Path) -> list[tuple[str, float | str, float]]:
+    """Name, seconds (or what is missing) and result of each contender."""
+    made: list[tuple[str, float | str, float]] = []
+    for precision in ("float32", "float64"):
+        program = program_of(model, Options("net32" if precision == "float32" else "net64", precision))  # type: ignore[arg-type]
+        for level in ("-O2", "-O3"):
+            made.append((f"erclutch C, {precision}, {native().name} {level}", *exported(program, work, level)))
+        made.append((f"erclutch compiled step from Python, {precision}", *from_python(program)))
+    calls: list[tuple[str, Callable[[NetworkModel], Callable[[], float]], str]] = [
+        ("NumPy, as little as it takes", numpy_least, "numpy"),
+        ("NumPy, NetworkModel.effort", numpy_effort, "numpy"),
+        ("ONNX Runtime, float32", onnx_runtime, "onnx onnxruntime"),
+        ("scikit-learn MLPRegressor", scikit_learn, "scikit-learn"),
+        ("PyTorch, float32", pytorch, "torch"),
+    ]
+    for name, make, package in calls:
+        try:
+            call = make(model)
+            made.append((name, timed(call, 100), call()))
+        except ImportError:
+            made.append((name, f"not installed: pip install {package}", float("nan")))
+    try:
+        made.append(("CasADi's C, float64", *casadi(model, work)))
+    except ImportError:
+        made.append(("CasADi's C, float64", "not installed: pip install casadi", float("nan")))
+    return made
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--model", default="fnn-16")
+    model = model_of(parser.parse_args().model)
+    expected = numpy_effort(model)()
+    # One sample is too little for threads: none may start.
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
+        found = lines(model, Path(folder))
+    print(f"One step of {model.name}, normalisation included; {platform.machine()}, {native().name}, one thread.")
+    ours = next(float(seconds) for name, seconds, _ in found if name.startswith("erclutch C, float32"))
+    print(f"{'':52}{'ns a step':>12}{'times ours':>12}{'off NumPy':>12}")
+    for name, seconds, result in found:
+        if isinstance(seconds, str):
+            print(f"{name:52}{seconds}")
+            continue
+        assert abs(result - expected) < 1e-5 * max(1.0, abs(expected)), (name, result, expected)
+        print(f"{name:52}{1e9 * seconds:12.1f}{seconds / ours:12.1f}{abs(result - expected):12.1e}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""``erclutch compare``: runs on the same rows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def compare(
+    runs: Annotated[tuple[Path, ...], Parameter(name="RUN", negative=())],
+    *,
+    model: Annotated[tuple[str, ...], Parameter(negative=(), show_default=False)] = (),
+    out: Path | None = None,
+    open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Compare runs on the rows that all of them held out: difference of errors with its interval, settings that differ.
+
+    Args:
+        runs: Folders that erclutch fit --out wrote; differences are to the first.
+        model: Which model stands for the runs: one name for all, or one a run in their order. Default: the recommended.
+        out: HTML file to write the comparison to.
+        open_: Open it when it is written.
+        force: Replace a file that is there and is no report.
+    """
+    from erclutch.cli import show
+    from erclutch.diagnostics.paired import pair
+    from erclutch.diagnostics.text import count, plain
+    from erclutch.errors import SettingError
+    from erclutch.report.comparison import band, joined, sentence
+    from erclutch.report.output import may_write_report
+    from erclutch.runs import read_run
+
+    if open_ and out is None:
+        raise SettingError("--open without a file", remedy="Give --out FILE.html too")
+    if out is not None:
+        may_write_report(out, force)
+    found = pair([read_run(run) for run in runs], model)
+    scale = joined(found).effort
+    screen = show.console()
+    screen.print(plain(f"{count(found.rows)} rows that all {len(runs)} runs held out"), markup=False)
+    head = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
+    rows = [
+        [
+            c.label,
+            c.model,
+            scale.bare(c.figures.rmse.value, 4),
+            scale.band(c.figures.rmse.to_list()),
+            band(c.more, scale.factor),
+            band(c.share, 100.0, "%"),
+        ]
+        for c in found.contenders
+    ]
+    columns = ["run", "model", head, "95 % band", "difference", "in per cent"]
+    screen.print(show.table(f"Differences to {found.contenders[0].label}, paired", columns, rows, left=2))
+    if found.differing:
+        labels = [c.label for c in found.contenders]
+        lines = [[name, *values] for name, values in found.differing]
+        made = show.table("What was done differently", ["setting", *labels], lines, left=len(labels) + 1)
+        screen.print(made)
+    else:
+        screen.print("Settings, reading and versions are the same.", markup=False)
+    screen.print(plain(sentence(found, scale)), style="bold", markup=False)
+    if out is not None:
+        from erclutch.report.comparison import write_comparison
+
+        write_comparison(found, out)
+        screen.print(f"{out}: {out.stat().st_size / 1e6:.2f} MB", markup=False, soft_wrap=True)
+    if open_ and out is not None:
+        from erclutch.cli.report import open_file
+
+        open_file(out)

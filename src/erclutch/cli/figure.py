@@ -1,0 +1,53 @@
+"""``erclutch figure``: the report's plots for papers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def figure(
+    name: Annotated[str | None, Parameter(name="NAME")] = None,
+    run: Annotated[Path | None, Parameter(name="RUN")] = None,
+    *,
+    out: Path = Path("figures"),
+    start: float | None = None,
+    seconds: float | None = None,
+) -> None:
+    """Draw a figure of a run at IEEE column width: NAME.pdf, NAME.png and the numbers behind it. Without a name: list.
+
+    Args:
+        name: Which figure; 'all' for all that the run can give.
+        run: Folder that erclutch fit --out wrote.
+        out: Folder for the files.
+        start: First second of a trace, on the log's own clock.
+        seconds: Length of a trace.
+    """
+    from erclutch.cli import show
+    from erclutch.errors import CheckError, SettingError
+    from erclutch.figures.of_runs import FIGURES, write_figure
+
+    screen = show.console()
+    if name is None:
+        rows = [[key, f.meaning] for key, f in FIGURES.items()]
+        screen.print(show.table("Figures of a run", ["name", "what"], rows, left=2))
+        return
+    if name != "all" and name not in FIGURES:
+        raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}, or all of them: all")
+    if run is None:
+        raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
+    from erclutch.diagnostics.material import material_of
+    from erclutch.runs import read_run
+
+    material = material_of(read_run(run))
+    for one in FIGURES if name == "all" else (name,):
+        try:
+            paths = write_figure(one, material, out, start=start, seconds=seconds)
+        except CheckError as error:
+            if name != "all":
+                raise
+            screen.print(f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True)
+            continue
+        screen.print("\n".join(map(str, paths)), markup=False, soft_wrap=True)

@@ -1,0 +1,140 @@
+"""What of a residual is not noise: its spectrum and autocorrelation, on the rows held out, gap by gap."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dynamics import Span, cut_spans
+from erclutch.evaluate import independent_rows
+from erclutch.run_rows import RunRows
+
+Array = NDArray[np.float64]
+
+_WINDOW = 4096
+_POINTS = 140
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Amplitude spectral densities.
+
+    Attributes:
+        frequency: in Hz, shape (n,).
+        density: by name ("measured" or a model, whose residual it is): effort per root of Hz, each (n,).
+    """
+
+    frequency: Array
+    density: dict[str, Array]
+
+
+@dataclass(frozen=True)
+class Autocorrelation:
+    """Autocorrelations of residuals.
+
+    Attributes:
+        lag: in s, shape (n,), from 0.
+        values: by model, each (n,).
+        white: half width of the band that white residuals stay in, 95 % of the lags.
+        independent: by model: how many independent rows tell as much of the error's size as all rows held out.
+    """
+
+    lag: Array
+    values: dict[str, Array]
+    white: float
+    independent: dict[str, float]
+
+
+def held_out_spans(rows: RunRows) -> list[Span]:
+    """Gapless stretches of the rows held out."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], rows.test, [False])).astype(np.int8)))
+    return [
+        Span(int(a) + s.start, int(a) + s.stop, s.period)
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+        for s in cut_spans(rows.data.clock.spans, int(a), int(b))
+    ]
+
+
+def period_of(rows: RunRows) -> float:
+    """Sampling period in s of most of the rows held out."""
+    step = np.concatenate([_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)])
+    return float(np.median(step))
+
+
+def _steps(rows: RunRows, span: Span) -> Array:
+    """Step after each row of a span, the last one's as the one before."""
+    if span.period is not None:
+        return np.full(span.stop - span.start, span.period)
+    steps = np.diff(rows.data.clock.time[span.start : span.stop])
+    return np.append(steps, steps[-1:])
+
+
+def _alike(rows: RunRows) -> tuple[list[Span], float]:
+    """Stretches of the rows held out that are sampled like most of them, and the period."""
+    period = period_of(rows)
+    spans = held_out_spans(rows)
+    return [s for s in spans if abs(float(np.median(_steps(rows, s))) - period) < 0.02 * period], period
+
+
+def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
+    """Densities by averaged, windowed periodograms (Welch); None where no stretch is long enough."""
+    spans, period = _alike(rows)
+    longest = max((s.stop - s.start for s in spans), default=0)
+    if longest < 64:
+        return None
+    width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)
+    signals = {"measured": rows.data.effort, **{m: rows.residual(m) for m in models}}
+    whole = {name: _welch(values, spans, width, period) for name, values in signals.items()}
+    frequency = np.fft.rfftfreq(width, period)[1:]
+    edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
+    groups = [slice(a - 1, max(b - 1, a)) for a, b in itertools.pairwise(edges)]
+    return Spectrum(
+        np.array([frequency[g].mean() for g in groups]),
+        {name: np.sqrt(np.array([power[1:][g].mean() for g in groups])) for name, power in whole.items()},
+    )
+
+
+def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> Array:
+    taper = np.hanning(width)
+    total, count = np.zeros(width // 2 + 1), 0
+    for span in spans:
+        for at in range(span.start, span.stop - width + 1, width // 2):
+            piece = values[at : at + width]
+            total += np.abs(np.fft.rfft((piece - piece.mean()) * taper)) ** 2
+            count += 1
+    return total * (2.0 * period / (float(taper @ taper) * max(count, 1)))
+
+
+def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
+    """Autocorrelations up to where they have died away; None where no stretch is long enough."""
+    spans, period = _alike(rows)
+    longest = max((s.stop - s.start for s in spans), default=0)
+    if longest < 64:
+        return None
+    most = min(longest // 3, max(50, round(2.0 / period)))
+    values = {m: _correlate(rows.residual(m), spans, most) for m in models}
+    # Up to three times the lag at which the longest memory has first fallen to a tenth.
+    gone = [int(np.argmax(np.append(v, 0.0) < 0.1)) for v in values.values()]
+    last = int(np.clip(3 * max(gone), min(30, most), most))
+    n = sum(s.stop - s.start for s in spans)
+    return Autocorrelation(
+        np.arange(last + 1, dtype=np.float64) * period,
+        {m: v[: last + 1] for m, v in values.items()},
+        1.96 / n**0.5,
+        {m: independent_rows(rows.residual(m)[rows.test] ** 2) for m in models},
+    )
+
+
+def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
+    mean = np.mean(np.concatenate([residual[s.start : s.stop] for s in spans]))
+    total = np.zeros(most + 1)
+    for span in spans:
+        piece = residual[span.start : span.stop] - mean
+        size = 1 << (piece.size + most).bit_length()
+        power = np.abs(np.fft.rfft(piece, size)) ** 2
+        total += np.fft.irfft(power, size)[: most + 1]
+    return total / total[0] if total[0] > 0 else np.eye(1, most + 1)[0]

@@ -1,0 +1,101 @@
+"""Where in field and slip a model errs, and where the data have holes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.run_rows import RunRows
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+_FIELD_CELLS, _SLIP_CELLS = 32, 26
+_FEW_LEVELS = 16
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """Cells of field and slip of one element.
+
+    Attributes:
+        element: its number, from 0.
+        field_edges, slip_edges: shapes (nf + 1,), (ns + 1,).
+        train, test: rows in each cell, shape (nf, ns).
+        rmse: of the rows held out in each cell, nan where there are none, shape (nf, ns).
+    """
+
+    element: int
+    field_edges: Array
+    slip_edges: Array
+    train: Counts
+    test: Counts
+    rmse: Array
+
+    @property
+    def blind(self) -> NDArray[np.bool_]:
+        """Cells with rows held out and no training row."""
+        return (self.test > 0) & (self.train == 0)
+
+    @property
+    def blind_share(self) -> float:
+        """Share of the rows held out that lie in such cells."""
+        return float(self.test[self.blind].sum() / max(int(self.test.sum()), 1))
+
+    @property
+    def empty_share(self) -> float:
+        """Share of cells without any training row."""
+        return 1.0 - np.count_nonzero(self.train) / self.train.size
+
+    def worst(self) -> tuple[int, int] | None:
+        """The cell with the largest error among those that hold enough rows to say so."""
+        enough = np.where(self.test >= max(20, int(self.test.sum()) // 2000), self.rmse, np.nan)
+        if not np.any(np.isfinite(enough)):
+            return None
+        at = np.unravel_index(int(np.nanargmax(enough)), enough.shape)
+        return int(at[0]), int(at[1])
+
+
+def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
+    """One map an element, of the residuals of a model."""
+    residual = rows.residual(model)
+    return tuple(_map(rows, residual, i) for i in range(len(rows.data.elements)))
+
+
+def _map(rows: RunRows, residual: Array, element: int) -> ErrorMap:
+    field, slip = rows.data.elements[element].field, rows.data.elements[element].slip
+    edges = [_field_edges(field), _edges(slip, _SLIP_CELLS)]
+    size = (edges[0].size - 1, edges[1].size - 1)
+    # One pass over the rows: np.histogram2d is several times slower.
+    cell = _cell(field, edges[0]) * size[1] + _cell(slip, edges[1])
+    count = size[0] * size[1]
+    train = np.bincount(cell[~rows.test], minlength=count)
+    test = np.bincount(cell[rows.test], minlength=count)
+    squares = np.bincount(cell[rows.test], residual[rows.test] ** 2, minlength=count)
+    rmse = np.sqrt(np.where(test > 0, squares / np.maximum(test, 1), np.nan))
+    return ErrorMap(element, edges[0], edges[1], train.reshape(size), test.reshape(size), rmse.reshape(size))
+
+
+def _field_edges(field: Array) -> Array:
+    """Evenly spaced cells; where only a few fields were logged, a cell for each of them."""
+    levels: Array = np.unique(field)
+    if 2 <= levels.size <= _FEW_LEVELS:
+        middles = 0.5 * (levels[1:] + levels[:-1])
+        return np.concatenate([1.5 * levels[:1] - 0.5 * levels[1:2], middles, 1.5 * levels[-1:] - 0.5 * levels[-2:-1]])
+    return _edges(field, _FIELD_CELLS)
+
+
+def _edges(values: Array, cells: int) -> Array:
+    low, high = float(values.min()), float(values.max())
+    return np.linspace(low, high, cells + 1) if high > low else np.linspace(low - 0.5, low + 0.5, cells + 1)
+
+
+def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
+    last = edges.size - 2
+    even = np.allclose(np.diff(edges), edges[1] - edges[0], rtol=1e-9)
+    if not even:
+        return np.clip(np.searchsorted(edges, values, "right") - 1, 0, last)
+    scaled = (values - edges[0]) * ((last + 1) / (edges[-1] - edges[0]))
+    return np.clip(scaled.astype(np.intp), 0, last)

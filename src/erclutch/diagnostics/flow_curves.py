@@ -1,0 +1,149 @@
+"""Effort against slip at several fields: each law as a curve, the data beside it as dots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.diagnostics.correlation import period_of
+from erclutch.model import TorqueModel
+from erclutch.run_rows import RunRows
+
+Array = NDArray[np.float64]
+
+_LEVELS, _CURVE, _DOTS = 5, 81, 160
+_SETTLED = 5.0  # time constants after which a field has settled
+
+
+@dataclass(frozen=True)
+class FlowCurves:
+    """One law on one element.
+
+    Attributes:
+        model: its name.
+        element: its number, from 0.
+        fields: of the curves, shape (k,).
+        slip: shape (n,).
+        effort: of the law in the settled field, shape (k, n).
+        dots: measured (slip, effort) near each field, each (m, 2); for a pair less the law's effort of the other
+            clutch.
+    """
+
+    model: str
+    element: int
+    fields: Array
+    slip: Array
+    effort: Array
+    dots: tuple[Array, ...]
+
+
+def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the laws of a run, each in its best form of dynamics, best first."""
+    found: dict[str, str] = {}
+    for entry in body["ranking"]:
+        if not entry["fit"]["weights"]:
+            found.setdefault(entry["name"].partition("+")[0], entry["name"])
+    return tuple(found.values())
+
+
+def flow_curves(rows: RunRows, model: TorqueModel, element: int = 0) -> FlowCurves:
+    """Curves of a law and the rows near them."""
+    own = rows.data.elements[element]
+    levels = _levels(np.abs(own.field))
+    ends = np.quantile(own.slip, (0.0005, 0.9995))
+    slip = _spaced(float(ends[0]), float(ends[1]))
+    curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
+    masks = _near(rows, model, element, levels)
+    effort = rows.data.effort - _others(rows, model, element)
+    dots = tuple(_thinned(own.slip[m], effort[m], ends) for m in masks)
+    return FlowCurves(model.name, element, levels, slip, curves, dots)
+
+
+def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array:
+    """Effort of the device with one element moving under field and the others at rest without."""
+    nothing = np.zeros(slip.size)
+    count = model.structure.elements
+    fields = [field if i == element else nothing for i in range(count)]
+    slips = [slip if i == element else nothing for i in range(count)]
+    return model.steady(fields, slips)
+
+
+def _others(rows: RunRows, model: TorqueModel, element: int) -> Array:
+    """Effort that the law gives the other elements, without field, at the slips that they had."""
+    if model.structure.elements == 1:
+        return np.zeros(rows.data.rows)
+    nothing = np.zeros(rows.data.rows)
+    slips = [nothing if i == element else e.slip for i, e in enumerate(rows.data.elements)]
+    return model.steady([nothing] * len(slips), slips)
+
+
+def _levels(strength: Array) -> Array:
+    few: Array = np.unique(strength)
+    if few.size <= _LEVELS + 2:
+        return few
+    return np.linspace(0.0, float(np.quantile(strength, 0.98)), _LEVELS)
+
+
+def _near(rows: RunRows, model: TorqueModel, element: int, levels: Array) -> list[NDArray[np.bool_]]:
+    """Rows whose field is near each level and has been there long enough for the lag to be over."""
+    fields = [np.abs(e.field) for e in rows.data.elements]
+    largest = max(float(f.max()) for f in fields) or 1.0
+    slack = min(0.04 * largest, 0.3 * float(np.diff(levels).min())) if levels.size > 1 else 0.04 * largest
+    settled = _still(fields[element], _settling(rows, model), 2.0 * slack)
+    for i, other in enumerate(fields):
+        if i != element:
+            settled &= other <= slack
+    return [settled & (np.abs(fields[element] - level) <= slack) for level in levels]
+
+
+def _settling(rows: RunRows, model: TorqueModel) -> int:
+    """Rows after which the model's field has settled."""
+    shape = model.shape
+    tau = max((float(shape[name]) for name in ("tau", "tau_rise", "tau_fall") if name in shape), default=0.0)
+    if not tau:
+        return 1
+    return int(np.clip((float(shape["delay"]) + _SETTLED * tau) / period_of(rows), 1, rows.data.rows // 4))
+
+
+def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
+    """Rows before which the field has stayed within a reach for some rows."""
+    if back <= 1:
+        return np.ones(field.size, np.bool_)
+    span = _running_largest(field, back) + _running_largest(-field, back)
+    span[: back - 1] = np.inf
+    return span <= reach
+
+
+def _running_largest(values: Array, width: int) -> Array:
+    """Largest of each row and the ones before it, ``width`` in all (van Herk 1992)."""
+    blocks = -(-values.size // width)
+    padded = np.full(blocks * width, -np.inf)
+    padded[: values.size] = values
+    grid = padded.reshape(blocks, width)
+    ahead = np.maximum.accumulate(grid, axis=1).ravel()
+    behind = np.maximum.accumulate(grid[:, ::-1], axis=1)[:, ::-1].ravel()
+    out = ahead[: values.size].copy()
+    out[width - 1 :] = np.maximum(out[width - 1 :], behind[: values.size - width + 1])
+    return out
+
+
+def _spaced(low: float, high: float) -> Array:
+    """Slips over a range, closer together near zero, where laws turn."""
+    reach = max(abs(low), abs(high)) or 1.0
+    first, last = (float(np.arcsinh(v / reach * np.sinh(3.0))) for v in (low, high))
+    even: Array = np.linspace(first, last, _CURVE)
+    return reach * np.sinh(even) / np.sinh(3.0)
+
+
+def _thinned(slip: Array, effort: Array, ends: Array) -> Array:
+    inside = np.flatnonzero((slip >= ends[0]) & (slip <= ends[1]))
+    if inside.size > _DOTS:
+        # Evenly over the slip, not over time: most rows lie near zero.
+        order = inside[np.argsort(slip[inside], kind="stable")]
+        targets = np.linspace(slip[order[0]], slip[order[-1]], _DOTS)
+        inside = np.unique(order[np.clip(np.searchsorted(slip[order], targets), 0, order.size - 1)])
+    return np.column_stack([slip[inside], effort[inside]])

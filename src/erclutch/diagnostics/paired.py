@@ -1,0 +1,249 @@
+"""Runs side by side: the rows that all of them held out, differences of errors on them, settings that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import RunError, SettingError
+from erclutch.evaluate import Figure, Score, block_rows, difference, excess, score
+from erclutch.run_rows import RunRows, read_rows
+from erclutch.runs import Run
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+_FEWEST = 50
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One run in a comparison.
+
+    Attributes:
+        label: what it is called: the folder's name, or as much of its path as tells it from the others.
+        run: the run.
+        rows: its rows.
+        model: name of the model that stands for it.
+        shared: which of its rows all runs held out, in the same order for all, shape (n,).
+        figures: of that model on those rows.
+        more: RMSE over the first run's, in the effort's unit; None for the first.
+        share: the same as a share of the first run's RMSE; None for the first.
+    """
+
+    label: str
+    run: Run
+    rows: RunRows
+    model: str
+    shared: Rows
+    figures: Score
+    more: Figure | None
+    share: Figure | None
+
+    @property
+    def residual(self) -> Array:
+        """Measured minus estimated on the shared rows."""
+        return self.rows.residual(self.model)[self.shared]
+
+
+@dataclass(frozen=True)
+class SameModel:
+    """A model that the first and another run have.
+
+    Attributes:
+        name: of the model.
+        label: of the other run.
+        first, other: RMSE on the shared rows.
+        share: how much larger the other's is, as a share, paired.
+    """
+
+    name: str
+    label: str
+    first: float
+    other: float
+    share: Figure
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """Runs on the rows that all of them held out.
+
+    Attributes:
+        contenders: in the order given.
+        rows: number of shared rows.
+        block: rows of a bootstrap block.
+        differing: settings that differ: name, then one value a run as text.
+        same: models that several runs have.
+        whole: whether all runs have the same rows and held out the same ones.
+    """
+
+    contenders: tuple[Contender, ...]
+    rows: int
+    block: int
+    differing: tuple[tuple[str, tuple[str, ...]], ...]
+    same: tuple[SameModel, ...]
+    whole: bool
+
+
+def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pairing:
+    """Put runs side by side.
+
+    Args:
+        runs: two or more; differences are to the first.
+        models: which model stands for each run; one name for all, or none: the recommended ones.
+        seed: of the bootstrap.
+
+    Raises:
+        SettingError: fewer than two runs, the same one twice, or names that do not match them.
+        RunError: a run without such a model, another effort or unit, or no row that all held out.
+    """
+    if len(runs) < 2:
+        raise SettingError("a comparison needs two runs or more", remedy="Write erclutch compare RUN RUN")
+    folders = [run.folder.resolve() for run in runs]
+    if len(set(folders)) < len(folders):
+        twice = next(f for f in folders if folders.count(f) > 1)
+        raise SettingError("the same run twice", where=str(twice), remedy="Give each run once")
+    names = _models(runs, models)
+    loaded = [read_rows(run) for run in runs]
+    _same_units(runs)
+    shared = _shared(runs, loaded)
+    residuals = [rows.residual(name)[at] for rows, name, at in zip(loaded, names, shared, strict=True)]
+    for run, name, e in zip(runs, names, residuals, strict=True):
+        if not np.all(np.isfinite(e)):
+            raise RunError(
+                f"{name} gives no finite effort", where=str(run.folder), remedy="Choose another with --model"
+            )
+    block = block_rows(residuals)
+    labels = _labels(folders)
+    contenders: list[Contender] = []
+    for k, (run, rows, name, at) in enumerate(zip(runs, loaded, names, shared, strict=True)):
+        e = residuals[k]
+        more = difference(e, residuals[0], block=block, seed=seed) if k else None
+        share = excess(e, residuals[0], block=block, seed=seed) if k else None
+        figures = score(rows.data.effort[at], rows.predicted[name][at], block=block, seed=seed)
+        contenders.append(Contender(labels[k], run, rows, name, at, figures, more, share))
+    whole = all(
+        rows.data.rows == loaded[0].data.rows and np.array_equal(rows.test, loaded[0].test) for rows in loaded
+    ) and all(at.size == int(rows.test.sum()) for rows, at in zip(loaded, shared, strict=True))
+    differing = differing_settings([run.body for run in runs])
+    return Pairing(
+        tuple(contenders),
+        block=block,
+        rows=shared[0].size,
+        differing=differing,
+        same=_same(contenders, block, seed),
+        whole=whole,
+    )
+
+
+def _models(runs: Sequence[Run], models: Sequence[str]) -> list[str]:
+    if len(models) > 1 and len(models) != len(runs):
+        raise SettingError(
+            f"{len(models)} models for {len(runs)} runs", remedy="Give --model once, once a run, or not at all"
+        )
+    wanted = list(models) * (len(runs) if len(models) == 1 else 1) or [str(r.body["recommended"]) for r in runs]
+    for run, name in zip(runs, wanted, strict=True):
+        run.entry(name)
+    return wanted
+
+
+def _same_units(runs: Sequence[Run]) -> None:
+    first = runs[0].body
+    for run in runs[1:]:
+        if run.body["units"]["effort"] != first["units"]["effort"]:
+            raise RunError(
+                f"the effort is in {run.body['units']['effort'] or '1'}, that of {runs[0].folder} in "
+                f"{first['units']['effort'] or '1'}",
+                where=str(run.folder),
+                remedy="Compare runs of the same logs, read with the same units",
+            )
+
+
+def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
+    """Rows of each run that all of them held out, matched by the log's digest and the time stamp."""
+    tables = [_held_out(run, rows) for run, rows in zip(runs, loaded, strict=True)]
+    found: list[list[Rows]] = [[] for _ in runs]
+    for digest in tables[0]:
+        if not all(digest in table for table in tables):
+            continue
+        times = tables[0][digest][0]
+        for table in tables[1:]:
+            times = np.intersect1d(times, table[digest][0])
+        for k, table in enumerate(tables):
+            own, rows = table[digest]
+            found[k].append(rows[np.searchsorted(own, times)])
+    shared = [np.concatenate(parts) if parts else np.zeros(0, np.int64) for parts in found]
+    if shared[0].size < _FEWEST:
+        raise RunError(
+            f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",
+            where=" and ".join(str(run.folder) for run in runs),
+            remedy="Compare runs of the same logs with the same --test",
+        )
+    for run, rows, at in zip(runs[1:], loaded[1:], shared[1:], strict=True):
+        if not np.allclose(rows.data.effort[at], loaded[0].data.effort[shared[0]], rtol=1e-9, atol=0.0):
+            raise RunError(
+                f"the effort of these rows is not that of {runs[0].folder}",
+                where=str(run.folder),
+                remedy="Compare runs that read the same column as the effort",
+            )
+    return shared
+
+
+def _held_out(run: Run, rows: RunRows) -> dict[str, tuple[Array, Rows]]:
+    """Times and rows held out of each log, by its digest, times increasing."""
+    found: dict[str, tuple[Array, Rows]] = {}
+    for log, (a, b) in zip(run.body["logs"], rows.data.source_rows, strict=True):
+        at = a + np.flatnonzero(rows.test[a:b])
+        time = rows.data.clock.time[at]
+        order = np.argsort(time, kind="stable")
+        found[str(log["sha256"])] = (time[order], at[order])
+    return found
+
+
+def _labels(folders: Sequence[Path]) -> list[str]:
+    """Names of the folders; with as many parents as are needed to tell them apart."""
+    for depth in range(1, 12):
+        labels = ["/".join(f.parts[-depth:]) for f in folders]
+        if len(set(labels)) == len(labels):
+            return labels
+    return [str(f) for f in folders]
+
+
+def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameModel, ...]:
+    first = contenders[0]
+    found: list[SameModel] = []
+    for other in contenders[1:]:
+        for name in first.run.names:
+            if name not in other.run.names:
+                continue
+            a, b = first.rows.residual(name)[first.shared], other.rows.residual(name)[other.shared]
+            if np.all(np.isfinite(a)) and np.all(np.isfinite(b)):
+                share = excess(b, a, block=block, seed=seed)
+                rmse = [float(np.sqrt(np.mean(e * e))) for e in (a, b)]
+                found.append(SameModel(name, other.label, rmse[0], rmse[1], share))
+    return tuple(found)
+
+
+def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What was asked for, read or installed differently: name, then one value a run."""
+    flat = [_flat(body) for body in bodies]
+    names = dict.fromkeys(name for values in flat for name in values)
+    lines = [(name, tuple(values.get(name, "–") for values in flat)) for name in names]
+    return tuple((name, values) for name, values in lines if len(set(values)) > 1)
+
+
+def _flat(body: Mapping[str, Any]) -> dict[str, str]:
+    values: dict[str, str] = {"device": str(body["device"])}
+    for group in ("settings", "reading", "units", "versions"):
+        part: dict[str, Any] = body[group] or {}
+        for key, value in part.items():
+            title = str(key) if group == "settings" else f"{group}: {key}"
+            values[title] = ", ".join(map(str, cast(list[Any], value))) if isinstance(value, list) else str(value)
+    values["logs"] = ", ".join(str(log["name"]) for log in body["logs"])
+    values["rows to fit"], values["rows held out"] = str(body["train_rows"]), str(body["test_rows"])
+    return values

@@ -1,0 +1,92 @@
+"""Estimated against measured effort, and how the residuals are distributed, on the rows held out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.run_rows import RunRows
+
+Array = NDArray[np.float64]
+
+_CELLS, _BARS = 64, 61
+
+
+@dataclass(frozen=True)
+class Parity:
+    """Rows held out over measured (first axis) and estimated effort (second axis).
+
+    Attributes:
+        edges: of both axes, shape (n + 1,).
+        counts: shape (n, n).
+        beyond: rows whose estimate lies outside the edges.
+    """
+
+    edges: Array
+    counts: NDArray[np.int64]
+    beyond: int
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Residuals of one model.
+
+    Attributes:
+        model: its name.
+        edges: of the bars, shape (n + 1,), the same for all models of a picture.
+        density: share of rows per unit of effort in each bar, shape (n,).
+        beyond: share of rows outside the edges.
+        bias: mean.
+        quantiles: of the absolute residual, at 0.5, 0.95, 0.99 and 1.
+        spread: standard deviation.
+    """
+
+    model: str
+    edges: Array
+    density: Array
+    beyond: float
+    bias: float
+    quantiles: tuple[float, float, float, float]
+    spread: float
+
+
+def parity(rows: RunRows, model: str) -> Parity:
+    """Counts of the rows held out in square cells."""
+    measured, estimated = rows.data.effort[rows.test], rows.predicted[model][rows.test]
+    low, high = float(measured.min()), float(measured.max())
+    slack = 0.06 * (high - low)
+    edges = np.linspace(low - slack, high + slack, _CELLS + 1)
+    inside = (estimated >= edges[0]) & (estimated < edges[-1])
+    scale = _CELLS / (edges[-1] - edges[0])
+    cell = ((measured[inside] - edges[0]) * scale).astype(np.intp) * _CELLS
+    cell += ((estimated[inside] - edges[0]) * scale).astype(np.intp)
+    counts = np.bincount(cell, minlength=_CELLS * _CELLS).reshape(_CELLS, _CELLS)
+    return Parity(edges, counts, int(np.count_nonzero(~inside)))
+
+
+def distributions(rows: RunRows, models: Sequence[str]) -> tuple[Distribution, ...]:
+    """Residuals of some models on the same bars: out to the widest 99.5 % of the first model."""
+    residuals = [rows.residual(model)[rows.test] for model in models]
+    reach = float(np.quantile(np.abs(residuals[0]), 0.995)) or 1.0
+    edges = np.linspace(-1.25 * reach, 1.25 * reach, _BARS + 1)
+    width = edges[1] - edges[0]
+    found: list[Distribution] = []
+    for model, e in zip(models, residuals, strict=True):
+        counts = np.histogram(e, edges)[0]
+        size = np.abs(e)
+        q = np.quantile(size, (0.5, 0.95, 0.99, 1.0))
+        found.append(
+            Distribution(
+                model,
+                edges,
+                counts / (e.size * width),
+                1.0 - float(counts.sum()) / e.size,
+                float(e.mean()),
+                (float(q[0]), float(q[1]), float(q[2]), float(q[3])),
+                float(e.std()),
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,103 @@
+"""Numbers and units as people read them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+#: A space at which no line breaks, between a number and its unit.
+_TIGHT = "\u00a0"
+
+
+def plain(text: str) -> str:
+    """Text for a terminal: with spaces as everybody types them."""
+    return text.replace(_TIGHT, " ")
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number to a few significant digits; no exponent where it can be read without one."""
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if value == 0.0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if -4 <= size < 6:
+        rounded = round(value, digits - 1 - size)
+        places = max(0, digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0)
+        text = f"{rounded:.{places}f}"
+    else:
+        mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{mantissa}·10{_superscript(int(power))}"
+    return text.replace("-", "−")
+
+
+def _superscript(value: int) -> str:
+    return str(value).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def count(value: int) -> str:
+    """A number of things, thousands apart."""
+    return f"{value:,}".replace(",", _TIGHT)
+
+
+def percent(value: float | None, digits: int = 3) -> str:
+    """A share as per cent."""
+    return "–" if value is None else f"{number(100.0 * value, digits)}{_TIGHT}%"
+
+
+def span(low: float | None, high: float | None, digits: int = 3) -> str:
+    """An interval."""
+    return f"{number(low, digits)} to {number(high, digits)}"
+
+
+def unit_text(unit: str) -> str:
+    """A unit as printed."""
+    return "units as logged" if unit == "?" else unit.replace("*", "·").replace("^", "").replace("?", "(as logged)")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How a signal's numbers are shown.
+
+    Attributes:
+        factor: shown number over the one in the run.
+        unit: as printed; empty for a pure number.
+    """
+
+    factor: float
+    unit: str
+
+    def of(self, value: float | None, digits: int = 3) -> str:
+        """A number with its unit."""
+        shown = self.bare(value, digits)
+        return f"{shown}{_TIGHT}{self.unit}" if self.unit and shown != "–" else shown
+
+    def bare(self, value: float | None, digits: int = 3) -> str:
+        """A number without its unit."""
+        return number(None if value is None else value * self.factor, digits)
+
+    def band(self, figure: Sequence[float | None], digits: int = 3) -> str:
+        """The 95 % band of (value, low, high)."""
+        return f"{self.bare(figure[1], digits)} to {self.bare(figure[2], digits)}"
+
+    def titled(self, name: str) -> str:
+        """A heading with the unit in brackets."""
+        return f"{name} [{self.unit}]" if self.unit else name
+
+
+def scale_for(unit: str, size: float) -> Scale:
+    """Milli or kilo, where numbers of this size read better so."""
+    if unit in ("N*m", "N", "V", "A", "m", "m/s") and size > 0:
+        if size < 0.2:
+            return Scale(1e3, f"m{unit_text(unit)}")
+        if size > 5e3:
+            return Scale(1e-3, f"k{unit_text(unit)}")
+    return Scale(1.0, unit_text(unit))
+
+
+def effort_word(unit: str) -> str:
+    """Torque or force, where the unit tells."""
+    return {"N*m": "torque", "N": "force", "Pa": "stress"}.get(unit, "effort")

@@ -1,0 +1,125 @@
+"""The loop's C core on the twin as fast as the machine can: hours of rig time in minutes, frame by frame as live.
+
+Machine code calls machine code: the compiled twin and the compiled core take turns, Python only waits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.live.core import Core
+from erclutch.live.frame import FRAME
+from erclutch.live.settings import LoopSettings
+from erclutch.rig.kernel import OMEGA, SIZE, WARMTH, advance
+from erclutch.rig.loop import sense
+from erclutch.rig.parameters import RigParameters
+from erclutch.rig.parts import parts_of
+from erclutch.rig.twin import PERIOD, substeps
+
+Array = NDArray[np.float64]
+_WORDS = FRAME.itemsize // 8
+
+
+def _runner(step: Any) -> Callable[..., None]:
+    """The compiled loop around one core's step function."""
+    numba: Any = import_module("numba")
+
+    @numba.njit(nogil=True, error_model="numpy")
+    def run(
+        core: Any, state: Any, parts: Any, locked: Any, rotary: Any, noise: Any, first: Any,
+        dt: Any, steps: Any, words: Any, numbers: Any, command: Any, frames: Any, other: Any,
+    ) -> None:  # fmt: skip
+        row = np.zeros(7)
+        turns = 2.0 * math.pi / parts.screw.lead
+        for k in range(noise.size):
+            sense(state, parts, noise[k], row)
+            words[0] = first + k + 1
+            words[1] = (first + k + 1) * 1000000
+            numbers[2] = row[3]
+            numbers[3] = row[5] if rotary else row[4] * turns
+            numbers[4] = row[6]
+            other[k] = row[4] * turns if rotary else row[5]
+            step(core.ctypes, words.ctypes, 1, first + k, 0, 0, command.ctypes, frames[k].ctypes)
+            advance(state, parts, command[2], command[3], command[4], locked, dt, steps)
+
+    return run
+
+
+class AcceleratedRun:
+    """A session without clocks and packets: the twin, the core, and nothing between.
+
+    Args:
+        settings: of the loop; its first program runs.
+        model: shared library of a compiled model; None estimates nothing.
+        rig: parameters of the twin.
+        seed: of the torque meter's noise.
+        speed: initial speed of the motor in rad/s.
+        locked: the output shaft is held.
+        rotary: alpha is read by the rotary encoder instead of the linear one.
+
+    Attributes:
+        core: to give orders to between stretches.
+    """
+
+    def __init__(
+        self,
+        settings: LoopSettings,
+        model: Path | None,
+        rig: RigParameters,
+        *,
+        seed: int = 0,
+        speed: float = 0.0,
+        locked: bool = False,
+        rotary: bool = False,
+    ) -> None:
+        self.core = Core(settings, model)
+        self._run = _runner(self.core.step_function())
+        self._parts, self._steps = parts_of(rig), substeps(rig)
+        self._state = np.zeros(SIZE)
+        self._state[OMEGA] = speed
+        self._locked, self._rotary = locked, rotary
+        self._random = np.random.default_rng(seed)
+        self._sample = np.zeros(6, np.uint64)
+        self._command = np.zeros(6)
+        self._rows = 0
+
+    @property
+    def warming(self) -> float:
+        """How much warmer the clutches are than at the start, in K: only a twin knows."""
+        return float(self._state[WARMTH])
+
+    def frames(self, rows: int) -> tuple[Any, Array]:
+        """Run on.
+
+        Args:
+            rows: how many steps.
+
+        Returns:
+            Frames, dtype `FRAME`, shape (rows,), with times as if each step had been on time; and the other encoder's
+            alpha in rad, shape (rows,).
+        """
+        words, other = np.zeros((rows, _WORDS)), np.empty(rows)
+        noise = self._random.standard_normal(rows)
+        self._run(
+            self.core.memory, self._state, self._parts, self._locked, self._rotary, noise, self._rows,
+            PERIOD / self._steps, self._steps, self._sample, self._sample.view(np.float64), self._command, words, other,
+        )  # fmt: skip
+        frames = words.view(FRAME).reshape(rows)
+        frames["seq"] = np.arange(self._rows, self._rows + rows)
+        frames["time_ns"] = frames["seq"] * np.uint64(round(PERIOD * 1e9))
+        frames["lateness_ns"] = frames["step_ns"] = 0
+        self._rows += rows
+        return frames, other
+
+    def stretches(self, rows: int, each: int) -> Iterator[Any]:
+        """Frames of a long run, ``each`` at a time."""
+        while rows > 0:
+            yield self.frames(min(each, rows))[0]
+            rows -= each

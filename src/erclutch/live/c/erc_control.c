@@ -1,0 +1,147 @@
+/* What the operator wants, as fields: tracking by equation (23), torque by the inverse model, or predefined fields. */
+#include "erc_core.h"
+
+#include <math.h>
+
+#define TWO_PI 6.283185307179586
+#define OUT_OF_REACH 16u /* the model's flag */
+
+/* A trajectory's value and rate now. */
+typedef struct {
+    double value, rate, motor;
+    double second; /* of a table row: the second field */
+} wanted_t;
+
+static wanted_t of_table(const erc_core *core, const erc_program *program, uint64_t k) {
+    if ((program->flags & ERC_BY_SAMPLE) != 0u) {
+        k = core->sensor_seq - 1u;
+    }
+    uint64_t row = k;
+    if (k >= program->rows) {
+        row = (program->flags & ERC_REPEAT) != 0u ? k % program->rows : program->rows - 1u;
+    }
+    const erc_row *at = &core->table[program->first + row];
+    return (wanted_t){at->first, at->second, at->motor_torque, at->second};
+}
+
+static wanted_t of_shape(const erc_core *core, const erc_program *program, uint64_t k) {
+    /* Whole periods are taken away in turns, so that the phase is as fine after a day as after a second. */
+    const double turns = fmod((double)k * core->dt * program->frequency, 1.0);
+    wanted_t wanted = {program->offset, 0.0, program->motor_torque, 0.0};
+    switch (program->shape) {
+    case ERC_SINE:
+        wanted.value += program->amplitude * sin(TWO_PI * turns);
+        wanted.rate = program->amplitude * TWO_PI * program->frequency * cos(TWO_PI * turns);
+        break;
+    case ERC_SQUARE:
+        wanted.value += turns < 0.5 ? program->amplitude : -program->amplitude;
+        break;
+    default:
+        wanted.value += program->amplitude;
+        break;
+    }
+    return wanted;
+}
+
+/* E of equation (23): k_p (alpha_r - alpha) + k_d (alpha_r' - alpha'). */
+static double tracking(const erc_core *core, const wanted_t *wanted) {
+    const erc_config *config = &core->config;
+    return config->k_p * (wanted->value - core->alpha.measured) + config->k_d * (wanted->rate - core->alpha.speed);
+}
+
+/* Field for a wanted torque: the model's inverse, corrected by what the model says the device now gives. */
+static double torque_field(erc_core *core, double wanted, uint32_t *events) {
+    const erc_config *config = &core->config;
+    const double coaxial[4] = {0.0, 0.0, core->theta.speed, core->alpha.speed};
+    const double single[2] = {0.0, core->theta.speed - core->alpha.speed};
+    double forward = 0.0;
+    if (core->model.inverse == 0) {
+        return 0.0;
+    }
+    const uint32_t flags = core->model.inverse(config->device == ERC_SINGLE ? single : coaxial, wanted, &forward);
+    if ((flags & OUT_OF_REACH) != 0u) {
+        *events |= ERC_UNREACHABLE;
+    }
+    const double error = isfinite(core->estimate) ? wanted - core->estimate : 0.0;
+    /* The field's sign is the torque's only while the motor turns forward. */
+    const double way = core->theta.speed < 0.0 ? -1.0 : 1.0;
+    const double before = core->integral;
+    core->integral += way * config->torque_i * error * core->dt;
+    const double field = forward + way * config->torque_p * error + core->integral;
+    if (!(fabs(field) <= config->field_limit)) { /* saturated, or not finite: the integral does not wind up */
+        core->integral = before;
+    }
+    return field;
+}
+
+/* A predefined sequence: beyond `soft` whole half-waves are mirrored, so that the table comes back. A sequence changes
+ * sides, or steps, between half-waves: only there may its mirror begin or end. */
+static double mirrored(erc_core *core, const erc_program *program, double wave) {
+    if (wave * core->last_wave <= 0.0 || fabs(wave - core->last_wave) > 0.1) {
+        const double drive = core->theta.speed < 0.0 ? -wave : wave;
+        const double at = core->alpha.measured;
+        const int outward = (at > program->soft && drive > 0.0) || (at < -program->soft && drive < 0.0);
+        core->mirrored = program->soft > 0.0 && outward ? -1.0 : 1.0;
+    }
+    core->last_wave = wave;
+    return core->mirrored;
+}
+
+void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
+    core->program = program;
+    core->program_tick = tick;
+    core->integral = 0.0;
+    core->mirrored = 1.0;
+    core->last_wave = 0.0;
+    core->motor = (double)NAN; /* the program's own */
+    core->base = (core->config.list[program].flags & ERC_RELATIVE) != 0u ? core->alpha.measured : 0.0;
+}
+
+/* The equation's split: E1 = E, E2 = 0 for E >= 0; E1 = 0, E2 = |E| for E < 0. A single device has only the first. */
+static void split(const erc_core *core, double field, double ask[3]) {
+    ask[0] = field >= 0.0 ? field : 0.0;
+    ask[1] = field >= 0.0 || core->config.device == ERC_SINGLE ? 0.0 : -field;
+    if (isnan(field)) {
+        ask[0] = field; /* the interlock says so */
+    }
+}
+
+/* The law's field is clipped to the supply's range, as the paper's is: that is no event. */
+static double saturated(const erc_core *core, double field) {
+    const double limit = core->config.field_limit;
+    return field > limit ? limit : (field < -limit ? -limit : field);
+}
+
+uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]) {
+    uint32_t events = 0u;
+    const erc_program *program = &core->config.list[core->program];
+    const uint64_t k = tick - core->program_tick;
+    wanted_t wanted = program->shape == ERC_TABLE ? of_table(core, program, k) : of_shape(core, program, k);
+    ask[0] = 0.0;
+    ask[1] = 0.0;
+    ask[2] = isnan(core->motor) ? wanted.motor : core->motor;
+    core->reference = (double)NAN;
+    switch (program->mode) {
+    case ERC_TRACK:
+        wanted.value += core->base;
+        core->reference = wanted.value;
+        split(core, saturated(core, tracking(core, &wanted)), ask);
+        break;
+    case ERC_TORQUE:
+        core->reference = wanted.value;
+        split(core, saturated(core, torque_field(core, wanted.value, &events)), ask);
+        break;
+    case ERC_FIELDS:
+        if (program->shape == ERC_TABLE) {
+            const int turned = mirrored(core, program, wanted.value - wanted.second) < 0.0;
+            ask[0] = turned ? wanted.second : wanted.value;
+            ask[1] = turned ? wanted.value : wanted.second;
+        } else {
+            split(core, mirrored(core, program, wanted.value) * wanted.value, ask);
+        }
+        break;
+    default:
+        break;
+    }
+    return events;
+}

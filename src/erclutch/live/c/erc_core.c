@@ -1,0 +1,253 @@
+#include "erc_core.h"
+
+#include <math.h>
+#include <string.h>
+
+uint32_t erc_core_size(void) {
+    return (uint32_t)sizeof(erc_core);
+}
+
+uint32_t erc_core_config_size(void) {
+    return (uint32_t)sizeof(erc_config);
+}
+
+static int positive(double x) {
+    return isfinite(x) && x > 0.0;
+}
+
+static int not_negative(double x) {
+    return isfinite(x) && x >= 0.0;
+}
+
+static const char *program_error(const erc_program *program, uint64_t rows) {
+    if (program->mode > ERC_FIELDS || program->shape > ERC_TABLE) {
+        return "a program of an unknown kind";
+    }
+    if (!isfinite(program->amplitude) || !isfinite(program->offset) || !isfinite(program->motor_torque) ||
+        !not_negative(program->frequency) || !not_negative(program->soft)) {
+        return "a program with a number that is not finite, or a negative frequency";
+    }
+    if (program->shape == ERC_TABLE &&
+        (program->rows == 0u || program->first > rows || program->rows > rows - program->first)) {
+        return "a program outside the table";
+    }
+    return 0;
+}
+
+const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
+    if (config->magic != ERC_CONFIG_MAGIC || config->version != ERC_CONFIG_VERSION || config->size != sizeof *config) {
+        return "not a configuration of this version";
+    }
+    if (config->device > ERC_SINGLE || config->period_ns < 100000u || config->period_ns > 1000000000u) {
+        return "unknown device, or a period outside 0.1 ms to 1 s";
+    }
+    if (!positive(config->filter_g) || config->filter_g > 1.0 || !positive(config->filter_h) || config->filter_h > 2.0) {
+        return "gains of the speed filter outside 0 to 1 and 0 to 2";
+    }
+    if (!not_negative(config->theta_wrap) || !not_negative(config->alpha_wrap) ||
+        !not_negative(config->theta_glitch) || !not_negative(config->alpha_glitch) || !not_negative(config->stroke)) {
+        return "a wrap, glitch limit or stroke below zero";
+    }
+    if (!positive(config->field_limit) || !positive(config->motor_limit) || !positive(config->rise_rate) ||
+        !positive(config->fall_rate)) {
+        return "a limit that is not above zero";
+    }
+    if (!isfinite(config->k_p) || !isfinite(config->k_d) || !isfinite(config->torque_p) || !isfinite(config->torque_i)) {
+        return "a gain that is not finite";
+    }
+    if (config->trip_samples < 4u || config->trip_samples > 21u || config->hold_samples > config->trip_samples - 4u) {
+        return "samples to hold and to trip that are not 0 <= hold <= trip - 4 and trip <= 21";
+    }
+    if (config->programs < 1u || config->programs > ERC_PROGRAMS || config->program >= config->programs) {
+        return "no program, too many, or a start with one that is not there";
+    }
+    for (uint32_t i = 0; i < config->programs; i++) {
+        const char *error = program_error(&config->list[i], table_rows);
+        if (error != 0) {
+            return error;
+        }
+    }
+    return 0;
+}
+
+void erc_core_init(erc_core *core, const erc_config *config, const erc_row *table, const erc_model *model) {
+    memset(core, 0, sizeof *core);
+    core->config = *config;
+    core->table = table;
+    if (model != 0) {
+        core->model = *model;
+    }
+    core->dt = 1e-9 * (double)config->period_ns;
+    core->theta.wrap = config->theta_wrap;
+    core->theta.glitch = config->theta_glitch;
+    core->alpha.wrap = config->alpha_wrap;
+    core->alpha.glitch = config->alpha_glitch;
+    core->torque = (double)NAN;
+    core->estimate = (double)NAN;
+    core->reference = (double)NAN;
+    core->motor = (double)NAN;
+    core->resync = 1u;
+    core->state = ERC_STARTING;
+    core->program = config->program;
+}
+
+static void trip(erc_core *core, uint32_t event) {
+    if (core->state == ERC_TRIPPED) {
+        return;
+    }
+    core->state = ERC_TRIPPED;
+    core->trip_reason = 1u;
+    while ((event >> core->trip_reason) != 0u) {
+        core->trip_reason++;
+    }
+    if (core->missing >= core->config.trip_samples) {
+        core->resync = 1u; /* the rig may be started anew meanwhile, an encoder may have slipped: begin again there */
+    }
+}
+
+/* Back to work: only with sensors, and the program from its beginning. */
+static int reset(erc_core *core) {
+    if (core->state != ERC_TRIPPED || core->missing > 0u) {
+        return 0; /* nothing to reset, or still no sensors */
+    }
+    core->state = ERC_RUNNING;
+    core->trip_reason = 0u;
+    core->rig_seen = 0u;
+    erc_control_start(core, core->program, core->step);
+    return 1;
+}
+
+int erc_core_order(erc_core *core, const erc_order *order) {
+    const double value = order->value;
+    int done = 0;
+    switch (order->kind) {
+    case ERC_ORDER_STOP:
+        core->pending |= ERC_ORDER;
+        return 1;
+    case ERC_ORDER_ZERO:
+        trip(core, ERC_ORDER);
+        done = 1;
+        break;
+    case ERC_ORDER_RESET:
+        done = reset(core);
+        break;
+    case ERC_ORDER_PROGRAM:
+        if (value >= 0.0 && value < (double)core->config.programs) {
+            erc_control_start(core, (uint32_t)value, core->step);
+            done = 1;
+        }
+        break;
+    case ERC_ORDER_MOTOR:
+        if (fabs(value) <= core->config.motor_limit) {
+            core->motor = value;
+            done = 1;
+        }
+        break;
+    default:
+        break;
+    }
+    core->pending |= done ? ERC_ORDER : ERC_ORDER_REFUSED;
+    return 0;
+}
+
+void erc_core_stop(erc_core *core) {
+    core->stopping = 1u;
+}
+
+/* Share of the last command that is left after steps without a sample: all, then less and less, none three steps
+ * before the trip: the last good sample was up to two periods on its way, and 20 ms after a failure the field is zero. */
+static double held_share(const erc_core *core) {
+    const double hold = (double)core->config.hold_samples, none = (double)core->config.trip_samples - 3.0;
+    const double missing = (double)core->missing;
+    return missing <= hold ? 1.0 : fmax(0.0, (none - missing) / (none - hold));
+}
+
+/* What to ask of the interlock: control's wish, or what is left of the last one. */
+static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
+    if (core->missing == 0u) {
+        const uint32_t events = erc_control(core, tick, ask);
+        core->asked1 = ask[0];
+        core->asked2 = ask[1];
+        core->asked_motor = ask[2];
+        return events;
+    }
+    const double share = held_share(core);
+    ask[0] = share * core->asked1;
+    ask[1] = share * core->asked2;
+    ask[2] = core->asked_motor;
+    return share < 1.0 ? ERC_DEGRADE : ERC_HOLD;
+}
+
+static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
+    if (core->state == ERC_STARTING && core->missing == 0u) {
+        core->state = ERC_RUNNING;
+        erc_control_start(core, core->program, core->step);
+    }
+    if (core->state != ERC_RUNNING) {
+        return 0u;
+    }
+    if (core->missing >= core->config.trip_samples) {
+        trip(core, core->lost_by);
+    } else if (late_ns > core->config.late_trip_ns) {
+        trip(core, ERC_OVERRUN);
+    } else if ((events & ERC_RIG_WATCHDOG) != 0u) {
+        trip(core, ERC_RIG_WATCHDOG);
+    } else if ((events & ERC_RIG_FAULT) != 0u) {
+        trip(core, ERC_RIG_FAULT);
+    }
+    return core->state == ERC_TRIPPED ? ERC_TRIP : 0u;
+}
+
+static uint32_t estimate(erc_core *core, const double applied[3]) {
+    const double coaxial[4] = {applied[0], applied[1], core->theta.speed, core->alpha.speed};
+    const double single[2] = {applied[0], core->theta.speed - core->alpha.speed};
+    double effort = (double)NAN;
+    if (core->model.step == 0 || core->state == ERC_STARTING) {
+        return 0u;
+    }
+    const uint32_t flags =
+        core->model.step(core->model.state, core->config.device == ERC_SINGLE ? single : coaxial, &effort);
+    core->estimate = effort;
+    return flags;
+}
+
+void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t tick, uint64_t late_ns,
+                   uint32_t events, erc_command *command, erc_frame *frame) {
+    double ask[3] = {0.0, 0.0, 0.0}, out[3] = {0.0, 0.0, 0.0};
+    core->step = tick;
+    events |= core->pending;
+    core->pending = 0u;
+    events |= erc_sensors_take(core, samples, count);
+    if (late_ns >= core->config.period_ns) {
+        events |= ERC_OVERRUN;
+    }
+    events |= trip_checks(core, late_ns, events);
+    if (core->stopping != 0u) {
+        events |= ERC_STOPPING;
+    }
+    if (core->state == ERC_RUNNING && core->stopping == 0u) {
+        events |= wish(core, tick, ask);
+        events |= erc_interlock(&core->config, core->field, core->alpha.measured, core->theta.speed, ask, out);
+    } else {
+        core->reference = (double)NAN;
+    }
+    core->field = out[0] - out[1];
+    frame->flags = estimate(core, out);
+
+    command->field1 = out[0];
+    command->field2 = out[1];
+    command->motor_torque = out[2];
+    command->flags = core->stopping;
+
+    frame->theta = core->theta.measured;
+    frame->alpha = core->alpha.measured;
+    frame->theta_dot = core->theta.speed;
+    frame->alpha_dot = core->alpha.speed;
+    frame->field1 = out[0];
+    frame->field2 = out[1];
+    frame->motor_torque = out[2];
+    frame->torque = core->missing == 0u ? core->torque : (double)NAN;
+    frame->estimate = core->estimate;
+    frame->reference = core->reference;
+    frame->events = events;
+}

@@ -1,0 +1,168 @@
+/* Layouts that cross a border: frames and the ring (live/frame.py), configuration and orders (live/settings.py,
+ * live/orders.py), packets on the wire (rig/packet.py). Little-endian, no hidden padding; tests compare each with Python.
+ */
+#ifndef ERC_LAYOUT_H
+#define ERC_LAYOUT_H
+
+#include <stdint.h>
+
+/* --- frame ------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint64_t seq;
+    uint64_t time_ns;
+    double theta, alpha;         /* rad, unwrapped */
+    double theta_dot, alpha_dot; /* rad/s, by the causal filter */
+    double field1, field2;       /* applied: after the interlock */
+    double motor_torque;         /* command, N m */
+    double torque;               /* measured, N m; NaN where there is none */
+    double estimate;             /* by the model, N m; NaN without a model */
+    double reference;            /* of the trajectory; NaN where there is none */
+    uint32_t flags;              /* the model's */
+    uint32_t events;             /* of this step */
+    int32_t lateness_ns;
+    uint32_t step_ns;
+} erc_frame;
+_Static_assert(sizeof(erc_frame) == 112, "frame");
+
+/* Bits of `events`, in the order of EVENTS in live/frame.py. */
+enum {
+    ERC_SAMPLE_LOST = 1u << 0,
+    ERC_SAMPLE_INVALID = 1u << 1,
+    ERC_GLITCH = 1u << 2,
+    ERC_WRAP = 1u << 3,
+    ERC_BAD_PACKET = 1u << 4,
+    ERC_STALE_PACKET = 1u << 5,
+    ERC_CLOCK_JUMP = 1u << 6,
+    ERC_OVERRUN = 1u << 7,
+    ERC_HOLD = 1u << 8,
+    ERC_DEGRADE = 1u << 9,
+    ERC_TRIP = 1u << 10,
+    ERC_BOTH_FIELDS = 1u << 11,
+    ERC_BEYOND_LIMIT = 1u << 12,
+    ERC_RATE_LIMITED = 1u << 13,
+    ERC_COMMAND_NOT_FINITE = 1u << 14,
+    ERC_RIG_WATCHDOG = 1u << 15,
+    ERC_RIG_FAULT = 1u << 16,
+    ERC_ORDER = 1u << 17,
+    ERC_ORDER_REFUSED = 1u << 18,
+    ERC_UNREACHABLE = 1u << 19,
+    ERC_SEND_FAILED = 1u << 20,
+    ERC_STOPPING = 1u << 21,
+    ERC_GUARD = 1u << 22
+};
+
+/* --- ring -------------------------------------------------------------------------------------------------------- */
+
+#define ERC_RING_MAGIC "ERCRING1"
+#define ERC_RING_VERSION 1u
+#define ERC_HEADER_SIZE 4096u
+
+enum { ERC_STARTING = 0, ERC_RUNNING = 1, ERC_TRIPPED = 2, ERC_STOPPED = 3 };
+
+typedef struct {
+    char magic[8];
+    uint32_t version, frame_size;
+    uint64_t capacity, period_ns, start_ns, start_unix_ns;
+    char unused0[16];
+    char rig[64], origin[16], model[64], digest[64], note[256];
+    double field_limit, motor_limit;
+    char unused1[480];
+    uint64_t head; /* offset 1024: from here on the loop writes */
+    uint32_t state, pid, mode, program, trip_reason, unused2;
+    char unused3[32];
+    uint64_t counts[32];
+    uint64_t sensor_seq;
+    char unused4[56];
+    char realtime[128];
+    char unused5[2560];
+} erc_ring_header;
+_Static_assert(sizeof(erc_ring_header) == ERC_HEADER_SIZE, "ring header");
+
+/* --- packets ----------------------------------------------------------------------------------------------------- */
+
+#define ERC_SENSOR_MAGIC 0x31535245u  /* "ERS1" */
+#define ERC_COMMAND_MAGIC 0x31435245u /* "ERC1" */
+#define ERC_PACKET_SIZE 64u
+
+enum { ERC_STATUS_WATCHDOG = 1u, ERC_STATUS_FAULT = 2u };
+
+/* One reading of the rig's sensors. */
+typedef struct {
+    uint64_t seq;     /* counts the rig's samples; one a period */
+    uint64_t time_ns; /* the rig's own clock */
+    double theta, alpha, torque;
+    uint32_t status;
+} erc_sample;
+
+/* What the rig is to do until the next command. */
+typedef struct {
+    uint64_t seq;
+    uint64_t time_ns;
+    double field1, field2, motor_torque;
+    uint32_t flags; /* 1: this is the last command, the loop is ending */
+} erc_command;
+
+/* --- orders of an operator --------------------------------------------------------------------------------------- */
+
+#define ERC_ORDER_MAGIC 0x4F435245u /* "ERCO" */
+enum { ERC_ORDER_STOP = 1, ERC_ORDER_ZERO = 2, ERC_ORDER_RESET = 3, ERC_ORDER_PROGRAM = 4, ERC_ORDER_MOTOR = 5 };
+
+typedef struct {
+    uint32_t magic, kind;
+    double value;
+    uint32_t unused, crc; /* CRC32 of the bytes before it */
+} erc_order;
+_Static_assert(sizeof(erc_order) == 24, "order");
+
+/* --- configuration ----------------------------------------------------------------------------------------------- */
+
+#define ERC_CONFIG_MAGIC 0x47435245u /* "ERCG" */
+#define ERC_CONFIG_VERSION 1u
+#define ERC_PROGRAMS 32u
+
+enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3 };
+enum { ERC_CONSTANT = 0, ERC_SINE = 1, ERC_SQUARE = 2, ERC_TABLE = 3 };
+enum { ERC_COAXIAL = 0, ERC_SINGLE = 1 };
+
+enum {
+    ERC_REPEAT = 1u,    /* a table starts again at its end; else its last row holds */
+    ERC_BY_SAMPLE = 2u, /* row k of a table goes with sample k + 1 of the rig (replay), whenever that comes */
+    ERC_RELATIVE = 4u   /* the reference counts from where the output is when the program starts */
+};
+
+/* A trajectory or a predefined sequence, and what is controlled by it. */
+typedef struct {
+    uint32_t mode, shape, flags, unused;
+    double amplitude, frequency, offset;
+    double motor_torque; /* N m; a table has its own */
+    double soft;         /* rad; ERC_FIELDS: half-waves that drive the output further out are mirrored; 0: none */
+    uint64_t first, rows; /* of the table file */
+} erc_program;
+_Static_assert(sizeof(erc_program) == 72, "program");
+
+/* A row of the table file: reference and its rate, or the two fields; then the motor torque. */
+typedef struct {
+    double first, second, motor_torque;
+} erc_row;
+
+typedef struct {
+    uint32_t magic, version, size, device;
+    uint64_t period_ns;
+    double theta_wrap, alpha_wrap;   /* range of an encoder that wraps, rad; 0: none */
+    double filter_g, filter_h;       /* gains of the position-speed filter (differentiate.py) */
+    double theta_glitch, alpha_glitch; /* rad/s: a sample further from the predicted speed is rejected */
+    double field_limit, motor_limit;
+    double rise_rate, fall_rate;     /* of the field, 1/s; the supply's */
+    double stroke;                   /* rad from the middle; fields that drive further out are refused; 0: none */
+    double k_p, k_d;                 /* equation (23): field per rad and per rad/s */
+    double torque_p, torque_i;       /* field per N m and per N m s, on the estimate */
+    uint64_t late_trip_ns;           /* a wake-up later than this trips */
+    uint32_t hold_samples, trip_samples;
+    uint32_t programs, program;      /* how many, and which at the start */
+    erc_program list[ERC_PROGRAMS];
+    uint32_t unused, crc;
+} erc_config;
+_Static_assert(sizeof(erc_config) == 16 + 8 + 15 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+
+#endif

@@ -1,0 +1,150 @@
+/* From packets to angles and speeds: order, gaps, finite numbers, wraps, glitches, then the causal filter. */
+#include "erc_core.h"
+
+#include <math.h>
+
+#define LARGEST_GAP 1000u        /* samples; a sequence number further ahead is not believed */
+#define WARM_UP 64u              /* samples before the speed is known well enough to reject a jump */
+#define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
+
+/* Time passes without a reading. */
+static void predict(erc_encoder *encoder, double dt, uint64_t periods) {
+    encoder->position += dt * encoder->speed * (double)periods;
+    encoder->since += periods;
+}
+
+/* A reading without whole wraps, as near to the prediction as it can be. */
+static double unwrapped(const erc_encoder *encoder, double raw, double predicted, double *offset) {
+    double x = raw + encoder->offset;
+    *offset = encoder->offset;
+    if (encoder->wrap > 0.0 && encoder->taken > 0u) {
+        const double turns = nearbyint((predicted - x) / encoder->wrap);
+        *offset += turns * encoder->wrap;
+        x = raw + *offset;
+    }
+    return x;
+}
+
+/* Whether a reading can be: the device cannot have moved so far since the last one. */
+static int possible(const erc_encoder *encoder, double raw, double dt, uint64_t periods) {
+    double offset;
+    const double predicted = encoder->position + dt * encoder->speed;
+    const double x = unwrapped(encoder, raw, predicted, &offset);
+    return encoder->taken < WARM_UP || encoder->glitch <= 0.0 ||
+           fabs(x - predicted) <= encoder->glitch * dt * (double)periods;
+}
+
+/* Take a reading: the recursion of LiveDerivative in differentiate.py, term by term. After a gap the innovation has grown
+ * over the whole gap, and the speed is corrected by what it is in one period. */
+static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, double h) {
+    const double predicted = encoder->position + dt * encoder->speed;
+    double offset;
+    const double x = unwrapped(encoder, raw, predicted, &offset);
+    const uint32_t events = offset == encoder->offset ? 0u : ERC_WRAP;
+    encoder->offset = offset;
+    encoder->measured = x;
+    if (encoder->taken == 0u) {
+        encoder->position = x;
+        encoder->speed = 0.0;
+    } else {
+        const double innovation = x - predicted;
+        encoder->position = predicted + g * innovation;
+        encoder->speed += h * innovation / (dt * (double)(encoder->since + 1u));
+    }
+    encoder->since = 0u;
+    if (encoder->taken < WARM_UP) {
+        encoder->taken++;
+    }
+    return events;
+}
+
+/* How many samples lie between the last one and this one; UINT64_MAX if it is not to be used. */
+static uint64_t gap_before(erc_core *core, const erc_sample *sample, uint32_t *events) {
+    if (core->resync != 0u) {
+        core->resync = 0u;
+        core->theta.taken = 0u;
+        core->alpha.taken = 0u;
+        return 0u;
+    }
+    if (sample->seq <= core->sensor_seq || sample->seq - core->sensor_seq > LARGEST_GAP) {
+        *events |= ERC_STALE_PACKET;
+        return UINT64_MAX;
+    }
+    const uint64_t counted = (sample->seq - core->sensor_seq) * core->config.period_ns;
+    const uint64_t stamped = sample->time_ns - core->sensor_time; /* modulo 2^64: a jump back is a very long time */
+    const uint64_t off = stamped > counted ? stamped - counted : counted - stamped;
+    if (off > CLOCK_SLACK_NS) {
+        *events |= ERC_CLOCK_JUMP; /* said, and nothing more: only the count is used */
+    }
+    return sample->seq - core->sensor_seq - 1u;
+}
+
+static uint32_t status_events(erc_core *core, uint32_t status) {
+    uint32_t events = 0u;
+    if ((status & ERC_STATUS_FAULT) != 0u) {
+        events |= ERC_RIG_FAULT;
+    }
+    if ((status & ERC_STATUS_WATCHDOG) == 0u) {
+        core->rig_seen = 1u;
+    } else if (core->rig_seen != 0u) { /* before our first command it stands at zero as it should */
+        events |= ERC_RIG_WATCHDOG;
+    }
+    return events;
+}
+
+static uint32_t torque_events(erc_core *core, double torque) {
+    core->torque = isfinite(torque) ? torque : (double)NAN;
+    if (isfinite(torque)) {
+        core->torque_seen = 1u;
+    }
+    return isfinite(torque) || (isnan(torque) && core->torque_seen == 0u) ? 0u : ERC_SAMPLE_INVALID;
+}
+
+/* One sample; sets *good if its angles were used. */
+static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
+    uint32_t events = 0u;
+    const uint64_t gap = gap_before(core, sample, &events);
+    if (gap == UINT64_MAX) {
+        return events;
+    }
+    core->sensor_seq = sample->seq;
+    core->sensor_time = sample->time_ns;
+    events |= status_events(core, sample->status) | torque_events(core, sample->torque);
+    predict(&core->theta, core->dt, gap);
+    predict(&core->alpha, core->dt, gap);
+    if (!isfinite(sample->theta) || !isfinite(sample->alpha)) {
+        core->lost_by = ERC_SAMPLE_INVALID;
+    } else if (!possible(&core->theta, sample->theta, core->dt, gap + 1u) ||
+               !possible(&core->alpha, sample->alpha, core->dt, gap + 1u)) {
+        core->lost_by = ERC_GLITCH;
+    } else {
+        const double g = core->config.filter_g, h = core->config.filter_h;
+        *good = 1;
+        events |= take(&core->theta, sample->theta, core->dt, g, h);
+        return events | take(&core->alpha, sample->alpha, core->dt, g, h);
+    }
+    predict(&core->theta, core->dt, 1u);
+    predict(&core->alpha, core->dt, 1u);
+    return events | core->lost_by;
+}
+
+/* All samples of a step. Counts steps in a row without a good one. */
+uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count) {
+    uint32_t events = 0u;
+    int good = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        events |= take_one(core, &samples[i], &good);
+    }
+    if (good) {
+        core->missing = 0u;
+        return events;
+    }
+    if ((events & (ERC_SAMPLE_INVALID | ERC_GLITCH)) == 0u) {
+        events |= ERC_SAMPLE_LOST;
+        core->lost_by = ERC_SAMPLE_LOST;
+    }
+    if (core->missing < UINT32_MAX) {
+        core->missing++;
+    }
+    return events;
+}

@@ -1,0 +1,141 @@
+// The four charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
+
+export const CHARTS = [
+  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.004 },
+  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 },
+  { title: "Field", unit: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
+  { title: "Speed", unit: "rad/s", lines: [["theta_dot", "motor", "--motor"], ["alpha_dot", "output", "--output"]], least: 1 },
+];
+
+const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const signed = (value, digits) => Number.isFinite(value) ? (value < 0 ? "−" : "+") + Math.abs(value).toFixed(digits) : "–";
+
+function niceStep(span) {
+  const power = 10 ** Math.floor(Math.log10(span));
+  return (span / power < 2 ? 0.5 : span / power < 5 ? 1 : 2) * power;
+}
+
+// Grows at once, shrinks only when it has been far too large for a while.
+class Range {
+  constructor(least) { this.least = least; this.low = -least; this.high = least; this.small = 0; }
+
+  follow(lines, now) {
+    let low = Infinity, high = -Infinity;
+    for (const line of lines) for (const value of line) if (value !== null) { if (value < low) low = value; if (value > high) high = value; }
+    if (low > high) return;
+    const middle = (low + high) / 2, half = Math.max((high - low) / 2 * 1.08, this.least / 2), step = niceStep(2 * half) / 2;
+    const wantedLow = Math.floor((middle - half) / step) * step, wantedHigh = Math.ceil((middle + half) / step) * step;
+    if (wantedLow < this.low || wantedHigh > this.high) {
+      this.low = Math.min(this.low, wantedLow); this.high = Math.max(this.high, wantedHigh); this.small = now;
+    }
+    if (wantedHigh - wantedLow > 0.7 * (this.high - this.low)) this.small = now;
+    else if (now - this.small > 1500) { this.low = wantedLow; this.high = wantedHigh; this.small = now; }
+  }
+}
+
+export class Charts {
+  constructor(root, store) {
+    this.store = store;
+    this.limit = 0.5;
+    this.charts = CHARTS.map(chart => this.#make(root, chart));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#rebuild());
+    const observer = new ResizeObserver(() => this.resize());
+    for (const made of this.charts) observer.observe(made.plot);
+    this.resize();
+  }
+
+  #make(root, chart) {
+    const box = document.createElement("div");
+    box.className = "chart"; box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
+    const head = document.createElement("h3");
+    head.append(`${chart.title} [${chart.unit}]`);
+    const values = chart.lines.map(([, label, variable]) => {
+      const key = document.createElement("span"), swatch = document.createElement("i"), value = document.createElement("span");
+      key.className = "key"; swatch.style.background = `var(${variable})`;
+      key.append(swatch, label, value); head.append(key);
+      return value;
+    });
+    const plot = document.createElement("div");
+    plot.className = "plot";
+    box.append(head, plot); root.append(box);
+    const made = { chart, box, plot, values, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
+    made.uplot = this.#plot(made);
+    return made;
+  }
+
+  #plot(made) {
+    const axis = { stroke: colour("--soft"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
+    const options = {
+      width: Math.max(100, made.plot.clientWidth), height: Math.max(60, made.plot.clientHeight),
+      padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
+      scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
+      axes: [{ ...axis, size: 26, gap: 4, values: (_, ticks) => ticks.map(t => `${+t.toFixed(3)} s`) }, { ...axis, size: 50, gap: 4, space: 24 }],
+      series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
+      hooks: {
+        drawClear: [u => this.#shade(u, made)],
+        setSelect: [u => { if (this.frozen && u.select.width > 5) this.zoom([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]); u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); }],
+        ready: [u => u.over.addEventListener("dblclick", () => this.zoom(null))],
+      },
+    };
+    return new uPlot(options, [[], ...made.chart.lines.map(() => [])], made.plot);
+  }
+
+  #shade(u, made) {
+    if (!made.outside.length || made.chart.fixed) return;
+    const context = u.ctx;
+    context.save(); context.fillStyle = colour("--bad-soft");
+    const { left, top, width, height } = u.bbox;
+    for (let i = 0; i < made.outside.length; i += 2) {
+      const from = Math.max(left, u.valToPos(made.outside[i], "x", true)), to = Math.min(left + width, u.valToPos(made.outside[i + 1], "x", true));
+      if (to >= from) context.fillRect(from, top, Math.max(1, to - from), height);
+    }
+    context.restore();
+  }
+
+  #rebuild() {
+    for (const made of this.charts) { made.uplot.destroy(); made.uplot = this.#plot(made); }
+    this.resize(); this.draw(this.times, performance.now());
+  }
+
+  resize() {
+    for (const made of this.charts) {
+      const width = made.plot.clientWidth, height = made.plot.clientHeight;
+      if (width > 20 && height > 20 && (width !== made.uplot.width || height !== made.uplot.height)) made.uplot.setSize({ width, height });
+    }
+  }
+
+  zoom(range) {
+    for (const made of this.charts) made.zoom = range;
+    if (this.times) this.draw(this.times, performance.now());
+  }
+
+  // times: first and last second to show; while frozen a zoom is read anew at full detail.
+  draw(times, now) {
+    this.times = times;
+    // Two points every other pixel, and lines of one pixel: without a graphics card the browser's time goes into strokes.
+    for (const made of this.charts) {
+      const [from, to] = made.zoom ?? times;
+      const { data, outside } = this.store.decimate(made.chart.lines.map(line => line[0]), from, to, made.uplot.width / 2);
+      made.times = times; made.outside = merged(outside);
+      if (!made.chart.fixed) made.range.follow(data.slice(1), now);
+      made.uplot.setData(data);
+    }
+  }
+
+  // The newest numbers in the heads of the charts.
+  label() {
+    for (const made of this.charts) made.chart.lines.forEach(([name], k) => {
+      const text = signed(this.store.last(name), made.chart.unit === "rad/s" ? 1 : 3);
+      if (made.values[k].textContent !== text) made.values[k].textContent = text;
+    });
+  }
+}
+
+function merged(spans) {
+  const out = [];
+  for (let i = 0; i < spans.length; i += 2) {
+    if (out.length && spans[i] - out[out.length - 1] < 0.02) out[out.length - 1] = spans[i + 1];
+    else out.push(spans[i], spans[i + 1]);
+  }
+  return out;
+}

@@ -1,0 +1,245 @@
+// The page of a live session: one socket, charts, a picture, buttons.
+
+import { Charts, signed } from "./charts.js";
+import { Picture } from "./picture.js";
+import { Store } from "./store.js";
+
+const $ = id => document.getElementById(id);
+const store = new Store();
+const charts = new Charts($("charts"), store);
+const picture = new Picture($("picture"));
+// Read by the tests of this page.
+const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0 };
+
+let hello = null, status = null, shown = 5, frozen = null, dirty = false, socket = null, pause = 250, failures = 0;
+let recording = false, over = false;
+const lines = new Map();
+
+// --- connection ------------------------------------------------------------------------------------------------------
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/frames`);
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => { pause = 250; failures = 0; over = false; tally.connections += 1; };
+  socket.onmessage = event => typeof event.data === "string" ? heard(JSON.parse(event.data)) : frames(event.data);
+  socket.onclose = event => { lost(event.code === 1012); setTimeout(connect, pause); pause = Math.min(2000, pause * 1.6); };
+}
+
+// ended: the server said goodbye, which it does when its session is over.
+async function lost(ended) {
+  status = null; failures += 1;
+  over = ended || (over && failures > 1);
+  setState(over ? "stopped" : "lost", over ? "ended" : "no connection");
+  $("recording").hidden = true;
+  banner(over ? "The session has ended." : "The connection to the session is lost. Trying again …");
+  if (failures < 3) return;
+  try {
+    const answer = await fetch("/live.css", { cache: "no-store" });
+    if (answer.status === 403) banner("This is another session. Open the address that erclutch live printed.");
+  } catch { /* nobody answers: the session is over, or its server starts again */ }
+}
+
+function frames(buffer) {
+  if (!hello) return;
+  const before = store.taken;
+  store.push(buffer, hello.period);
+  tally.messages += 1; tally.samples += store.taken - before; tally.bytes += buffer.byteLength;
+  dirty = true;
+}
+
+function heard(body) {
+  if (body.kind === "hello") greet(body);
+  else if (body.kind === "status") { status = body; report(); }
+  else if (body.kind === "refused") say(body.why, "bad");
+}
+
+function send(body, text) {
+  if (socket?.readyState !== WebSocket.OPEN) return say("No connection: the command was not sent", "bad");
+  socket.send(JSON.stringify(body));
+  say(text);
+}
+
+function say(text, level = "") { $("said").textContent = text; $("said").dataset.level = level; }
+
+function banner(text, reset = false) {
+  $("banner").hidden = !text;
+  if ($("banner-text").textContent !== text) $("banner-text").textContent = text;
+  $("reset").hidden = !reset;
+}
+
+function setState(state, text) { $("state").dataset.state = state; if ($("state").textContent !== text) $("state").textContent = text; }
+
+// --- what the session says -------------------------------------------------------------------------------------------
+
+function greet(body) {
+  if (hello && hello.session !== body.session) { store.clear(); freeze(false); }
+  hello = body;
+  lines.clear();
+  $("origin").textContent = body.origin; $("origin").dataset.origin = body.origin;
+  $("rig").textContent = `rig ${body.rig}`;
+  $("model").textContent = body.model ? `model ${body.model} · ${body.digest.slice(0, 8)}` : "no model";
+  $("model").title = body.digest;
+  document.title = `${body.origin} · erclutch live`;
+  charts.limit = body.field_limit || 0.5;
+  picture.set(body);
+  const chosen = $("program").value;
+  $("program").replaceChildren(...body.programs.map(({ name, text }) => { const option = new Option(name, name); option.title = text; return option; }));
+  if (body.programs.some(({ name }) => name === chosen)) $("program").value = chosen;
+  $("step").disabled = !stepTest();
+  $("motor").min = -body.motor_limit; $("motor").max = body.motor_limit;
+  buildHistogram(body.edges);
+}
+
+const stepTest = () => hello?.programs.find(({ name }) => name.startsWith("step"))?.name;
+
+function report() {
+  const { state, trip, lateness, step, realtime, program } = status;
+  const names = { running: "running", tripped: "tripped", silent: "silent", stopped: "stopped", starting: "starting" };
+  const name = hello?.programs[program]?.name;
+  setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
+  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
+  else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
+  else if (state === "stopped") banner("The session has ended at zero field.");
+  else banner("");
+  if (lateness.count) {
+    $("lateness").textContent = `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)}`;
+    $("realtime").textContent = `missed ${status.counts.overrun ?? 0} · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`;
+    $("realtime").title = realtime;
+  }
+  drawHistogram(lateness.bars);
+  reportRecording(status.recording);
+  for (const line of status.lines) lines.set(line.number, line);
+  if (status.lines.length) drawLines();
+}
+
+const us = value => value >= 1000 ? `${(value / 1000).toFixed(1)} ms` : `${Math.round(value)} µs`;
+
+function reportRecording(body) {
+  recording = Boolean(body?.on);
+  $("record").setAttribute("aria-pressed", recording); $("record").setAttribute("aria-label", recording ? "Stop recording" : "Record");
+  $("record").querySelector("span").textContent = recording ? "Stop" : "Record";
+  $("recording").hidden = !recording;
+  if (recording) {
+    const lost = body.lost ? ` · ${body.lost} lost` : "";
+    $("recorded").textContent = body.seconds === undefined ? "recording" : `${body.seconds.toFixed(1)} s · ${(body.size / 1e6).toFixed(1)} MB${lost}`;
+    $("recorded").title = body.path ?? "";
+  }
+}
+
+function buildHistogram(edges) {
+  const label = edge => edge >= 1000 ? `${edge / 1000}m` : `${edge}`;
+  $("histogram").replaceChildren(...[...edges, Infinity].map((edge, k) => {
+    const box = document.createElement("div"), bar = document.createElement("i"), text = document.createElement("span");
+    text.textContent = edge === Infinity ? ">" : k % 3 === 0 ? label(edge) : "\u00a0";
+    box.title = edge === Infinity ? `above ${edges.at(-1) / 1000} ms` : `up to ${us(edge)}`;
+    if (edge > 500) box.className = "late";
+    box.append(bar, text);
+    return box;
+  }));
+}
+
+// Heights by the logarithm of the counts: one late wake-up in an hour must be seen.
+function drawHistogram(bars) {
+  const most = Math.log10(1 + Math.max(1, ...bars)), boxes = $("histogram").children;
+  bars.forEach((count, k) => {
+    if (!boxes[k]) return;
+    boxes[k].firstChild.style.height = `${count ? Math.max(3, 56 * Math.log10(1 + count) / most) : 0}px`;
+    boxes[k].title = `${boxes[k].title.split(":")[0]}: ${count}`;
+  });
+  $("histogram").setAttribute("aria-label", `histogram of lateness: ${$("lateness").textContent}`);
+}
+
+function drawLines() {
+  const newest = [...lines.values()].sort((a, b) => b.last - a.last || b.number - a.number).slice(0, 200);
+  $("events").replaceChildren(...newest.map(line => {
+    const item = document.createElement("li"), time = document.createElement("time"), what = document.createElement("span"), many = document.createElement("span");
+    item.dataset.level = line.level; item.dataset.name = line.name;
+    time.textContent = `${line.last.toFixed(2)} s`; what.className = "what"; many.className = "many";
+    what.textContent = line.text; many.textContent = line.count > 1 ? `× ${line.count}` : "";
+    item.append(time, what, many);
+    return item;
+  }));
+}
+
+// --- drawing ---------------------------------------------------------------------------------------------------------
+
+let measured = performance.now(), painted = 0, samples = 0, spoken = 0, drawn = 0;
+
+function paint(now) {
+  requestAnimationFrame(paint);
+  if (now - measured >= 1000) {
+    const seconds = (now - measured) / 1000;
+    $("rates").textContent = `${Math.round((tally.painted - painted) / seconds)} frames/s · ${Math.round((tally.samples - samples) / seconds)} samples/s${store.skipped ? ` · ${store.skipped} skipped` : ""}`;
+    measured = now; painted = tally.painted; samples = tally.samples;
+  }
+  if (!dirty) return;
+  dirty = false;
+  const began = performance.now();
+  if (frozen === null) charts.draw([store.now - shown, store.now], now);
+  if (now - drawn > 38) { drawn = now; picture.draw(store); }
+  if (now - spoken > 100) { spoken = now; numbers(); }
+  tally.painted += 1; tally.drawing += performance.now() - began;
+}
+
+function numbers() {
+  charts.label();
+  const { rms, outside } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
+  $("clock").textContent = `${store.now.toFixed(1)} s`;
+  $("torque").textContent = Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter";
+  $("estimate").textContent = Number.isFinite(estimate) ? `${signed(estimate, 3)} N m` : "no model";
+  $("rms").textContent = Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–";
+  const modelled = Number.isFinite(estimate);
+  $("coverage").textContent = !modelled ? "–" : outside ? `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s` : "inside";
+  $("coverage").dataset.level = !modelled ? "none" : outside ? "bad" : "good";
+}
+
+// --- controls --------------------------------------------------------------------------------------------------------
+
+function freeze(on) {
+  frozen = on ? store.now : null;
+  charts.frozen = on;
+  if (!on) charts.zoom(null);
+  $("freeze").setAttribute("aria-pressed", on);
+  $("frozen-hint").hidden = !on;
+  dirty = true;
+}
+
+const actions = {
+  zero: () => send({ command: "zero" }, "Zero field asked for"),
+  reset: () => send({ command: "reset" }, "Reset asked for"),
+  record: () => send({ command: "record", on: !recording }, recording ? "The recording ends" : "A recording starts"),
+  step: () => { const name = stepTest(); if (name) { $("program").value = name; send({ command: "program", name }, `${name} asked for`); } },
+  freeze: () => freeze(frozen === null),
+};
+for (const name of Object.keys(actions)) $(name).addEventListener("click", actions[name]);
+
+$("program-form").addEventListener("submit", event => {
+  event.preventDefault();
+  const name = $("program").value;
+  if (name) send({ command: "program", name }, `${name} asked for`);
+});
+$("motor-form").addEventListener("submit", event => {
+  event.preventDefault();
+  const torque = $("motor").valueAsNumber;
+  if (Number.isFinite(torque)) send({ command: "motor", torque }, `${torque} N m asked for`);
+  else say("Give a number of N m", "bad");
+});
+for (const button of document.querySelectorAll("[data-window]")) button.addEventListener("click", () => {
+  shown = Number(button.dataset.window); dirty = true;
+  for (const other of document.querySelectorAll("[data-window]")) other.setAttribute("aria-pressed", other === button);
+  if (frozen !== null) { charts.zoom(null); charts.draw([frozen - shown, frozen], performance.now()); }
+});
+
+const keys = { z: "zero", escape: "zero", r: "record", s: "step", f: "freeze" };
+document.addEventListener("keydown", event => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  const name = keys[event.key.toLowerCase()];
+  // Escape ends at zero field from anywhere; letters belong to a field that is being filled in.
+  if (!name || (event.key !== "Escape" && /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) return;
+  if ($(name).disabled) return;
+  event.preventDefault();
+  actions[name]();
+});
+
+connect();
+requestAnimationFrame(paint);

@@ -1,0 +1,105 @@
+// The samples of the last minute, in typed arrays that wrap by moving their second half down.
+
+export const COLUMNS = ["theta", "alpha", "theta_dot", "alpha_dot", "field1", "field2", "motor_torque", "torque", "estimate", "reference", "lateness", "step"];
+const HEAD = 24, WORDS = 16, KEPT = 40000;
+
+export class Store {
+  constructor() {
+    this.time = new Float64Array(2 * KEPT);
+    this.flags = new Uint32Array(2 * KEPT);
+    this.columns = {};
+    for (const name of [...COLUMNS, "residual"]) this.columns[name] = new Float32Array(2 * KEPT);
+    this.clear();
+  }
+
+  clear() { this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
+
+  // A binary message of the server, see page/wire.py.
+  push(buffer, period) {
+    const view = new DataView(buffer);
+    if (view.getUint32(0, true) !== 1) return;
+    this.skipped = view.getUint32(4, true);
+    const first = view.getFloat64(8, true), seq = view.getFloat64(16, true);
+    const count = (buffer.byteLength - HEAD) / (4 * WORDS);
+    const numbers = new Float32Array(buffer, HEAD), words = new Uint32Array(buffer, HEAD);
+    const last = this.size ? this.time[this.size - 1] : -Infinity;
+    if (this.size && first > last + 2.5 * period) this.#row(last + period);
+    this.#room(count);
+    for (let i = 0; i < count; i++) {
+      const at = i * WORDS, to = this.size + i;
+      this.time[to] = first + numbers[at];
+      for (let c = 0; c < COLUMNS.length; c++) this.columns[COLUMNS[c]][to] = numbers[at + 1 + c];
+      this.columns.residual[to] = numbers[at + 8] - numbers[at + 9];
+      this.flags[to] = words[at + 13];
+    }
+    this.size += count; this.taken += count; this.seq = seq + count - 1;
+  }
+
+  // A row without numbers, so that no line is drawn over frames that are missing.
+  #row(time) {
+    this.#room(1);
+    this.time[this.size] = time; this.flags[this.size] = 0;
+    for (const name in this.columns) this.columns[name][this.size] = NaN;
+    this.size += 1;
+  }
+
+  #room(count) {
+    if (this.size + count <= 2 * KEPT) return;
+    const drop = this.size - KEPT;
+    for (const array of [this.time, this.flags, ...Object.values(this.columns)]) array.copyWithin(0, drop, this.size);
+    this.size = KEPT; this.moved += drop;
+  }
+
+  get now() { return this.size ? this.time[this.size - 1] : 0; }
+
+  // Row of the first sample at or after a time.
+  row(time) {
+    let low = 0, high = this.size;
+    while (low < high) { const middle = (low + high) >> 1; if (this.time[middle] < time) low = middle + 1; else high = middle; }
+    return low;
+  }
+
+  last(name) { return this.size ? this.columns[name][this.size - 1] : NaN; }
+
+  // Lowest and highest of each stretch of samples, so that no peak is lost in a narrow chart. Stretches are counted
+  // from the first sample ever, so that a curve does not shimmer while it moves.
+  decimate(names, from, to, width) {
+    const a = Math.max(0, this.row(from) - 1), b = Math.min(this.size, this.row(to) + 1), n = b - a;
+    const each = Math.max(1, Math.ceil(n / Math.max(1, width)));
+    const times = [], lines = names.map(() => []), outside = [];
+    for (let start = a - ((a + this.moved) % each); start < b; start += each) {
+      const low = Math.max(a, start), high = Math.min(b, start + each);
+      if (low >= high) continue;
+      const pair = each > 1;
+      times.push(this.time[low]); if (pair) times.push(this.time[high - 1]);
+      for (let k = 0; k < names.length; k++) {
+        const column = this.columns[names[k]];
+        let least = Infinity, most = -Infinity, leastAt = low, mostAt = low;
+        for (let i = low; i < high; i++) {
+          const value = column[i];
+          if (value < least) { least = value; leastAt = i; }
+          if (value > most) { most = value; mostAt = i; }
+        }
+        if (least === Infinity) { least = null; most = null; }
+        if (pair) lines[k].push(leastAt <= mostAt ? least : most, leastAt <= mostAt ? most : least);
+        else lines[k].push(least);
+      }
+      let out = 0;
+      for (let i = low; i < high; i++) out |= this.flags[i] & 1;
+      if (out) outside.push(this.time[low], this.time[high - 1]);
+    }
+    return { data: [times, ...lines], outside };
+  }
+
+  // Root mean square of the residual and share of samples outside the training range over the last second.
+  lastSecond() {
+    const a = this.row(this.now - 1);
+    let sum = 0, count = 0, outside = 0;
+    for (let i = a; i < this.size; i++) {
+      const value = this.columns.residual[i];
+      if (value === value) { sum += value * value; count += 1; }
+      outside += this.flags[i] & 1;
+    }
+    return { rms: count ? Math.sqrt(sum / count) : NaN, outside: this.size > a ? outside / (this.size - a) : 0 };
+  }
+}

@@ -1,0 +1,162 @@
+"""What a ring tells beside the curves: events with their counts, how late the loop woke up, whether it still runs."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.live.frame import EVENTS, RingReader, State
+
+#: Upper edges of the histogram's bars in us; the last bar holds all above.
+EDGES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000)
+_FINEST = 1  # us a bin of the counts behind the percentiles
+_BINS = 20_001
+_SILENT = 0.1  # s without a frame
+_JOINED = 0.5  # s: an event that comes again within goes to the same line
+_KEPT = 300  # lines
+#: How an event is shown: what fails safe, what is worth a look, what is only told.
+ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
+NOTES = {"order", "wrap", "stopping", "rate-limited"}
+
+
+@dataclass
+class Line:
+    """A line of the log of events.
+
+    Attributes:
+        number: of the line; a client that has seen up to ``version`` needs what is newer.
+        version: grows with each change of any line.
+        name, text, level: what it says; level is alarm, warning or note.
+        first, last: s since the start of the session.
+        count: how often.
+    """
+
+    number: int
+    version: int
+    name: str
+    text: str
+    level: str
+    first: float
+    last: float
+    count: int
+
+    def body(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "number": self.number, "name": self.name, "text": self.text, "level": self.level,
+            "first": round(self.first, 3), "last": round(self.last, 3), "count": self.count,
+        }  # fmt: skip
+
+
+class Lateness:
+    """Counts of numbers of microseconds, for a histogram and percentiles."""
+
+    def __init__(self) -> None:
+        self._counts = np.zeros(_BINS, np.int64)
+        self._largest = 0.0
+        self._bars = np.zeros(len(EDGES) + 1, np.int64)
+
+    def add(self, us: NDArray[np.float64]) -> None:
+        """Count values in us, shape (n,)."""
+        if not us.size:
+            return
+        bins = np.clip(us / _FINEST, 0, _BINS - 1).astype(np.int64)
+        self._counts += np.bincount(bins, minlength=_BINS)
+        self._bars += np.bincount(np.searchsorted(EDGES, us, side="left"), minlength=len(EDGES) + 1)
+        self._largest = max(self._largest, float(us.max()))
+
+    def body(self) -> dict[str, Any]:
+        """Percentiles and bars as JSON values."""
+        total = int(self._counts.sum())
+        if not total:
+            return {"count": 0, "bars": self._bars.tolist()}
+        reached = np.searchsorted(np.cumsum(self._counts), np.array([0.5, 0.99, 0.999]) * total)
+        p50, p99, p999 = ((int(place) + 1) * _FINEST for place in reached)
+        return {
+            "count": total, "p50": p50, "p99": p99, "p999": p999, "max": round(self._largest, 1),
+            "bars": self._bars.tolist(),
+        }  # fmt: skip
+
+
+class Watcher:
+    """Follows a ring. Call `look` some twenty times a second.
+
+    Args:
+        reader: a reader of its own.
+    """
+
+    def __init__(self, reader: RingReader) -> None:
+        self.reader = reader
+        self.lateness, self.step = Lateness(), Lateness()
+        self.version = 0
+        self._lines: deque[Line] = deque(maxlen=_KEPT)
+        self._open: dict[str, Line] = {}
+        self._head = reader.head
+        self._moved = time.monotonic()
+
+    def look(self) -> None:
+        """Take in the frames that came."""
+        frames = self.reader.read()
+        if self.reader.head != self._head:
+            self._head, self._moved = self.reader.head, time.monotonic()
+        if not frames.size:
+            return
+        self.lateness.add(frames["lateness_ns"] * 1e-3)
+        self.step.add(frames["step_ns"] * 1e-3)
+        present = int(np.bitwise_or.reduce(frames["events"]))
+        if not present:
+            return
+        seconds = (frames["time_ns"].astype(np.int64) - self.reader.info.start_ns) * 1e-9
+        for bit, (name, meaning) in enumerate(EVENTS):
+            if present >> bit & 1:
+                hit = np.flatnonzero(frames["events"] >> np.uint32(bit) & 1)
+                level = "alarm" if name in ALARMS else "note" if name in NOTES else "warning"
+                self._log(name, meaning, level, float(seconds[hit[0]]), float(seconds[hit[-1]]), int(hit.size))
+
+    def say(self, text: str, at: int, level: str = "note") -> None:
+        """A line that is no event of the loop, with its time by the monotonic clock in ns."""
+        self._open.pop("session", None)
+        seconds = (at - self.reader.info.start_ns) * 1e-9
+        self._log("session", text, level, seconds, seconds, 1)
+
+    def _log(self, name: str, text: str, level: str, first: float, last: float, count: int) -> None:
+        self.version += 1
+        line = self._open.get(name)
+        if line is not None and first - line.last <= _JOINED:
+            line.last, line.count, line.version = last, line.count + count, self.version
+            return
+        number = self._lines[-1].number + 1 if self._lines else 0
+        line = Line(number, self.version, name, text, level, first, last, count)
+        self._open[name] = line
+        self._lines.append(line)
+
+    def lines(self, seen: int) -> list[dict[str, Any]]:
+        """Lines that changed after version ``seen``."""
+        return [line.body() for line in self._lines if line.version > seen]
+
+    @property
+    def state(self) -> str:
+        """starting, running, tripped, stopped, or silent: the loop says that it runs, but no frame comes."""
+        state = self.reader.state
+        if state in (State.RUNNING, State.TRIPPED) and time.monotonic() - self._moved > _SILENT:
+            return "silent"
+        return state.name.lower()
+
+    def status(self) -> dict[str, Any]:
+        """All but the lines, as JSON values."""
+        reader = self.reader
+        return {
+            "state": self.state,
+            "trip": reader.trip_reason,
+            "realtime": reader.realtime,
+            "program": reader.program,
+            "head": reader.head,
+            "counts": {name: count for name, count in reader.counts.items() if count},
+            "lateness": self.lateness.body(),
+            "step": self.step.body(),
+        }

@@ -1,0 +1,197 @@
+"""The recordings of a session: starts recorders, names their files, and goes on where one was killed."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import ErclutchError
+from erclutch.live.frame import RingReader
+from erclutch.live.mcap_file import RecordingError, partial_of
+from erclutch.live.recorder import Progress
+from erclutch.live.recover import recover
+
+_END = 10.0  # s that a recorder may take to end its file
+_DISK = 3  # exit code of a recorder whose disk ended it
+
+
+@dataclass(frozen=True)
+class Started:
+    """A recorder that runs: its process, its file, the frame after which it began, the first file of the recording."""
+
+    process: subprocess.Popen[bytes]
+    path: Path
+    after: int
+    first: Path
+
+
+class Recordings:
+    """At most one recording at a time.
+
+    Args:
+        ring: path of the ring.
+        folder: where recordings go; made if it is missing.
+        say: called with a sentence for people, and note, warning or alarm, whenever a recording starts, ends, fails or
+            goes on.
+
+    Attributes:
+        progress: state of the recording that runs, or of the last one; None before the first.
+        files: finished files, oldest first.
+    """
+
+    def __init__(
+        self, ring: str | Path, folder: str | Path, say: Callable[[str, str], None] = lambda text, level: None
+    ) -> None:
+        self.ring, self.folder = Path(ring), Path(folder)
+        self.progress: Progress | None = None
+        self.files: list[Path] = []
+        self._say = say
+        self._running: Started | None = None
+        self._heard = b""
+
+    @property
+    def running(self) -> bool:
+        """Whether a recording runs."""
+        return self._running is not None
+
+    @property
+    def pid(self) -> int | None:
+        """Process of the recorder."""
+        return self._running.process.pid if self._running else None
+
+    def start(self, name: str | None = None) -> Path:
+        """Start a recording; does nothing if one runs.
+
+        Args:
+            name: of the file, without a folder; None: the date and time.
+
+        Raises:
+            RecordingError: the folder cannot be made or written. RingError: the session is over.
+        """
+        if self._running is not None:
+            return self._running.path
+        stem = name or datetime.now(UTC).strftime("%Y-%m-%dT%H-%M-%SZ")
+        path = self._free(self.folder / f"{stem}.mcap")
+        reader = RingReader(self.ring)
+        self._start(path, reader.head - 1, path)
+        reader.close()
+        self._say(f"recording to {path.name}", "note")
+        return path
+
+    def stop(self) -> None:
+        """End the recording and wait until its file is whole."""
+        started = self._running
+        if started is None:
+            return
+        with contextlib.suppress(OSError):
+            started.process.terminate()
+        try:
+            started.process.wait(_END)
+        except subprocess.TimeoutExpired:
+            started.process.kill()
+            started.process.wait()
+        self.poll(go_on=False)
+
+    def poll(self, *, go_on: bool = True) -> None:
+        """Look after the recorder: read what it says, and start another where it was killed."""
+        started = self._running
+        if started is None:
+            return
+        self._listen(started)
+        code = started.process.poll()
+        if code is None:
+            return
+        self._listen(started)
+        if started.process.stdout is not None:
+            started.process.stdout.close()
+        self._running = None
+        if code in (0, _DISK):
+            self._finished(started, full=code == _DISK)
+        elif code < 0:
+            self._killed(started, go_on)
+        else:
+            self._say(f"the recording to {started.path.name} failed", "alarm")
+
+    def _free(self, path: Path) -> Path:
+        """A name that is not taken."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RecordingError(
+                f"the folder of recordings cannot be made: {error.strerror or error}",
+                where=str(self.folder),
+                remedy="Give another with --recordings",
+            ) from error
+        if not os.access(self.folder, os.W_OK):
+            raise RecordingError("it cannot be written", where=str(self.folder), remedy="Give another folder")
+        number, free = 2, path
+        while free.exists() or partial_of(free).exists():
+            free = path.with_name(f"{path.stem}-{number}.mcap")
+            number += 1
+        return free
+
+    def _start(self, path: Path, after: int, first: Path) -> None:
+        words = [sys.executable, "-m", "erclutch.live.recorder", str(self.ring), str(path), "--after", str(after)]
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, start_new_session=True)
+        assert process.stdout is not None
+        os.set_blocking(process.stdout.fileno(), False)
+        self._heard = b""
+        self._running = Started(process, path, after, first)
+
+    def _listen(self, started: Started) -> None:
+        """The last whole line that the recorder wrote."""
+        assert started.process.stdout is not None
+        with contextlib.suppress(BlockingIOError, ValueError):
+            while chunk := os.read(started.process.stdout.fileno(), 65536):
+                self._heard += chunk
+        *lines, self._heard = self._heard.split(b"\n")
+        if lines:
+            with contextlib.suppress(ValueError, TypeError):
+                body: Any = json.loads(lines[-1])
+                self.progress = Progress(**body)
+
+    def _finished(self, started: Started, *, full: bool) -> None:
+        why = self.progress.ended if self.progress and full else ""
+        if started.path.exists():
+            self.files.append(started.path)
+        if full:
+            self._say(f"recording {started.path.name} was ended by the disk: {why}", "alarm")
+        else:
+            self._say(f"recording {started.path.name} is complete", "note")
+
+    def _killed(self, started: Started, go_on: bool) -> None:
+        """Make a whole file of what a killed recorder left, and go on after its last frame in a further one."""
+        after = started.after
+        try:
+            found = recover(partial_of(started.path), started.path)
+            self.files.append(started.path)
+            after = after if found.last is None else found.last
+        except ErclutchError:  # it was killed before a frame was on the disk
+            pass
+        partial_of(started.path).unlink(missing_ok=True)
+        if not go_on:
+            self._say(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
+            return
+        again = self._free(started.first)
+        self._start(again, after, started.first)
+        self._say(f"the recorder was killed; another goes on in {again.name}", "warning")
+
+    def wait_for_frames(self, seconds: float = 5.0) -> bool:
+        """Wait until the file of the recorder that runs has frames; whether it has. For scripts and tests."""
+        limit = time.monotonic() + seconds
+        while time.monotonic() < limit and self._running is not None:
+            self.poll()
+            now = self.progress
+            if self._running and now and now.frames and now.path == str(self._running.path):
+                return True
+            time.sleep(0.01)
+        return False

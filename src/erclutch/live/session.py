@@ -1,0 +1,294 @@
+"""One live session: a rig's process, the loop's process, and this one that started both and only watches.
+
+The loop ends at zero field when this process ends, however it ends; the rig's watchdog does so when the loop does not.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from erclutch.errors import ErclutchError
+from erclutch.live.build import find_compiler, loop_program
+from erclutch.live.commands import Command
+from erclutch.live.frame import RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.live.orders import Order, order_bytes
+from erclutch.live.settings import LoopSettings, config_of
+from erclutch.rig.plugin import LibraryRig, UdpRig
+from erclutch.rig.process import start_rig
+
+#: The loop has so long to get its first sample.
+_FIRST_SAMPLE = 10.0
+_END = 5.0
+
+
+class LiveError(ErclutchError):
+    """A live session could not start, or ended by itself."""
+
+    exit_code = 3
+
+
+@dataclass(frozen=True)
+class ServedRig:
+    """A rig of ours, run in a process of its own.
+
+    Attributes:
+        name: for people.
+        origin: TWIN or RECORDING.
+        spec: what `erclutch.rig.process.start_rig` takes, without the session's number.
+    """
+
+    name: str
+    origin: str
+    spec: dict[str, Any] = field(default_factory=dict[str, Any])
+
+
+TWIN = ServedRig("twin", "TWIN", {"kind": "twin"})
+Rig = ServedRig | UdpRig | LibraryRig
+
+
+@dataclass(frozen=True)
+class LiveModel:
+    """The model that a session runs.
+
+    Attributes:
+        library: compiled, for the loop in C.
+        name, digest: of the model.
+        saved: its JSON file, for the loop in Python.
+    """
+
+    library: Path | None
+    name: str
+    digest: str
+    saved: Path | None = None
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the loop runs.
+
+    Attributes:
+        seconds: it ends by itself after so long; None runs until told.
+        priority: of SCHED_FIFO, 1 to 99; 0 does not ask for it.
+        cpu: processor that it stays on; None leaves that to the system.
+        python: use the loop in Python (soft real time) even if there is a compiler.
+        note: what the session is for; kept in the ring and in recordings.
+    """
+
+    seconds: float | None = None
+    priority: int = 80
+    cpu: int | None = None
+    python: bool = False
+    note: str = ""
+
+
+class Session:
+    """A running session. Use it as a context: leaving it ends at zero field.
+
+    Args:
+        rig: what is driven.
+        settings: limits, gains, programs.
+        model: what estimates; None estimates nothing.
+        options: how the loop runs.
+
+    Attributes:
+        ring: path of the frames' ring.
+        soft: whether the loop is the one in Python.
+
+    Raises:
+        LiveError: the loop did not start; RigStartError: the rig did not.
+    """
+
+    def __init__(
+        self, rig: Rig, settings: LoopSettings, model: LiveModel | None = None, options: Options | None = None
+    ) -> None:
+        self.rig, self.settings, self.model = rig, settings, model
+        self.options = options or Options()
+        self.soft = self.options.python or sys.platform != "linux" or find_compiler() is None
+        self._folder = Path(tempfile.mkdtemp(prefix="erclutch-live-", dir=ring_folder()))
+        self.ring = self._folder / "ring"
+        self._rig: subprocess.Popen[str] | None = None
+        self._loop: subprocess.Popen[bytes] | None = None
+        self._messages = self._folder / "loop.err"
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def origin(self) -> str:
+        """TWIN, RECORDING or HARDWARE."""
+        return self.rig.origin if isinstance(self.rig, ServedRig) else "HARDWARE"
+
+    def _start(self) -> None:
+        config, table = config_of(self.settings)
+        (self._folder / "config").write_bytes(config)
+        words = ["--config", str(self._folder / "config"), "--ring", str(self.ring), "--orders", "0"]
+        if len(table):
+            (self._folder / "table").write_bytes(table.tobytes())
+            words += ["--table", str(self._folder / "table")]
+        model = self.model
+        make_ring(
+            self.ring,
+            RingInfo(
+                period_ns=round(self.settings.period * 1e9),
+                rig=self.rig.name,
+                origin=self.origin,
+                model=model.name if model else "",
+                digest=model.digest if model else "",
+                field_limit=self.settings.field_limit,
+                motor_limit=self.settings.motor_limit,
+                start_ns=time.monotonic_ns(),
+                start_unix_ns=time.time_ns(),
+                note=self.options.note,
+            ),
+        )
+        words += [*self._rig_words(), *self._model_words(), *self._option_words()]
+        program = [sys.executable, "-m", "erclutch.live.soft"] if self.soft else [str(loop_program())]
+        with self._messages.open("wb") as errors:
+            self._loop = subprocess.Popen(
+                [*program, *words], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
+            )
+        self._await_first_frame()
+
+    def _rig_words(self) -> list[str]:
+        if isinstance(self.rig, LibraryRig):
+            return ["--library", str(self.rig.path), self.rig.options]
+        if isinstance(self.rig, UdpRig):
+            return ["--udp", self.rig.host, str(self.rig.port), str(self.rig.local_port), str(self.rig.session)]
+        session = secrets.randbits(32)
+        self._rig, port = start_rig({**self.rig.spec, "session": session})
+        return ["--udp", "127.0.0.1", str(port), "0", str(session)]
+
+    def _model_words(self) -> list[str]:
+        if self.model is None:
+            return []
+        file = self.model.saved if self.soft else self.model.library
+        return [] if file is None else ["--model", str(file), self.model.digest]
+
+    def _option_words(self) -> list[str]:
+        words = ["--priority", str(self.options.priority)]
+        if self.options.cpu is not None:
+            words += ["--cpu", str(self.options.cpu)]
+        if self.options.seconds is not None:
+            words += ["--steps", str(max(1, round(self.options.seconds / self.settings.period)))]
+        return words
+
+    def _await_first_frame(self) -> None:
+        reader = RingReader(self.ring)
+        limit = time.monotonic() + _FIRST_SAMPLE
+        try:
+            while reader.head == 0 and self.running and time.monotonic() < limit:
+                time.sleep(0.005)
+            if reader.head == 0:
+                raise LiveError(f"the loop did not start: {self.said() or 'it says nothing'}", remedy="See its message")
+        finally:
+            reader.close()
+
+    @property
+    def running(self) -> bool:
+        """Whether the loop's process is there."""
+        return self._loop is not None and self._loop.poll() is None
+
+    @property
+    def rig_running(self) -> bool:
+        """Whether the rig's process is there; a rig that is not ours always is."""
+        return self._rig is None or self._rig.poll() is None
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Processes of the session."""
+        found = {"loop": self._loop, "rig": self._rig}
+        return {name: process.pid for name, process in found.items() if process is not None}
+
+    def said(self) -> str:
+        """What the loop wrote to its standard error."""
+        with contextlib.suppress(OSError):
+            return self._messages.read_text(errors="replace").strip().removeprefix("erclutch-loop: ")
+        return ""
+
+    def order(self, order: Order, value: float = 0.0) -> bool:
+        """Give the loop an order; False if it is no longer there to take one. It counts what it refuses."""
+        if self._loop is None or self._loop.stdin is None:
+            return False
+        try:
+            os.write(self._loop.stdin.fileno(), order_bytes(order, value))
+        except (OSError, ValueError):
+            return False
+        return True
+
+    def carry_out(self, command: Command) -> None:
+        """Turn a checked command of the page into an order."""
+        orders = {"zero": Order.ZERO, "reset": Order.RESET, "program": Order.PROGRAM, "motor": Order.MOTOR}
+        if command.kind in orders:
+            self.order(orders[command.kind], command.value)
+
+    def reader(self, start: str = "oldest") -> RingReader:
+        """A reader of the frames; the caller closes it."""
+        return RingReader(self.ring, start)
+
+    def wait(self, timeout: float | None = None) -> int | None:
+        """Wait for the loop to end; its exit code, or None when the time is over."""
+        assert self._loop is not None
+        try:
+            return self._loop.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def stop(self) -> None:
+        """End the loop at zero field, then the rig."""
+        if self._loop is not None:
+            self.order(Order.STOP)
+            _ended(self._loop)
+            if self._loop.stdin is not None:
+                with contextlib.suppress(OSError):
+                    self._loop.stdin.close()
+        if self._rig is not None:
+            if self._rig.poll() is None:
+                self._rig.terminate()
+            _ended(self._rig)
+            if self._rig.stdout is not None:
+                self._rig.stdout.close()
+
+    def close(self) -> None:
+        """Stop, and remove the ring."""
+        try:
+            self.stop()
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _ended(process: subprocess.Popen[Any]) -> None:
+    """Wait for a process that was told to end; kill it when it does not."""
+    try:
+        process.wait(_END)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def awaited_samples(reader: RingReader, timeout: float = _FIRST_SAMPLE) -> bool:
+    """Wait until the loop has sensors; whether it has."""
+    limit = time.monotonic() + timeout
+    while reader.state is State.STARTING and time.monotonic() < limit:
+        time.sleep(0.01)
+    return reader.state is not State.STARTING

@@ -1,0 +1,89 @@
+"""Figures of a session as it runs: lateness, step time, events; in bounded memory, however long it runs."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.live.frame import RingReader
+
+_BINS = 100_000  # of 1 us
+
+
+@dataclass
+class Histogram:
+    """Times in bins of 1 us, up to 0.1 s; the largest is kept as it is.
+
+    Attributes:
+        counts: how many in each bin, shape (100000,).
+        largest: in us.
+    """
+
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
+    largest: float = 0.0
+
+    def add(self, times_ns: NDArray[np.int64]) -> None:
+        """Take more times."""
+        if times_ns.size:
+            us = np.clip(times_ns // 1000, 0, _BINS - 1).astype(np.int64)
+            self.counts += np.bincount(us, minlength=_BINS)
+            self.largest = max(self.largest, float(times_ns.max()) / 1e3)
+
+    def percentiles(self, shares: Sequence[float]) -> list[float]:
+        """Upper ends of the bins that hold these shares, in us; nan while it is empty."""
+        total: list[int] = self.counts.cumsum().tolist()
+        if not total[-1]:
+            return [float("nan")] * len(shares)
+        return [float(bisect_left(total, share * total[-1])) + 1.0 for share in shares]
+
+
+@dataclass
+class Watch:
+    """What one reader of a ring has seen.
+
+    Attributes:
+        reader: of the ring.
+        lateness, step: histograms of the wake-up's lateness and of the step's time.
+        frames: how many were read.
+        missed: deadlines that were skipped.
+    """
+
+    reader: RingReader
+    lateness: Histogram = field(default_factory=Histogram)
+    step: Histogram = field(default_factory=Histogram)
+    frames: int = 0
+    missed: int = 0
+    _last_deadline: int = 0
+    _lost: int = 0
+
+    def poll(self) -> NDArray[Any]:
+        """Take what is new; returns it."""
+        new = self.reader.read()
+        if new.size:
+            self.lateness.add(new["lateness_ns"].astype(np.int64))
+            self.step.add(new["step_ns"].astype(np.int64))
+            self.frames += int(new.size)
+            self._count_missed(new)
+        return new
+
+    def _count_missed(self, new: NDArray[Any]) -> None:
+        deadlines = new["time_ns"].astype(np.int64) - new["lateness_ns"]
+        if self._last_deadline:
+            deadlines = np.concatenate(([self._last_deadline], deadlines))
+        steps = np.rint(np.diff(deadlines) / self.reader.info.period_ns).astype(np.int64)
+        lost, self._lost = self.reader.lost - self._lost, self.reader.lost
+        self.missed += max(0, int((steps - 1).sum()) - lost)  # what this reader lost is no deadline of the loop's
+        self._last_deadline = int(deadlines[-1])
+
+    def rows(self) -> list[list[str]]:
+        """Lateness and step time as rows of a table, in us."""
+        shares = (0.5, 0.99, 0.999)
+        return [
+            [name, *(f"{v:.0f}" for v in h.percentiles(shares)), f"{h.largest:.0f}"]
+            for name, h in (("wake-up after its deadline", self.lateness), ("step", self.step))
+        ]

@@ -1,0 +1,226 @@
+"""MCAP logs: recordings of ``erclutch live``, and flat messages of numbers that ROS or Foxglove recorded.
+
+A row a message: ``ros1``, ``cdr`` (ROS 2) and ``json`` messages whose fields are plain numbers. Units come from the
+channel's metadata (``unit.NAME``) or from a label such as ``V [cm/s]``; time is the messages' log time.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+from mcap import records as kinds
+from numpy.typing import NDArray
+
+from erclutch.errors import LogError
+from erclutch.logs import mcap_records
+from erclutch.logs.labels import name_columns
+from erclutch.logs.mcap_records import Contents, DamageError, TornError
+from erclutch.logs.table import Table
+from erclutch.signals import Array
+
+MAGIC = mcap_records.MAGIC
+#: Key of a channel's metadata that gives the unit of a column.
+UNIT_KEY = "unit."
+#: Key of a live recording's channel: bits of the column ``events`` that mark a row without a good sample.
+UNSAMPLED_KEY = "unsampled_events"
+_COPY = "Copy the file again, or keep what is whole of it with erclutch recover"
+
+_TYPES = {
+    "bool": "u1", "byte": "i1", "char": "u1", "float32": "<f4", "float64": "<f8", "float": "<f4", "double": "<f8",
+    **{f"{sign}int{bits}": f"<{sign or 'i'}{bits // 8}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
+}  # fmt: skip
+_STAMPS = ("time", "duration")
+_FIELD = re.compile(r"([A-Za-z][\w/]*)\s+([A-Za-z]\w*)")
+_CONSTANT = re.compile(r"[A-Za-z]\w*\s+[A-Za-z]\w*\s*=.*")
+
+
+def read_mcap(data: bytes, name: str, digest: str, variable: str | None = None) -> Table:
+    """Read one channel of an MCAP file from its bytes.
+
+    Args:
+        data: the file.
+        name: its name, for messages.
+        digest: SHA-256 of the file.
+        variable: topic of the channel to take where several hold numbers.
+
+    Raises:
+        LogError: no MCAP file, not closed, damaged, without a channel of numbers, or several and none chosen.
+    """
+    try:
+        contents = mcap_records.read_contents(data)
+    except TornError as error:
+        problem = f"the MCAP file was not closed ({error})"
+        remedy = f"Make a whole one of it: erclutch recover {name}"
+        raise LogError(problem, remedy=remedy, where=name) from error
+    except DamageError as error:
+        raise LogError(f"the MCAP file is damaged: {error}", remedy=_COPY, where=name) from error
+    except MemoryError as error:
+        raise LogError("the MCAP file does not fit into memory", remedy="Split the log", where=name) from error
+    notes: list[str] = []
+    tables = _tables(contents, name, notes)
+    channel, columns, times = _choose(tables, name, variable)
+    seconds = (times - times[0]).astype(np.float64) * 1e-9
+    own = [channel.metadata.get(UNIT_KEY + label) for label in columns]
+    names, units, renamed = name_columns(list(columns), own)
+    return Table(
+        name=name,
+        columns=dict(zip(names, columns.values(), strict=True)),
+        units=dict(zip(names, units, strict=True)),
+        digest=digest,
+        clock=seconds,
+        clock_name="log_time",
+        metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
+        notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
+        unsampled=_unsampled(channel, columns),
+    )
+
+
+def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
+    """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
+    own = {key: text for key, text in channel.metadata.items() if not key.startswith(UNIT_KEY)}
+    return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
+
+
+def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> NDArray[np.bool_] | None:
+    bits = channel.metadata.get(UNSAMPLED_KEY, "")
+    if not bits.isdecimal() or len(bits) > 9 or "events" not in columns:
+        return None
+    return (columns["events"].astype(np.int64) & int(bits)) != 0
+
+
+_Found = tuple[kinds.Channel, dict[str, Array], NDArray[np.int64]]
+
+
+def _tables(contents: Contents, name: str, notes: list[str]) -> dict[str, _Found]:
+    """Each channel of numbers: its columns and its times in ns; what is no number is left out and said."""
+    found: dict[str, _Found] = {}
+    for number, channel in contents.channels.items():
+        try:
+            columns, times = _columns(contents, number, channel)
+        except DamageError as error:
+            notes.append(f"topic {channel.topic} left out: {error}")
+            continue
+        if columns and times.size:
+            if channel.topic in found:
+                problem = f"two channels are called {channel.topic}"
+                raise LogError(problem, remedy="Record one channel a topic", where=name)
+            found[channel.topic] = (channel, columns, times)
+    return found
+
+
+def _choose(tables: Mapping[str, _Found], name: str, variable: str | None) -> _Found:
+    if variable is not None and variable not in tables:
+        listed = ", ".join(tables) or "none"
+        raise LogError(
+            f"there is no topic '{variable}' of numbers (there are: {listed})",
+            remedy="Give one of these as --variable",
+            where=name,
+        )
+    if not tables:
+        raise LogError(
+            "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)",
+            remedy="Record the signals as numbers, or export them as CSV",
+            where=name,
+        )
+    if variable is None and len(tables) > 1:
+        problem = f"the file holds several recordings: {', '.join(tables)}"
+        raise LogError(problem, remedy=f"Choose one, such as --variable {next(iter(tables))}", where=name)
+    return tables[variable] if variable is not None else next(iter(tables.values()))
+
+
+def _columns(contents: Contents, number: int, channel: kinds.Channel) -> tuple[dict[str, Array], NDArray[np.int64]]:
+    """Columns and log times of a channel.
+
+    Raises:
+        DamageError: its encoding or its fields are not read here; the text says which.
+    """
+    runs = [run.array[run.array["channel"] == number] for run in contents.runs]
+    parts = [mcap_records.Run(run.offset, kept) for run, kept in zip(contents.runs, runs, strict=True) if kept.size]
+    if not parts:
+        return {}, np.empty(0, np.int64)
+    times = np.concatenate([part.array["log_time"] for part in parts]).astype(np.int64)
+    if channel.message_encoding == "json":
+        return _json_columns(parts), times
+    schema = contents.schemas.get(channel.schema_id)
+    if schema is None or (channel.message_encoding, schema.encoding) not in (("ros1", "ros1msg"), ("cdr", "ros2msg")):
+        raise DamageError(f"its messages are encoded as {channel.message_encoding or 'nothing'}")
+    kind = layout(schema.data.decode("utf-8", "replace"), aligned=channel.message_encoding == "cdr")
+    if any(part.data.shape[1] != kind.itemsize for part in parts):
+        raise DamageError(f"its messages are not the {kind.itemsize} bytes that its description says")
+    rows = np.concatenate([part.data for part in parts])
+    if channel.message_encoding == "cdr" and (rows[:, 1] != 1).any():
+        raise DamageError("its messages are not little-endian")
+    table = np.ascontiguousarray(rows).view(kind)[:, 0]
+    return {field: table[field].astype(np.float64) for field in kind.names or ()}, times
+
+
+def layout(text: str, *, aligned: bool = False) -> np.dtype[Any]:
+    """The bytes of a ROS message of plain numbers.
+
+    Args:
+        text: the message definition, such as ``float64 theta  # rad`` line by line.
+        aligned: as ROS 2 sends it (CDR): four bytes ahead, numbers at multiples of their size.
+
+    Raises:
+        DamageError: a field that is no plain number.
+    """
+    names: list[str] = []
+    formats: list[str] = []
+    for line in text.splitlines():
+        line = line.partition("#")[0].strip()
+        if line.startswith("==="):
+            break
+        if not line or _CONSTANT.fullmatch(line):
+            continue
+        match = _FIELD.fullmatch(line)
+        if match is None or (match[1] not in _TYPES and match[1] not in _STAMPS) or match[2] in names:
+            raise DamageError(f"its field '{line[:60]}' is no plain number")
+        # A ROS 1 time is two numbers; both stay, under names of their own.
+        both = match[1] in _STAMPS
+        names += [f"{match[2]}_s", f"{match[2]}_ns"] if both else [match[2]]
+        formats += ["<i4", "<u4"] if both else [_TYPES[match[1]]]
+    if not names:
+        raise DamageError("its messages have no fields")
+    if not aligned:
+        return np.dtype(list(zip(names, formats, strict=True)))
+    offsets: list[int] = []
+    at = 0
+    for kind in formats:
+        size = np.dtype(kind).itemsize
+        at = -(-at // size) * size
+        offsets.append(4 + at)
+        at += size
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": 4 + at})
+
+
+def _json_columns(parts: list[mcap_records.Run]) -> dict[str, Array]:
+    """Numbers of JSON objects; those inside other objects under ``outer.inner``. What is missing becomes NaN."""
+    rows: list[dict[str, float]] = []
+    for part in parts:
+        for message in part.data:
+            try:
+                body: Any = json.loads(message.tobytes())
+            except (ValueError, RecursionError) as error:
+                raise DamageError("a message is no JSON") from error
+            row: dict[str, float] = {}
+            _flatten("", body, row, 0)
+            rows.append(row)
+    names = dict.fromkeys(name for row in rows for name in row)
+    if len(names) > 1000:
+        raise DamageError("its messages have more than 1000 different fields")
+    return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+
+
+def _flatten(prefix: str, body: Any, row: dict[str, float], depth: int) -> None:
+    if isinstance(body, dict) and depth < 8:
+        for key, value in cast("dict[str, Any]", body).items():
+            _flatten(f"{prefix}.{key}" if prefix else key, value, row, depth + 1)
+    elif prefix and isinstance(body, (int, float)):
+        try:
+            row[prefix] = float(body)
+        except OverflowError:  # an integer with hundreds of digits
+            row[prefix] = float("inf")

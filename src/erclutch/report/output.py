@@ -1,0 +1,37 @@
+"""Where a report goes: never over a file that is not a report."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from erclutch.errors import RunError
+
+_OURS = (b'<meta name="generator" content="erclutch">', b"/Creator (erclutch)")
+_LOOK = 1_000
+
+
+def may_write_report(path: Path, force: bool = False) -> None:
+    """Say before any work whether a report may be written to a path.
+
+    Raises:
+        RunError: the folder is missing or cannot be written, or a file is there that is no report of ours.
+    """
+    if not path.parent.is_dir():
+        raise RunError("its folder does not exist", where=str(path), remedy=f"Make {path.parent} first")
+    if not os.access(path.parent, os.W_OK):
+        raise RunError("its folder cannot be written", where=str(path), remedy="Give --out a file in another folder")
+    if path.is_dir():
+        raise RunError("this is a folder", where=str(path), remedy="Give --out the name of a file")
+    if path.exists() and not force and not _is_report(path):
+        raise RunError("exists and is not a report", where=str(path), remedy="Give --out another name, or --force")
+
+
+def _is_report(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_LOOK)
+            file.seek(max(0, path.stat().st_size - 4 * _LOOK))
+            return any(mark in head or mark in tail for tail in [file.read()] for mark in _OURS)
+    except OSError:
+        return False

@@ -1,0 +1,138 @@
+"""290,000 rows in a page: rounded, packed as differences, with as much detail as fits, and honest about it.
+
+Each signal comes in layers. A layer holds rows [start, stop) either each on its own or as the smallest and largest
+value of every ``bucket`` rows. Coarse layers of everything always fit; whole rows are added, the most wanted first,
+until the budget of bytes is spent. The page takes the finest layer that covers what is looked at.
+
+A layer is differences of rounded values, modulo 2^16, zigzag, low bytes then high bytes, raw DEFLATE, base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Bytes of base64 for all layers of a page; the page's limit is 2 MB.
+BUDGET = 1_350_000
+_MOST = 32000  # rounded values reach this far from zero
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Some rows of a signal, packed.
+
+    Attributes:
+        start, stop: rows.
+        bucket: rows a pair of smallest and largest value stands for; 1: each row.
+        data: base64.
+    """
+
+    start: int
+    stop: int
+    bucket: int
+    data: str
+
+
+@dataclass
+class Channel:
+    """A signal of the page.
+
+    Attributes:
+        step: shown value = step * integer + middle.
+        middle: see step.
+        layers: coarse ones first.
+    """
+
+    step: float
+    middle: float
+    layers: list[Layer] = field(default_factory=list[Layer])
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        layers = [[x.start, x.stop, x.bucket, x.data] for x in self.layers]
+        return {"step": self.step, "middle": self.middle, "layers": layers}
+
+
+def channel(values: Array, resolution: float) -> Channel:
+    """A channel whose rounding is the resolution, or coarser where the values' range asks for it."""
+    low, high = float(values.min()), float(values.max())
+    return Channel(max(resolution, (high - low) / (2 * _MOST), 1e-300), 0.5 * (low + high))
+
+
+def rounded(values: Array, made: Channel) -> NDArray[np.int64]:
+    """Integers of a channel's values."""
+    return np.rint((values - made.middle) / made.step).astype(np.int64)
+
+
+def coarse(values: NDArray[np.int64], start: int, stop: int, bucket: int) -> NDArray[np.int64]:
+    """Smallest and largest of each bucket of rows, interleaved, shape (2 * buckets,)."""
+    at = np.arange(start, stop, bucket)
+    part = values[:stop]
+    return np.column_stack([np.minimum.reduceat(part, at), np.maximum.reduceat(part, at)]).ravel()
+
+
+def packed(values: NDArray[np.int64]) -> str:
+    """Integers as base64 of deflated bytes."""
+    step = np.diff(values, prepend=0).astype(np.int16).astype(np.int32)
+    zigzag = ((step << 1) ^ (step >> 31)).astype("<u2")
+    planes = zigzag.view(np.uint8).reshape(-1, 2).T.tobytes()
+    squeeze = zlib.compressobj(6, zlib.DEFLATED, -15)
+    return base64.b64encode(squeeze.compress(planes) + squeeze.flush()).decode()
+
+
+def unpacked(data: str) -> NDArray[np.int64]:
+    """What `packed` packed; the page does the same."""
+    planes = zlib.decompress(base64.b64decode(data), -15)
+    zigzag = np.frombuffer(planes, np.uint8).reshape(2, -1).T.copy().view("<u2").ravel().astype(np.int32)
+    step = (zigzag >> 1) ^ -(zigzag & 1)
+    whole = np.cumsum(step, dtype=np.int64)
+    return ((whole + 32768) % 65536) - 32768
+
+
+class Packer:
+    """Adds layers while they fit."""
+
+    def __init__(self, rows: int, budget: int = BUDGET) -> None:
+        self.rows = rows
+        self.left = budget
+        self.channels: dict[str, Channel] = {}
+        self._rounded: dict[str, NDArray[np.int64]] = {}
+
+    def add(self, name: str, values: Array, resolution: float, buckets: int) -> None:
+        """A channel with its coarse layer over all rows: whole rows where there are few."""
+        made = channel(values, resolution)
+        integers = rounded(values, made)
+        bucket = max(1, -(-self.rows // buckets))
+        body = integers if bucket == 1 else coarse(integers, 0, self.rows, bucket)
+        data = packed(body)
+        made.layers.append(Layer(0, self.rows, bucket, data))
+        self.left -= len(data)
+        self.channels[name], self._rounded[name] = made, integers
+
+    def whole(self, name: str, start: int, stop: int) -> bool:
+        """Each of rows [start, stop) of a channel, if they fit; whether they are there."""
+        made = self.channels[name]
+        if any(x.bucket == 1 and x.start <= start and x.stop >= stop for x in made.layers):
+            return True
+        # Nothing packs to less than a sixteenth: do not try what cannot fit.
+        if (stop - start) // 12 > self.left:
+            return False
+        data = packed(self._rounded[name][start:stop])
+        if len(data) > self.left:
+            return False
+        # A part that the new layer holds is not needed twice.
+        kept = [x for x in made.layers if not (x.bucket == 1 and start <= x.start and x.stop <= stop)]
+        self.left += sum(len(x.data) for x in made.layers) - sum(len(x.data) for x in kept) - len(data)
+        made.layers = [*kept, Layer(start, stop, 1, data)]
+        return True
+
+    def has(self, name: str, start: int, stop: int) -> bool:
+        """Whether each of rows [start, stop) of a channel is there."""
+        return any(x.bucket == 1 and x.start <= start and x.stop >= stop for x in self.channels[name].layers)

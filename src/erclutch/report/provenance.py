@@ -1,0 +1,100 @@
+"""Provenance: logs with digests, settings, versions, seed, and the command that repeats the run."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from erclutch.diagnostics.material import BADGE_MEANS, Material
+from erclutch.diagnostics.text import count, number
+from erclutch.report.section import Section
+
+
+class Provenance(Section):
+    """Where every number comes from."""
+
+    name: ClassVar[str] = "provenance"
+    title: ClassVar[str] = "Provenance"
+    short: ClassVar[str] = "Provenance"
+
+    def fill(self, material: Material) -> dict[str, Any]:
+        """See `Section.fill`."""
+        body = material.body
+        reading: dict[str, Any] = body["reading"] or {}
+        return {
+            "logs": [
+                {
+                    "name": log["name"],
+                    "origin": log["origin"] or "RECORDING",
+                    "rows": count(log["rows"]),
+                    "gaps": log["segments"] - 1,
+                    "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
+                    "sha256": log["sha256"],
+                }
+                for log in body["logs"]
+            ],
+            "means": BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
+            "notes": body["notes"],
+            "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
+            "reading": [(key, setting_text(value)) for key, value in reading.items()],
+            "versions": list(body["versions"].items()),
+            "command": command_of(body),
+            "digest": body["digest"],
+            "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",
+        }
+
+
+def setting_text(value: Any) -> str:
+    """A setting's value as text."""
+    if value is None:
+        return "by device"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+    return str(value)
+
+
+_SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
+_USUAL: dict[str, Any] = {
+    "lag": "auto",
+    "blocks": 0,
+    "friction": None,
+    "offset": None,
+    "seed": 0,
+    "past": [],
+    "polish": False,
+}
+
+
+def command_of(body: Mapping[str, Any]) -> str:
+    """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
+    if body["reading"] is None:
+        return ""
+    words = ["erclutch", "fit", *(str(log["name"]) for log in body["logs"])]
+    for key, value in body["reading"].items():
+        words += _option(_SHORT.get(str(key), str(key).replace("_", "-")), value)
+    settings = body["settings"]
+    if list(settings["models"]) != ["all"]:
+        words += ["--models", *map(str, settings["models"])]
+    test = settings["test"]
+    if test != 0.3:
+        for pattern in test if isinstance(test, list) else [test]:  # pyright: ignore[reportUnknownVariableType]
+            words += ["--test", str(pattern)]  # pyright: ignore[reportUnknownArgumentType]
+    for key, usual in _USUAL.items():
+        if settings[key] != usual:
+            words += _option(key, settings[key])
+    return shlex.join([*words, "--out", "RUN"])
+
+
+def _option(name: str, value: Any) -> list[str]:
+    if isinstance(value, bool):
+        return [f"--{name}" if value else f"--no-{name}"]
+    if name == "past":
+        return ["--past", *map(str, value)]
+    if isinstance(value, list):
+        return [word for item in value for word in (f"--{name}", str(item))]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+    # A value that starts with a minus sign would be taken for an option.
+    text = str(value)
+    return [f"--{name}={text}"] if text.startswith("-") else [f"--{name}", text]

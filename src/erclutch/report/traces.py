@@ -1,0 +1,166 @@
+"""Measured against estimated: the rows themselves, as much detail as fits, with zoom, cursor and residual."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.diagnostics.material import Material
+from erclutch.diagnostics.text import Scale, count
+from erclutch.report.pack import BUDGET, Packer
+from erclutch.report.section import Section
+
+Array = NDArray[np.float64]
+
+#: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range.
+_FINE, _RANGE = 1 / 20, 1 / 2000
+_BUCKETS = 3000
+_KNOT = 64
+
+
+class Traces(Section):
+    """The interactive plot."""
+
+    name: ClassVar[str] = "traces"
+    title: ClassVar[str] = "Measured against estimated"
+    short: ClassVar[str] = "Traces"
+
+    def fill(self, material: Material) -> dict[str, Any]:
+        """See `Section.fill`."""
+        packer, inputs = _packed(material)
+        order = list(material.body["ranking"])
+        roles = {s.name: s.role for s in material.shown}
+        models = [
+            {"name": e["name"], "role": roles.get(e["name"], ""), "detail": _detail(packer, material, e["name"])}
+            for e in order
+            if f"estimate:{e['name']}" in packer.channels
+        ]
+        windows = material.windows
+        return {
+            "data": {
+                "rows": material.rows.data.rows,
+                "time": _clock(material),
+                "breaks": [span.start for span in material.rows.data.clock.spans][1:],
+                "logs": _logs(material),
+                "test": _stretches(material.rows.test),
+                "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
+                "recommended": material.recommended,
+                "models": models,
+                "effort": {"name": material.word, "unit": material.effort.unit, "factor": material.effort.factor},
+                "inputs": inputs,
+                "channels": {name: made.to_dict() for name, made in packer.channels.items()},
+            },
+            "detail": _said(packer, material, models),
+            "step": material.effort.of(packer.channels["measured"].step, 2),
+            "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
+            "word": material.word,
+        }
+
+
+def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
+    """Channels with as many whole rows as fit: rows held out first, recommended before the others."""
+    rows, data = material.rows, material.rows.data
+    packer = Packer(data.rows, BUDGET)
+    finite = [n for n in material.run.names if np.all(np.isfinite(rows.predicted[n]))]
+    buckets = _BUCKETS if len(finite) <= 12 else _BUCKETS // 2
+    rmse = material.run.entry(material.recommended)["test"]["rmse"][0] or float(np.std(data.effort))
+    packer.add("measured", data.effort, _FINE * rmse, buckets)
+    inputs = _inputs(material, packer, buckets)
+    limit = 3.0 * float(np.abs(data.effort).max())
+    for name in finite:
+        estimate = np.clip(rows.predicted[name], -limit, limit)
+        packer.add(f"estimate:{name}", estimate, _FINE * rmse, buckets)
+        packer.add(f"residual:{name}", data.effort - estimate, _FINE * rmse, buckets)
+    names = list(dict.fromkeys([*(n for n in material.shown_names if n in finite), *finite]))
+    whole = (0, data.rows)
+    held = [(a, b) for a, b in _stretches(rows.test)]
+    first = ["measured", *(f"estimate:{n}" for n in names[:1]), *(i["channel"] for i in inputs)]
+    wanted = [(c, part) for c in first for part in held]
+    wanted += [(f"estimate:{n}", part) for n in names[1:3] for part in held]
+    wanted += [(c, whole) for c in first]
+    wanted += [(f"estimate:{n}", part) for n in names[1:] for part in (*held, whole)]
+    for channel, (start, stop) in wanted:
+        packer.whole(channel, start, stop)
+    return packer, inputs
+
+
+def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, Any]]:
+    """Fields and slips as channels; those of a pair in two plots."""
+    made: list[dict[str, Any]] = []
+    kinds: tuple[tuple[str, Scale], ...] = (("field", material.field), ("slip", material.slip))
+    for kind, scale in kinds:
+        for i, element in enumerate(material.rows.data.elements):
+            values = element.field if kind == "field" else element.slip
+            packer.add(f"{kind}{i}", values, _RANGE * (float(np.ptp(values)) or 1.0), buckets)
+            label = f"{kind} {material.element_name(i)}".strip()
+            made.append(
+                {"channel": f"{kind}{i}", "kind": kind, "label": label, "unit": scale.unit, "factor": scale.factor}
+            )
+    return made
+
+
+def _detail(packer: Packer, material: Material, model: str) -> str:
+    name = f"estimate:{model}"
+    if packer.has(name, 0, material.rows.data.rows):
+        return "all"
+    return "test" if all(packer.has(name, a, b) for a, b in _stretches(material.rows.test)) else "coarse"
+
+
+def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> str:
+    """Which rows are whole, in a sentence."""
+    by = {kind: [m["name"] for m in models if m["detail"] == kind] for kind in ("all", "test", "coarse")}
+    rows = material.rows.data.rows
+    if packer.has("measured", 0, rows) and not by["test"] and not by["coarse"]:
+        return f"Each of the {count(rows)} rows is in this page."
+    parts: list[str] = []
+    if packer.has("measured", 0, rows):
+        parts.append("Each measured row is in this page")
+    else:
+        parts.append(
+            "Of the measured rows each one held out is in this page"
+            if by["test"] or by["all"]
+            else "No row is in this page by itself"
+        )
+    if by["all"]:
+        parts.append(f"each row of {_named(by['all'])}")
+    if by["test"]:
+        parts.append(f"each row held out of {_named(by['test'])}")
+    return ", ".join(parts) + "; the rest is"
+
+
+def _named(names: list[str]) -> str:
+    if len(names) > 4:
+        return f"{len(names)} models"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _stretches(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _clock(material: Material) -> list[list[float]]:
+    """Knots [row, s] between which time is a straight line; logs follow one another with a second between."""
+    data = material.rows.data
+    knots: list[list[float]] = []
+    shift, last = 0.0, None
+    starts = {a for a, _ in data.source_rows}
+    for span in data.clock.spans:
+        time = data.clock.time[span.start : span.stop]
+        if span.start in starts and last is not None:
+            shift = last + 1.0 - float(time[0])
+        at = (
+            np.array([0, time.size - 1])
+            if span.period is not None
+            else np.unique([*range(0, time.size, _KNOT), time.size - 1])
+        )
+        knots += [[int(span.start + k), round(float(time[k]) + shift, 7)] for k in at]
+        last = float(time[-1]) + shift
+    return knots
+
+
+def _logs(material: Material) -> list[list[Any]]:
+    data = material.rows.data
+    return [[name, a, b] for name, (a, b) in zip(data.sources, data.source_rows, strict=True)]

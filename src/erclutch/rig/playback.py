@@ -1,0 +1,103 @@
+"""A recording as a rig: its sensors again, row after row. Commands are taken and change nothing. RECORDING."""
+
+from __future__ import annotations
+
+import math
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import MappingError
+from erclutch.rig.interface import Command, Measurement
+from erclutch.rig.server import RigEnd
+from erclutch.signals import Recording
+
+Array = NDArray[np.float64]
+
+
+class Playback:
+    """Angles and torque of a log, at its sampling rate; one step a row, `RigEnd` after the last.
+
+    Args:
+        angles: theta and alpha in rad and torque in N m (nan where not measured), shape (n, 3).
+        period: sampling period in s.
+    """
+
+    def __init__(self, angles: Array, period: float) -> None:
+        self._angles = angles
+        self._period = period
+        self._row = -1
+
+    @property
+    def period(self) -> float:
+        """Sampling period in s."""
+        return self._period
+
+    def sense(self) -> Measurement:
+        """The sensors of the current row; alpha stands in rad where a table's position would be (lead 2 pi)."""
+        row = max(self._row, 0)
+        theta, alpha, torque = (float(v) for v in self._angles[row])
+        return Measurement(row * self._period, theta, alpha, alpha, torque)
+
+    def command(self, command: Command) -> None:
+        """Nothing: what happened has happened."""
+
+    def step(self) -> None:
+        """On to the next row."""
+        if self._row + 1 >= len(self._angles):
+            raise RigEnd
+        self._row += 1
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def __enter__(self) -> Playback:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def angles_of(log: Recording) -> Array:
+    """What the sensors of a recording read: theta, alpha, torque, shape (n, 3). Speeds are summed to angles.
+
+    A single device has no angles: theta is its position (or summed slip), alpha is zero.
+
+    Raises:
+        MappingError: neither angles nor speeds.
+    """
+    s = log.signals
+
+    def angle(position: str, speed: str) -> Array | None:
+        if position in s:
+            return s[position]
+        return np.cumsum(s[speed]) * log.period if speed in s else None
+
+    theta = angle("theta", "theta_dot")
+    alpha = angle("alpha", "alpha_dot")
+    if theta is None:
+        theta, alpha = angle("position", "slip"), np.zeros(log.rows)
+    if theta is None or alpha is None:
+        raise MappingError(
+            "a replay needs theta and alpha, or a position or slip",
+            where=log.name,
+            remedy="Say which columns they are, with --device, --theta, --alpha, --slip or a mapping file",
+        )
+    torque = s.get("T", s.get("effort"))
+    return np.column_stack([theta, alpha, np.full(log.rows, math.nan) if torque is None else torque])
+
+
+def fields_of(log: Recording) -> Array:
+    """The commands of a recording: E1, E2, motor torque, shape (n, 3); what was not logged is zero."""
+    s, zero = log.signals, np.zeros(log.rows)
+    signed = s.get("E", s.get("field"))
+    if "E1" in s:
+        first, second = s["E1"], s.get("E2", zero)
+    elif signed is not None:
+        first, second = np.maximum(signed, 0.0), np.maximum(-signed, 0.0)
+    else:
+        first = second = zero
+    return np.column_stack([first, second, s.get("motor_torque", zero)])

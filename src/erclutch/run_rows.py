@@ -1,0 +1,73 @@
+"""The rows of a run, read back from its folder: what was measured, what each model said, which rows were held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.dataset import Dataset
+from erclutch.device import Element, Units
+from erclutch.dynamics import Clock, Span
+from erclutch.errors import RunError
+from erclutch.runs import Run
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class RunRows:
+    """Rows of a run.
+
+    Attributes:
+        data: fields, slips, measured effort, clock; further inputs of networks are not kept in a run.
+        test: rows that were held out, shape (n,).
+        predicted: effort by model, each (n,), best test error first.
+    """
+
+    data: Dataset
+    test: Mask
+    predicted: Mapping[str, Array]
+
+    def residual(self, model: str) -> Array:
+        """Measured minus estimated effort, shape (n,)."""
+        return self.data.effort - self.predicted[model]
+
+
+def read_rows(run: Run) -> RunRows:
+    """Read the rows of a run.
+
+    Raises:
+        RunError: predictions.parquet is missing, was changed, or does not fit run.json.
+    """
+    pq: Any = import_module("pyarrow.parquet")
+    path = run.file("predictions.parquet")
+    try:
+        # Not read_table, which imports pandas to no end.
+        with pq.ParquetFile(path) as file:
+            table: Any = file.read()
+        return _rows_of(run.body, {name: table[name].to_numpy() for name in table.column_names if name != "log"})
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
+
+
+def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
+    tails = [""] if "field" in columns else ["1", "2"]
+    units = body["units"]
+    spans = tuple(Span(int(a), int(b), None if p is None else float(p)) for a, b, p in body["spans"])
+    data = Dataset(
+        device=body["device"],
+        elements=tuple(Element(columns[f"field{i}"], columns[f"slip{i}"]) for i in tails),
+        effort=columns["effort"],
+        clock=Clock(columns["time"], spans),
+        units=Units(units["effort"], units["field"], units["slip"]),
+        sources=tuple(str(log["name"]) for log in body["logs"]),
+        source_rows=tuple((int(a), int(b)) for a, b in body["source_rows"]),
+        notes=tuple(body["notes"]),
+    )
+    return RunRows(data, columns["test"], {e["name"]: columns[f"effort:{e['name']}"] for e in body["ranking"]})

@@ -1,0 +1,734 @@
+"""Faults, each injected into the live loop: how many, what is expected, what was observed.
+
+    python studies/live_faults.py [--kills 100] [--only NAME]
+
+The first part runs the loop's C core step by step on synthetic sensors, so counts are exact. The second part runs the
+whole loop in its own process against a rig in another thread, kills and stops it, and times the rig's field. Nothing
+here is a TWIN or a measurement: sensors are a motor at 40 rad/s and an output that swings.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import random
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.live.build import build, loop_program
+from erclutch.live.core import Core
+from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.live.orders import Order, order_bytes
+from erclutch.live.sample import SAMPLE
+from erclutch.live.settings import LoopSettings, Mode, Program, Shape, config_of
+from erclutch.rig.interface import Command, Measurement
+from erclutch.rig.packet import SensorPacket, pack_sensors
+from erclutch.rig.process import start_rig
+from erclutch.rig.server import RigServer
+
+MODEL = Path(__file__).resolve().parents[1] / "tests" / "live" / "bingham.c"
+CRASHING = MODEL.with_name("crashing.c")
+MODEL_FILE = MODEL.with_name("model.json")
+DIGEST = "0" * 63 + "1"
+#: Far away, so that the field stands at its limit as long as all is well.
+PUSH = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+SETTINGS = LoopSettings(programs=(PUSH,))
+STEPS = 2000
+#: What the rig's thread may be late by when a time is judged [s]; tests on busy machines allow more.
+SLACK = 0.0005
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one fault came to.
+
+    Attributes:
+        fault: what was injected.
+        injected: how often.
+        expected, observed: in words and numbers.
+        passed: whether they agree.
+    """
+
+    fault: str
+    injected: int
+    expected: str
+    observed: str
+    passed: bool
+
+
+# --- sensors and the core ---------------------------------------------------------------------------------------------
+
+
+def good_samples(count: int = STEPS) -> Any:
+    """Sensors of a device that runs well, dtype `SAMPLE`, shape (count,)."""
+    samples = np.zeros(count, SAMPLE)
+    t = 1e-3 * np.arange(count)
+    samples["seq"] = np.arange(1, count + 1)
+    samples["time_ns"] = samples["seq"] * np.uint64(1_000_000)
+    turn = 2.0 * np.pi / 8192
+    samples["theta"] = np.floor(40.0 * t / turn) * turn
+    samples["alpha"] = 5.0 * np.sin(2.0 * np.pi * t)
+    samples["torque"] = 0.1 * np.sin(2.0 * np.pi * t)
+    return samples
+
+
+def run_core(steps: list[Any], settings: LoopSettings = SETTINGS, model: bool = True, **each: Any) -> Any:
+    """Frames of the core for the samples of each step."""
+    core = Core(settings, compiled_model() if model else None)
+    frames = np.zeros(len(steps), FRAME)
+    for k, samples in enumerate(steps):
+        frames[k] = core.step(samples, k, **each)[1]
+    return frames
+
+
+def compiled_model() -> Path:
+    """The hand-written model of the tests."""
+    return build("bingham.so", [MODEL], shared=True)
+
+
+def one_by_one(samples: Any) -> list[Any]:
+    """One sample a step."""
+    return [samples[k : k + 1] for k in range(len(samples))]
+
+
+def count(frames: Any, event: str) -> int:
+    """Steps with an event."""
+    return int(np.count_nonzero(frames["events"] & EVENT_BITS[event]))
+
+
+def sound(frames: Any) -> bool:
+    """Whether no frame breaks what must never break: finite, one field, within limits."""
+    one = np.minimum(frames["field1"], frames["field2"]) == 0.0
+    low = (np.maximum(frames["field1"], frames["field2"]) <= 0.5) & (frames["field1"] >= 0) & (frames["field2"] >= 0)
+    finite = np.isfinite(frames["field1"] + frames["field2"] + frames["motor_torque"])
+    started = frames["estimate"][1:]
+    return bool(np.all(one & low & finite) and np.all(np.isfinite(started)))
+
+
+def zero_after(frames: Any, step: int) -> int:
+    """Steps from the first bad one until the fields are zero for good; -1 if they never are."""
+    off = np.maximum(frames["field1"], frames["field2"]) == 0.0
+    on = np.flatnonzero(~off)
+    last = int(on[-1]) if on.size else step - 1
+    return last + 1 - step if last + 1 < len(frames) else -1
+
+
+def places(seed: int, number: int = 10) -> Any:
+    """Steps at which something is injected, at least 40 apart, after the filters have settled."""
+    rng = np.random.default_rng(seed)
+    return 200 + 170 * np.arange(number) + rng.integers(0, 130, number)
+
+
+# --- faults of sensors and packets ------------------------------------------------------------------------------------
+
+
+def bad_number(sensor: str, value: float) -> Finding:
+    """A sensor that is not finite now and then, then for good."""
+    samples, at = good_samples(), places(1)
+    samples[sensor][at] = value
+    frames = run_core(one_by_one(samples))
+    seen, trips = count(frames, "sample-invalid"), count(frames, "trip")
+    lasting = good_samples()
+    lasting[sensor][1000:] = value
+    zero = zero_after(run_core(one_by_one(lasting)), 1000)
+    must_stop = sensor != "torque"  # no command depends on the torque meter
+    passed = seen == 10 and trips == 0 and sound(frames) and (zero == 17 if must_stop else zero == -1)
+    ends = "zero after 17 ms" if must_stop else "control goes on"
+    return Finding(
+        f"{sensor} is {value}", 10, f"10 invalid, no trip; lasting: {ends}", f"{seen}, {trips}; {zero} ms", passed
+    )
+
+
+def wraps() -> Finding:
+    """Both encoders start again at zero after each turn."""
+    samples, turn = good_samples(), 2.0 * np.pi
+    raw = samples.copy()
+    for name in ("theta", "alpha"):
+        raw[name] = np.mod(samples[name], turn)
+    settings = replace(SETTINGS, theta_wrap=turn, alpha_wrap=turn)
+    frames, plain = run_core(one_by_one(raw), settings), run_core(one_by_one(samples))
+    seen = count(frames, "wrap")
+    off = max(float(np.max(np.abs(np.diff(frames[n]) - np.diff(plain[n])))) for n in ("theta", "alpha", "theta_dot"))
+    at = [np.flatnonzero(np.abs(np.diff(raw[n])) > 1.0) for n in ("theta", "alpha")]
+    steps = len(np.union1d(*at))  # both may wrap in one step
+    passed = seen == steps and off < 1e-9 and count(frames, "glitch") == 0
+    return Finding("encoder wraps", steps, f"{steps} wraps, angles as without", f"{seen}, off by {off:.1e}", passed)
+
+
+def glitch(sensor: str) -> Finding:
+    """A jump of 60 rad/s for one sample."""
+    samples, at = good_samples(), places(2)
+    samples[sensor][at] += 0.06
+    frames, plain = run_core(one_by_one(samples)), run_core(one_by_one(good_samples()))
+    seen = count(frames, "glitch")
+    off = float(np.max(np.abs(frames[f"{sensor}_dot"] - plain[f"{sensor}_dot"])))
+    passed = seen == 10 and off < 1.5 and sound(frames) and count(frames, "trip") == 0
+    return Finding(f"{sensor}: 60 rad/s glitch", 10, "10 rejected, speed off < 1.5 rad/s", f"{seen}, {off:.2f}", passed)
+
+
+def loss(share: float) -> Finding:
+    """Samples lost at random; the expectation follows from the runs of losses that were drawn."""
+    total = 60_000
+    rng = np.random.default_rng(3)
+    gone = rng.random(total) < share
+    gone[:100] = False
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], gone.astype(int), [0]))))
+    longest = int(np.max(np.diff(edges)[::2])) if edges.size else 0
+    samples = good_samples(total)
+    steps = [samples[k : k if gone[k] else k + 1] for k in range(total)]
+    frames = run_core(steps)
+    plain = run_core(one_by_one(samples))
+    seen, trips = count(frames, "sample-lost"), count(frames, "trip")
+    expected = int(np.count_nonzero(gone))
+    off = float(np.max(np.abs((frames["alpha_dot"] - plain["alpha_dot"])[~gone])))
+    passed = seen == expected and (trips > 0) == (longest >= 21) and sound(frames)
+    said = f"{seen} lost, {trips} trips, speed off {off:.2f} rad/s"
+    return Finding(f"{share:.0%} lost", expected, f"{expected} lost, longest run {longest}: no trip", said, passed)
+
+
+def burst(length: int) -> Finding:
+    """A run of lost samples."""
+    samples = good_samples()
+    steps = one_by_one(samples)
+    for k in range(1000, 1000 + length):
+        steps[k] = samples[:0]
+    frames = run_core(steps)
+    field1 = frames["field1"]
+    tripped = count(frames, "trip") > 0
+    zero = zero_after(frames, 1000)
+    held = bool(np.all(field1[1000:1005] == field1[999]))
+    falling = bool(np.all(np.diff(field1[1004 : 1000 + min(length, 18)]) < 0))
+    passed = (
+        tripped == (length >= 21) and (zero == 17 if tripped else zero == -1) and held and falling and sound(frames)
+    )
+    wanted = "hold 5, reduce, zero at the 18th, stay" if length >= 21 else "hold 5, reduce, then on as before"
+    return Finding(f"burst of {length} lost", length, wanted, f"trip {tripped}, zero after {zero} ms", passed)
+
+
+def duplicates() -> Finding:
+    """Packets that come twice."""
+    samples = good_samples()
+    steps = one_by_one(samples)
+    at = places(4)
+    for k in at:
+        steps[k] = samples[[k, k]]
+    frames, plain = run_core(steps), run_core(one_by_one(samples))
+    seen = count(frames, "stale-packet")
+    same = bool(np.array_equal(frames["estimate"], plain["estimate"], equal_nan=True))
+    return Finding(
+        "duplicated packets", 10, "10 dropped, nothing else changes", f"{seen}, same: {same}", seen == 10 and same
+    )
+
+
+def reordered() -> Finding:
+    """Packets that come one step late, after the next one."""
+    samples = good_samples()
+    steps = one_by_one(samples)
+    for k in places(5):
+        steps[k] = samples[:0]
+        steps[k + 1] = samples[[k + 1, k]]
+    frames = run_core(steps)
+    seen, lost = count(frames, "stale-packet"), count(frames, "sample-lost")
+    passed = seen == 10 and lost == 10 and sound(frames) and count(frames, "trip") == 0
+    return Finding("reordered packets", 10, "10 dropped as stale, 10 held", f"{seen}, {lost}", passed)
+
+
+def clock_jump() -> Finding:
+    """The rig's clock jumps by 10 s and back, and by an hour into the past."""
+    samples = good_samples()
+    samples["time_ns"][500:] += np.uint64(10_000_000_000)
+    samples["time_ns"][1000:] -= np.uint64(10_000_000_000)
+    samples["time_ns"][1500:] -= np.uint64(1_000_000)
+    samples["time_ns"][1500:] = samples["time_ns"][1500:] + np.uint64(2**64 - 3600 * 10**9)
+    frames, plain = run_core(one_by_one(samples)), run_core(one_by_one(good_samples()))
+    seen = count(frames, "clock-jump")
+    same = bool(np.array_equal(frames["estimate"], plain["estimate"], equal_nan=True))
+    return Finding("rig's clock jumps", 3, "3 said, nothing else changes", f"{seen}, same: {same}", seen == 3 and same)
+
+
+def mutated_packets(number: int = 100_000) -> Finding:
+    """Packets with random bytes changed, cut or prolonged: each is refused."""
+    import ctypes
+
+    from erclutch.live.build import core_library
+
+    library = ctypes.CDLL(str(core_library()))
+    out = np.zeros(1, SAMPLE)
+    rng = random.Random(6)
+    whole = pack_sensors(SensorPacket(77, 5, 6, 1.0, 2.0, 3.0))
+    taken = 0
+    for _ in range(number):
+        data = mutated(whole, rng)
+        taken += library.erc_get_sample(
+            data, ctypes.c_size_t(len(data)), ctypes.c_uint32(77), ctypes.c_void_p(out.ctypes.data)
+        )
+    control = library.erc_get_sample(whole, ctypes.c_size_t(64), ctypes.c_uint32(77), ctypes.c_void_p(out.ctypes.data))
+    foreign = library.erc_get_sample(whole, ctypes.c_size_t(64), ctypes.c_uint32(78), ctypes.c_void_p(out.ctypes.data))
+    passed = taken == 0 and control == 1 and foreign == 0
+    return Finding("forged packets", number, "none taken, the whole one is", f"{taken} taken; {control}", passed)
+
+
+def mutated(data: bytes, rng: random.Random) -> bytes:
+    """Some bytes changed, or another length; never the same."""
+    out = bytearray(data)
+    kind = rng.random()
+    if kind < 0.1:
+        return bytes(out[: rng.randrange(len(out))])
+    if kind < 0.2:
+        return bytes(out) + rng.randbytes(rng.randrange(1, 64))
+    for _ in range(rng.choice((1, 1, 2, 8))):
+        i = rng.randrange(len(out))
+        out[i] ^= rng.randrange(1, 256)
+    return bytes(out) if bytes(out) != data else bytes(out[:-1])
+
+
+# --- faults of control ------------------------------------------------------------------------------------------------
+
+
+def asked(rows: Any, **changes: Any) -> Any:
+    """Frames for fields that are asked for outright."""
+    table = np.asarray(rows, float)
+    program = Program("asked", Mode.FIELDS, Shape.TABLE, table=table)
+    return run_core(one_by_one(good_samples(len(table))), replace(SETTINGS, programs=(program,), **changes))
+
+
+def both_fields() -> Finding:
+    """Both fields asked for, in all proportions."""
+    rng = np.random.default_rng(7)
+    table = np.column_stack([rng.uniform(0.01, 0.5, (1000, 2)), np.full(1000, 0.1)])
+    frames = asked(table, rise_rate=1e6, fall_rate=1e6)
+    seen = count(frames, "both-fields")
+    larger = np.maximum(frames["field1"], frames["field2"]) == table[:, :2].max(axis=1)
+    passed = seen == 1000 and sound(frames) and bool(larger.all())
+    return Finding(
+        "both fields asked for", 1000, "1000 said; the larger alone", f"{seen}; sound {sound(frames)}", passed
+    )
+
+
+def too_high() -> Finding:
+    """3000 V asked for: 0.75 where 0.5 is 2000 V."""
+    frames = asked(np.tile([0.75, 0.0, 0.1], (1000, 1)))
+    seen, top = count(frames, "beyond-limit"), float(frames["field1"].max())
+    return Finding(
+        "3000 V asked for", 1000, "1000 clipped to 2000 V", f"{seen}, {4000 * top:.0f} V", (seen, top) == (1000, 0.5)
+    )
+
+
+def not_finite() -> Finding:
+    """A command that is not finite."""
+    table = np.tile([0.3, 0.0, 0.1], (1000, 1))
+    table[100:110, 0], table[200:210, 2], table[300:310, 1] = np.nan, np.inf, -np.inf
+    frames = asked(table)
+    seen = count(frames, "command-not-finite")
+    zero = float(np.max(frames["field1"][100:110]))
+    return Finding(
+        "command not finite", 30, "30 said, counted as zero", f"{seen}, field {zero:g}", seen == 30 and zero == 0.0
+    )
+
+
+def slew() -> Finding:
+    """Steps from one clutch to the other, through a slow supply."""
+    wave = np.where(np.arange(1000) // 50 % 2 == 0, 0.5, -0.5)
+    table = np.column_stack([np.maximum(wave, 0), np.maximum(-wave, 0), np.full(1000, 0.1)])
+    frames = asked(table, rise_rate=25.0, fall_rate=50.0)
+    field_now = frames["field1"] - frames["field2"]
+    up = float(np.max(np.diff(np.abs(field_now))))
+    down = float(-np.min(np.diff(np.abs(field_now))))
+    passed = up <= 0.025 + 1e-12 and down <= 0.05 + 1e-12 and sound(frames) and count(frames, "rate-limited") > 0
+    return Finding("jumps of the field", 20, "up at most 0.025, down 0.05 a step", f"{up:.3f}, {down:.3f}", passed)
+
+
+# --- the whole loop ---------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Spy:
+    """A rig that runs well and keeps what it was told, with times.
+
+    Attributes:
+        told: (monotonic time, field on) whenever a command was applied.
+    """
+
+    period: float = 1e-3
+    told: list[tuple[float, bool]] = field(default_factory=list)
+    rows: int = 0
+
+    def sense(self) -> Measurement:
+        """Sensors of a motor at 40 rad/s."""
+        t = self.rows * self.period
+        return Measurement(t, 40.0 * t, 0.0, 0.0, 0.0)
+
+    def command(self, command: Command) -> None:
+        """Keep it."""
+        self.told.append((time.monotonic(), command.E1 > 0.0 or command.E2 > 0.0))
+
+    def step(self) -> None:
+        """Time passes."""
+        self.rows += 1
+
+    def close(self) -> None:
+        """Nothing."""
+
+    def __enter__(self) -> Spy:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def zero_since(self, moment: float) -> float:
+        """Seconds from a moment until the field was zero for good; inf if it still is on."""
+        last_on = -1.0
+        for at, on in self.told:
+            if on:
+                last_on = at
+        first_off = next((at for at, on in self.told if not on and at > last_on), float("inf"))
+        return max(0.0, first_off - moment) if not (self.told and self.told[-1][1]) else float("inf")
+
+
+@dataclass
+class Running:
+    """A loop in its own process, its rig in a thread of this one."""
+
+    loop: subprocess.Popen[bytes]
+    spy: Spy
+    server: RigServer
+    reader: RingReader
+
+    def ready(self, steps: int = 30) -> None:
+        """Wait until the field is on."""
+        limit = time.monotonic() + 5.0
+        while time.monotonic() < limit:
+            frames = self.reader.latest(steps)
+            if len(frames) == steps and (frames["field1"] > 0).all():
+                return
+            time.sleep(0.002)
+        said = self.loop.stderr.read() if self.loop.poll() is not None and self.loop.stderr else b""
+        raise RuntimeError(f"the loop does not run: {said!r}")
+
+
+@contextlib.contextmanager
+def running(
+    model: Path = MODEL, *words: str, wrapper: tuple[str, ...] = (), port: int | None = None
+) -> Iterator[Running]:
+    """Start the loop and its rig: a thread's, or one that listens at a port already."""
+    with tempfile.TemporaryDirectory(dir=ring_folder()) as name:
+        folder = Path(name)
+        (folder / "config").write_bytes(config_of(SETTINGS)[0])
+        ring = make_ring(folder / "ring", RingInfo(capacity=8192))
+        library = build(f"{model.stem}.so", [model], shared=True)
+        spy = Spy()
+        server = RigServer(spy, session=42, lead=0.01)
+        stop = threading.Event()
+        thread = threading.Thread(target=serve, args=(server, stop), daemon=True)
+        thread.start()
+        loop = subprocess.Popen(
+            [
+                *wrapper,
+                *(str(loop_program()), "--config", str(folder / "config"), "--ring", str(ring)),
+                *("--udp", "127.0.0.1", str(port or server.port), "0", "42", "--model", str(library), DIGEST, *words),
+            ],
+            stdin=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        reader = RingReader(ring)
+        try:
+            yield Running(loop, spy, server, reader)
+        finally:
+            loop.kill()
+            loop.communicate()
+            stop.set()
+            thread.join()
+            reader.close()
+
+
+def serve(server: RigServer, stop: threading.Event) -> None:
+    """The rig's thread, ahead of ordinary work where that is permitted."""
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(70))
+    server.run(stop.is_set)
+
+
+def killed(times: int) -> Finding:
+    """Kill -9 of the loop at random times: the rig's watchdog acts."""
+    rng = random.Random(8)
+    waits: list[float] = []
+    for _ in range(times):
+        with running() as now:
+            now.ready()
+            time.sleep(rng.uniform(0.0, 0.02))
+            now.loop.kill()
+            moment = time.monotonic()
+            time.sleep(0.06)
+            waits.append(now.spy.zero_since(moment))
+    worst = max(waits)
+    return Finding("kill -9 of the loop", times, "zero within 20 ms", _spread(waits), worst <= 0.020 + SLACK)
+
+
+def _spread(waits: list[float]) -> str:
+    """Median, how many were late, the worst."""
+    late = sum(wait > 0.020 for wait in waits)
+    return f"median {1e3 * float(np.median(waits)):.1f} ms, {late} over 20 ms, worst {1e3 * max(waits):.1f} ms"
+
+
+def told_to_end(number: signal.Signals) -> Finding:
+    """A signal ends the loop at zero field."""
+    with running() as now:
+        now.ready()
+        moment = time.monotonic()
+        now.loop.send_signal(number)
+        code = now.loop.wait(2.0)
+        wait = now.spy.zero_since(moment)
+        state = now.reader.state
+    passed = wait <= 0.020 + SLACK and code == 0 and state is State.STOPPED
+    return Finding(f"{number.name} to the loop", 1, "zero, exit 0", f"{1e3 * wait:.1f} ms, exit {code}", passed)
+
+
+def stopped(seconds: float) -> Finding:
+    """SIGSTOP and SIGCONT: a short pause is an overrun, a long one trips; the rig's watchdog acts meanwhile."""
+    with running() as now:
+        now.ready()
+        moment = time.monotonic()
+        now.loop.send_signal(signal.SIGSTOP)
+        time.sleep(seconds)
+        now.loop.send_signal(signal.SIGCONT)
+        time.sleep(0.1)
+        wait = now.spy.zero_since(moment)
+        state, overruns = now.reader.state, now.reader.counts["overrun"]
+        frames = now.reader.latest(50)
+    long = seconds > 0.02
+    on = bool((frames["field1"] > 0).all())
+    passed = overruns > 0 and (
+        wait <= 0.020 + SLACK and state is State.TRIPPED if long else on and state is State.RUNNING
+    )
+    said = f"{state.name.lower()}, field {'on' if on else f'zero after {1e3 * wait:.1f} ms'}"
+    return Finding(
+        f"SIGSTOP for {1e3 * seconds:.0f} ms", 1, "zero within 20 ms, tripped" if long else "on", said, passed
+    )
+
+
+def orphaned() -> Finding:
+    """The loop's parent is killed."""
+    with running(MODEL, wrapper=(sys.executable, str(Path(__file__).resolve()), "--parent")) as now:
+        now.ready()
+        moment = time.monotonic()
+        now.loop.kill()  # the parent; the loop is its child
+        time.sleep(0.06)
+        wait = now.spy.zero_since(moment)
+        state = now.reader.state
+    passed = wait <= 0.020 + SLACK and state is State.STOPPED
+    return Finding("kill -9 of the parent", 1, "zero, loop ended", f"{1e3 * wait:.1f} ms, {state.name.lower()}", passed)
+
+
+def orders_gone() -> Finding:
+    """The pipe of orders closes."""
+    with running(MODEL, "--orders", "0") as now:
+        now.ready()
+        moment = time.monotonic()
+        assert now.loop.stdin is not None
+        now.loop.stdin.close()
+        now.loop.stdin = None
+        code = now.loop.wait(2.0)
+        wait = now.spy.zero_since(moment)
+    return Finding(
+        "orders' pipe closed",
+        1,
+        "zero, exit 0",
+        f"{1e3 * wait:.1f} ms, exit {code}",
+        wait <= 0.020 + SLACK and code == 0,
+    )
+
+
+def noise_as_orders(number: int = 1000) -> Finding:
+    """Random bytes and damaged orders: counted, never carried out."""
+    rng = random.Random(9)
+    with running(MODEL, "--orders", "0") as now:
+        now.ready()
+        assert now.loop.stdin is not None
+        for _ in range(number):
+            good = order_bytes(Order(rng.randrange(1, 6)), rng.uniform(-10, 10))
+            os.write(now.loop.stdin.fileno(), damaged(good, rng))
+        time.sleep(0.4)
+        refused, done = now.reader.counts["order-refused"], now.reader.counts["order"]
+        alive = now.loop.poll() is None and now.reader.state is State.RUNNING
+    passed = alive and done == 0 and refused > 0
+    return Finding("damaged orders", number, "none carried out", f"{done} carried out, runs on: {alive}", passed)
+
+
+def damaged(order: bytes, rng: random.Random) -> bytes:
+    """An order with bytes changed; always 24 bytes, never whole."""
+    out = bytearray(order)
+    out[rng.randrange(len(out))] ^= rng.randrange(1, 256)
+    if rng.random() < 0.3:  # whole, but of no known kind or out of range
+        body = struct.pack("<IIdI", 0x4F435245, rng.randrange(6, 2**32), rng.uniform(-1e9, 1e9), 0)
+        return body + struct.pack("<I", zlib.crc32(body))
+    return bytes(out)
+
+
+def crashed() -> Finding:
+    """The model crashes inside the loop: its last act is a command of zero field."""
+    with running(CRASHING) as now:
+        now.ready()
+        code = now.loop.wait(5.0)
+        time.sleep(0.06)
+        on = [at for at, was in now.spy.told if was]
+        wait = now.spy.zero_since(on[-1])
+    passed = code == -signal.SIGSEGV and wait <= 0.010 + SLACK
+    said = f"signal {-code}, zero {1e3 * wait:.1f} ms after the last field"
+    return Finding("crash in the model", 1, "zero by the loop's handler", said, passed)
+
+
+def rig_killed(times: int) -> Finding:
+    """Kill -9 of the rig's process: the loop's own field goes to zero and stays there."""
+    rng = random.Random(10)
+    waits: list[float] = []
+    alive = True
+    with tempfile.TemporaryDirectory(dir=ring_folder()) as name:
+        samples = good_samples(60_000)
+        angles = Path(name) / "angles.npy"
+        np.save(angles, np.column_stack([samples[n] for n in ("theta", "alpha", "torque")]))
+        for _ in range(times):
+            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42}
+            rig, port = start_rig(spec)
+            with running(port=port) as now:
+                now.ready()
+                time.sleep(rng.uniform(0.0, 0.02))
+                rig.kill()
+                moment = time.monotonic()
+                time.sleep(0.06)
+                frames = now.reader.latest(200)
+                on = frames["time_ns"][frames["field1"] > 0]
+                after = frames["time_ns"][frames["time_ns"] > on[-1]]
+                waits.append(1e-9 * float(after[0]) - moment if after.size else float("inf"))
+                alive &= now.loop.poll() is None and now.reader.state is State.TRIPPED
+            rig.communicate()
+    worst = max(waits)
+    said = f"{_spread(waits)}; tripped and running: {alive}"
+    return Finding(
+        "kill -9 of the rig", times, "zero within 20 ms, loop goes on", said, alive and worst <= 0.020 + SLACK
+    )
+
+
+def bad_configurations(number: int) -> Finding:
+    """Configurations with bytes changed or cut: refused before anything moves."""
+    rng = random.Random(11)
+    whole = config_of(SETTINGS)[0]
+    codes: dict[int, int] = {}
+    with tempfile.TemporaryDirectory(dir=ring_folder()) as name:
+        ring = make_ring(Path(name) / "ring", RingInfo(capacity=16))
+        for _ in range(number):
+            (Path(name) / "config").write_bytes(mutated(whole, rng))
+            words = ["--config", f"{name}/config", "--ring", str(ring), "--udp", "127.0.0.1", "9", "0", "1"]
+            done = subprocess.run([str(loop_program()), *words], capture_output=True, timeout=10, check=False)
+            codes[done.returncode] = codes.get(done.returncode, 0) + 1
+    said = ", ".join(f"exit {code}: {n}" for code, n in sorted(codes.items()))
+    return Finding("damaged configurations", number, f"exit 2: {number}", said, codes == {2: number})
+
+
+def bad_models(number: int) -> Finding:
+    """Model files with bytes changed or cut: refused, or, where only white space changed, the same model."""
+    from erclutch.errors import RunError
+    from erclutch.saved import load_model
+
+    rng = random.Random(12)
+    accepted = crashed_by = 0
+    with tempfile.TemporaryDirectory() as name:
+        file = Path(name) / "model.json"
+        file.write_bytes(MODEL_FILE.read_bytes())
+        good, whole = load_model(file).to_dict(), file.read_bytes()
+        for _ in range(number):
+            file.write_bytes(mutated(whole, rng))
+            try:
+                accepted += load_model(file).to_dict() != good
+            except RunError:
+                pass
+            except Exception:
+                crashed_by += 1
+    said = f"{accepted} accepted, {crashed_by} other errors"
+    return Finding("damaged models", number, "0 accepted, 0 other errors", said, accepted + crashed_by == 0)
+
+
+EXACT: dict[str, Callable[[], Finding]] = {
+    "nan-theta": lambda: bad_number("theta", float("nan")),
+    "nan-alpha": lambda: bad_number("alpha", float("nan")),
+    "nan-torque": lambda: bad_number("torque", float("nan")),
+    "inf-theta": lambda: bad_number("theta", float("inf")),
+    "inf-alpha": lambda: bad_number("alpha", float("-inf")),
+    "wraps": wraps,
+    "glitch-theta": lambda: glitch("theta"),
+    "glitch-alpha": lambda: glitch("alpha"),
+    "loss-1": lambda: loss(0.01),
+    "loss-5": lambda: loss(0.05),
+    "loss-50": lambda: loss(0.5),
+    "burst-19": lambda: burst(19),
+    "burst-20": lambda: burst(20),
+    "burst-21": lambda: burst(21),
+    "duplicates": duplicates,
+    "reordered": reordered,
+    "forged": mutated_packets,
+    "clock-jump": clock_jump,
+    "both-fields": both_fields,
+    "too-high": too_high,
+    "not-finite": not_finite,
+    "slew": slew,
+}
+WHOLE: dict[str, Callable[[], Finding]] = {
+    "sigterm": lambda: told_to_end(signal.SIGTERM),
+    "sigint": lambda: told_to_end(signal.SIGINT),
+    "stop-5": lambda: stopped(0.005),
+    "stop-50": lambda: stopped(0.050),
+    "orphan": orphaned,
+    "orders-gone": orders_gone,
+    "orders-noise": noise_as_orders,
+    "crash": crashed,
+    "models": lambda: bad_models(10_000),
+}
+
+
+def main() -> int:
+    """Run all of them and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--only", default="")
+    given = parser.parse_args()
+    counted: dict[str, Callable[[], Finding]] = {
+        "kill": lambda: killed(given.kills),
+        "kill-rig": lambda: rig_killed(given.kills),
+        "configurations": lambda: bad_configurations(10 * given.kills),
+    }
+    faults = {**EXACT, **WHOLE, **counted}
+    failed = 0
+    for name, fault in faults.items():
+        if given.only in ("", name):
+            found = fault()
+            failed += not found.passed
+            print(
+                f"{'ok  ' if found.passed else 'FAIL'} {found.fault:24} {found.injected:>7}  "
+                f"expected: {found.expected:45} observed: {found.observed}",
+                flush=True,
+            )
+    return 1 if failed else 0
+
+
+def parent() -> None:
+    """Start what follows on the command line as a child, and wait: somebody to kill."""
+    subprocess.run(sys.argv[2:], check=False)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--parent"]:
+        parent()
+    else:
+        sys.exit(main())

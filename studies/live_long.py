@@ -1,0 +1,135 @@
+"""Does the loop leak, drift or lose anything? A day on the TWIN as fast as it goes, and twenty minutes of real time.
+
+    python studies/live_long.py --hours 24          # accelerated: the loop's C core and the twin in one process
+    python studies/live_long.py --minutes 20        # real time: loop, rig and recorder, each a process
+
+The accelerated twin takes internal steps of 1/3 ms in place of 0.05 ms; what is tested is the loop.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.live.accelerated import AcceleratedRun
+from erclutch.live.frame import EVENTS
+from erclutch.live.observers import Observers
+from erclutch.live.programs import standard_programs, starting_with
+from erclutch.live.session import TWIN, Options, Session
+from erclutch.live.settings import LoopSettings
+from erclutch.live.watch import Watch
+from erclutch.rig.parameters import default_rig
+
+STRETCH = 60_000
+HOUR = 3_600_000
+
+
+def resident(pid: int) -> float:
+    """Resident memory of a process in MB."""
+    words = Path(f"/proc/{pid}/statm").read_text().split()
+    return int(words[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def model_of(rig: Any) -> Any:
+    """The network that `erclutch live` takes on the twin."""
+    from rich.console import Console
+
+    from erclutch.cli.twin_model import twin_model
+    from erclutch.live.model import live_model
+
+    return live_model(twin_model(rig, Console(stderr=True)), "coaxial")
+
+
+def accelerated(hours: float) -> None:
+    """A long run of the core; a line an hour."""
+    rig = default_rig().changed({"integration.step": 1e-3 / 3.0})
+    settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
+    run = AcceleratedRun(settings, model_of(default_rig()).library, rig, speed=40.0)
+    total, began, start = round(hours * HOUR), time.monotonic(), 0.0
+    seen, frames_seen, wrong = 0, 0, 0
+    print(f"{'hour':>5}{'RSS MB':>9}{'tracking rms rad':>18}{'estimate off, rms mN m':>24}{'warmer K':>10}")
+    squares = np.zeros(3)
+    for frames in run.stretches(total, STRETCH):
+        wrong += int(np.count_nonzero(frames["seq"] != np.arange(frames_seen, frames_seen + len(frames))))
+        frames_seen += len(frames)
+        seen |= int(np.bitwise_or.reduce(frames["events"]))
+        errors = (frames["reference"] - frames["alpha"], frames["estimate"] - frames["torque"])
+        wrong += int(np.count_nonzero(~np.isfinite(errors[0]) | ~np.isfinite(errors[1])))
+        squares += (float(np.sum(errors[0] ** 2)), float(np.sum(errors[1] ** 2)), len(frames))
+        if frames_seen == 5 * STRETCH:
+            start = resident(os.getpid())
+        if frames_seen % HOUR == 0 or frames_seen == total:
+            rms = np.sqrt(squares[:2] / squares[2])
+            now = resident(os.getpid())
+            print(
+                f"{frames_seen / HOUR:5.1f}{now:9.1f}{rms[0]:18.5f}{1e3 * rms[1]:24.4f}{run.warming:10.3f}", flush=True
+            )
+            squares[:] = 0.0
+    grown = resident(os.getpid()) - start
+    names = [name for i, (name, _) in enumerate(EVENTS) if seen >> i & 1]
+    took = time.monotonic() - began
+    print(
+        f"TWIN, {frames_seen / HOUR:g} h in {took / 60:.1f} min: {frames_seen} frames, {wrong} wrong or not finite; "
+        f"events {names or 'none'}; resident memory grew by {grown:.2f} MB after the first five minutes"
+    )
+
+
+def real_time(minutes: float) -> None:
+    """Loop, rig and recorder as users run them."""
+    rig = default_rig()
+    settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
+    last: dict[str, float] = {}
+    with (
+        tempfile.TemporaryDirectory() as name,
+        Session(TWIN, settings, model_of(rig), Options(60.0 * minutes)) as session,
+    ):
+        with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
+            observers.record(True)
+            watch, first = Watch(session.reader()), {}
+            began = time.monotonic()
+            while session.running:
+                watch.poll()
+                if not first and time.monotonic() - began > 60.0:
+                    first = {which: resident(pid) for which, pid in session.pids.items()}
+                time.sleep(0.1)
+                if session.running:
+                    last = {which: resident(pid) for which, pid in session.pids.items()}
+            watch.poll()
+            time.sleep(1.0)
+            observers.record(False)
+            recorded = observers.recordings.progress
+        report(minutes, watch, {which: f"{last[which] - size:+.2f} MB" for which, size in first.items()})
+        if recorded is not None:
+            print(f"recording: {recorded.frames} frames, {recorded.lost} lost, {recorded.size / 1e6:.1f} MB")
+
+
+def report(minutes: float, watch: Watch, grown: dict[str, str]) -> None:
+    """Print what was measured."""
+    counts = {event: n for event, n in watch.reader.counts.items() if n}
+    late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]
+    print(f"TWIN, {minutes:g} min real time, {watch.reader.realtime}: {watch.frames} frames read")
+    print(f"missed {watch.missed}, lost by the observer {watch.reader.lost}, events {counts}")
+    print(f"lateness us p50 {late[0]:.0f} p99 {late[1]:.0f} p99.9 {late[2]:.0f} largest {late[3]:.0f}")
+    print(f"resident memory since the first minute: {grown}")
+
+
+def main() -> None:
+    """One of the two, or both."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, default=0.0)
+    parser.add_argument("--minutes", type=float, default=0.0)
+    given = parser.parse_args()
+    if given.hours:
+        accelerated(given.hours)
+    if given.minutes:
+        real_time(given.minutes)
+
+
+if __name__ == "__main__":
+    main()

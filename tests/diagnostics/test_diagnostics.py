@@ -1,0 +1,283 @@
+"""Numbers behind reports against rows whose answer is known."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from erclutch.dataset import Dataset
+from erclutch.device import Element, Units
+from erclutch.diagnostics.correlation import autocorrelation, held_out_spans, spectrum
+from erclutch.diagnostics.error_map import error_maps
+from erclutch.diagnostics.parity import distributions, parity
+from erclutch.diagnostics.shown import shown_models
+from erclutch.diagnostics.switching import StepResponse, after_switch, step_responses
+from erclutch.diagnostics.text import number, percent, scale_for, span
+from erclutch.diagnostics.windows import windows
+from erclutch.dynamics import Clock, Span
+from erclutch.run_rows import RunRows
+
+Array = NDArray[np.float64]
+RATE = 1000.0
+
+
+def rows_of(
+    field: Array,
+    slip: Array,
+    effort: Array,
+    predicted: dict[str, Array],
+    *,
+    cuts: Sequence[int] = (),
+    held: float = 0.3,
+) -> RunRows:
+    """Rows at 1 kHz, cut into spans, the last 30 % held out."""
+    n = effort.size
+    edges = [0, *cuts, n]
+    spans = tuple(Span(a, b, 1 / RATE) for a, b in itertools.pairwise(edges))
+    data = Dataset("single", (Element(field, slip),), effort, Clock(np.arange(n) / RATE, spans), Units("N", "V", "m/s"))
+    return RunRows(data, np.arange(n) >= round(0.7 * n), predicted)
+
+
+def noise(n: int = 20_000, seed: int = 0) -> Array:
+    return np.random.default_rng(seed).normal(size=n)
+
+
+def test_error_maps_count_every_row_once_and_add_up_to_the_error() -> None:
+    rng = np.random.default_rng(1)
+    n = 8000
+    field, slip, e = rng.uniform(0, 5, n), rng.normal(size=n), rng.normal(size=n)
+    rows = rows_of(field, slip, e, {"m": np.zeros(n)})
+    (found,) = error_maps(rows, "m")
+    assert found.train.sum() == np.count_nonzero(~rows.test)
+    assert found.test.sum() == np.count_nonzero(rows.test)
+    total = np.nansum(found.rmse**2 * found.test)
+    assert total == pytest.approx(float(np.sum(e[rows.test] ** 2)))
+    i, j = np.searchsorted(found.field_edges, 2.5) - 1, np.searchsorted(found.slip_edges, 0.0) - 1
+    inside = (field >= found.field_edges[i]) & (field < found.field_edges[i + 1])
+    inside &= (slip >= found.slip_edges[j]) & (slip < found.slip_edges[j + 1])
+    assert found.train[i, j] == np.count_nonzero(inside & ~rows.test)
+
+
+def test_a_hole_in_the_training_rows_is_blind() -> None:
+    n = 5000
+    rng = np.random.default_rng(2)
+    slip = rng.uniform(-1, 1, n)
+    field = np.where(np.arange(n) < 3500, rng.uniform(0, 1, n), rng.uniform(1.5, 2, n))
+    (found,) = error_maps(rows_of(field, slip, slip, {"m": slip * 0}), "m")
+    assert found.blind_share == 1.0
+    (whole,) = error_maps(rows_of(rng.uniform(0, 1, n), slip, slip, {"m": slip * 0}), "m")
+    assert whole.blind_share < 0.2
+
+
+def test_logged_levels_get_a_cell_each() -> None:
+    levels = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+    field = np.repeat(levels, 1000)[np.random.default_rng(0).permutation(5000)]
+    (found,) = error_maps(rows_of(field, noise(5000), noise(5000), {"m": np.zeros(5000)}), "m")
+    assert found.field_edges.size == 6
+    counts = found.train.sum(axis=1) + found.test.sum(axis=1)
+    assert counts.tolist() == [1000] * 5
+
+
+def test_parity_and_distribution() -> None:
+    y = noise()
+    rows = rows_of(y, y, y, {"right": y, "off": y + 0.5})
+    assert np.trace(parity(rows, "right").counts) == np.count_nonzero(rows.test)
+    exact, off = distributions(
+        rows_of(y, y, y, {"noisy": y - noise(seed=1), "off": y - noise(seed=2) - 0.5}), ["noisy", "off"]
+    )
+    assert exact.bias == pytest.approx(0.0, abs=0.05)
+    assert off.bias == pytest.approx(0.5, abs=0.05)
+    assert exact.spread == pytest.approx(1.0, rel=0.03)
+    half, most, nearly, all_ = exact.quantiles
+    assert half == pytest.approx(0.674, rel=0.05)
+    assert most == pytest.approx(1.96, rel=0.05)
+    assert nearly == pytest.approx(2.58, rel=0.07)
+    assert all_ > 3.0
+    width = exact.edges[1] - exact.edges[0]
+    assert exact.density.sum() * width + exact.beyond == pytest.approx(1.0)
+
+
+def test_the_spectrum_of_white_noise_is_flat_and_right() -> None:
+    e = noise(60_000)
+    rows = rows_of(e, e, e, {"m": np.zeros(e.size)}, cuts=(50_000,))
+    found = spectrum(rows, ["m"])
+    assert found is not None
+    # One-sided: sigma^2 spread over half the sampling rate.
+    expected = np.sqrt(2.0 / RATE)
+    assert np.median(found.density["m"]) == pytest.approx(expected, rel=0.1)
+    assert found.density["m"].tolist() == found.density["measured"].tolist()
+
+
+def test_a_tone_shows_where_it_is() -> None:
+    t = np.arange(60_000) / RATE
+    e = np.sin(2 * np.pi * 40.0 * t) + 0.1 * noise(60_000)
+    found = spectrum(rows_of(e, e, e, {"m": np.zeros(e.size)}), ["m"])
+    assert found is not None
+    assert found.frequency[int(np.argmax(found.density["m"]))] == pytest.approx(40.0, rel=0.03)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.8, 0.95])
+def test_autocorrelation_of_a_known_process(rho: float) -> None:
+    from scipy.signal import lfilter
+
+    e = lfilter([1.0], [1.0, -rho], noise(100_000))
+    rows = rows_of(e, e, e, {"m": np.zeros(e.size)}, cuts=(90_000,))
+    found = autocorrelation(rows, ["m"])
+    assert found is not None
+    for k in (1, 5, 10):
+        assert found.values["m"][k] == pytest.approx(rho**k, abs=0.04)
+    n = int(rows.test.sum())
+    assert found.white == pytest.approx(1.96 / np.sqrt(n))
+    assert found.independent["m"] == pytest.approx(n * (1 - rho**2) / (1 + rho**2), rel=0.35)
+
+
+def test_nothing_crosses_a_gap() -> None:
+    e = noise(1000)
+    rows = rows_of(e, e, e, {"m": e * 0}, cuts=(800, 900))
+    assert [(s.start, s.stop) for s in held_out_spans(rows)] == [(700, 800), (800, 900), (900, 1000)]
+    assert spectrum(rows_of(e, e, e, {"m": e * 0}, cuts=tuple(range(50, 1000, 50))), ["m"]) is None
+
+
+def test_windows_are_held_out_and_rank_as_they_say() -> None:
+    e = noise(20_000)
+    e[17_000:17_200] *= 20.0
+    rows = rows_of(e, e, e, {"m": np.zeros(e.size)}, cuts=(18_000,))
+    found = windows(rows, "m")
+    assert found.worst[0] < 17_200
+    assert found.worst[1] > 17_000
+    for a, b in (found.typical, found.worst):
+        assert rows.test[a:b].all()
+        assert not (a < 18_000 < b)
+    assert not found.typical[0] < 17_200 or found.typical[1] <= 17_000
+
+
+def test_the_error_after_a_switch() -> None:
+    n = 40_000
+    field = np.where(np.arange(n) // 200 % 2, 2.0, 0.0)
+    since = np.arange(n) % 200
+    e = np.where(since < 20, 5.0, 1.0)
+    found = after_switch(rows_of(field, field, e, {"m": np.zeros(n)}), ["m"])
+    assert found is not None
+    assert found.switches == 60
+    assert found.rmse["m"][found.since < 0.018].tolist() == [5.0] * int(np.sum(found.since < 0.018))
+    assert found.rmse["m"][found.since > 0.025].tolist() == [1.0] * int(np.sum(found.since > 0.025))
+
+
+def test_a_smooth_command_has_no_switch() -> None:
+    field = np.sin(np.arange(20_000) / 300)
+    assert after_switch(rows_of(field, field, field, {"m": field * 0}), ["m"]) is None
+
+
+def test_step_responses() -> None:
+    step = StepResponse("m", delay=0.002, rise=0.01, fall=0.05)
+    assert step.up(np.array([0.0, 0.002, 0.012])) == pytest.approx([0.0, 0.0, 1 - np.exp(-1)])
+    assert step.down(np.array([0.0, 0.052])) == pytest.approx([1.0, np.exp(-1)])
+    body = {"ranking": [{"name": "a", "dynamics": {}}, {"name": "b+lag", "dynamics": {"delay": 0.001, "tau": 0.02}}]}
+    assert step_responses(body, ["a", "b+lag"]) == (StepResponse("b+lag", 0.001, 0.02, 0.02),)
+
+
+def entry(name: str, rmse: float | None, parameters: int) -> dict[str, Any]:
+    return {"name": name, "test": {"rmse": [rmse, None, None]}, "parameters_count": parameters}
+
+
+def test_which_models_are_shown() -> None:
+    ranking = [entry("fnn-16", 1.0, 65), entry("hem+lag", 1.1, 8), entry("bingham", 2.0, 6), entry("quadratic", 3.0, 4)]
+    body = {"ranking": ranking, "recommended": "hem+lag", "best": "fnn-16"}
+    assert [(s.name, s.role) for s in shown_models(body)] == [
+        ("hem+lag", "recommended"),
+        ("fnn-16", "best"),
+        ("bingham", "baseline"),
+    ]
+    only = {"ranking": ranking[2:3], "recommended": "bingham", "best": "bingham"}
+    assert [(s.name, s.role) for s in shown_models(only)] == [("bingham", "recommended")]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (1234.4, "1230"),
+        (99.96, "100"),
+        (9.996, "10.0"),
+        (-0.00314159, "−0.00314"),
+        (2.5e-7, "2.50·10⁻⁷"),
+        (3.21e8, "3.21·10⁸"),
+        (None, "–"),
+        (float("inf"), "∞"),
+    ],
+)
+def test_numbers(value: float | None, text: str) -> None:
+    assert number(value) == text
+
+
+def test_units() -> None:
+    assert scale_for("N*m", 0.01).of(0.00404) == "4.04\u00a0mN·m"
+    assert scale_for("N", 600.0).of(123.0) == "123\u00a0N"
+    assert scale_for("?", 0.01).titled("field") == "field [units as logged]"
+    assert scale_for("", 0.01).of(0.25) == "0.250"
+    assert percent(0.2154) == "21.5\u00a0%"
+    assert span(-1.0, None) == "−1.00 to –"
+
+
+def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
+    """Rows made by a law lie on its curve."""
+    from erclutch.comparison import Settings, compare
+    from erclutch.diagnostics.flow_curves import flow_curves
+    from erclutch.model import TorqueModel
+
+    n = 6000
+    rng = np.random.default_rng(0)
+    field = np.repeat(rng.choice([0.0, 1.0, 2.0], n // 300), 300)
+    slip = 3.0 * np.sin(np.arange(n) / 70)
+    effort = 2.0 * field**2 * np.tanh(slip / 0.1) + 0.3 * slip
+    whole = rows_of(field, slip, effort, {"m": effort})
+    found = compare(whole.data, Settings(models=("bingham/square",), lag="none"))
+    model = found.entries[0].outcome.model
+    assert isinstance(model, TorqueModel)
+    curves = flow_curves(whole, model)
+    assert curves.fields.tolist() == [0.0, 1.0, 2.0]
+    assert curves.effort[2][-1] == pytest.approx(2.0 * 4.0 + 0.3 * curves.slip[-1], rel=1e-3)
+    for level, dots in zip(curves.fields, curves.dots, strict=True):
+        assert len(dots) > 50
+        expected = 2.0 * level**2 * np.tanh(dots[:, 0] / 0.1) + 0.3 * dots[:, 0]
+        assert dots[:, 1] == pytest.approx(expected, abs=1e-9)
+
+
+def test_logs_of_different_rates_are_not_mixed() -> None:
+    """Most rows held out are at 1 kHz; those at 200 Hz would put a tone where there is none."""
+    from dataclasses import replace
+
+    t = np.arange(30_000) / RATE
+    e = np.sin(2 * np.pi * 40.0 * t) + 0.1 * noise(30_000)
+    whole = rows_of(e, e, e, {"m": e * 0}, cuts=(25_000,))
+    slow = Clock(
+        np.concatenate([t[:25_000], np.arange(5000) / 200.0]), (Span(0, 25_000, 1e-3), Span(25_000, 30_000, 5e-3))
+    )
+    test = np.zeros(30_000, np.bool_)
+    test[15_000:] = True
+    rows = replace(whole, data=replace(whole.data, clock=slow), test=test)
+    found = spectrum(rows, ["m"])
+    assert found is not None
+    assert found.frequency[-1] == pytest.approx(500.0, rel=0.05)
+    assert found.frequency[int(np.argmax(found.density["m"]))] == pytest.approx(40.0, rel=0.03)
+    memory = autocorrelation(rows, ["m"])
+    assert memory is not None
+    assert memory.lag[1] == pytest.approx(1e-3)
+
+
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20))
+def test_the_running_largest(values: list[float], width: int) -> None:
+    from erclutch.diagnostics.flow_curves import _running_largest  # pyright: ignore[reportPrivateUsage]
+
+    array = np.array(values)
+    width = min(width, array.size)
+    expected = [array[max(0, k - width + 1) : k + 1].max() for k in range(array.size)]
+    assert _running_largest(array, width).tolist() == expected

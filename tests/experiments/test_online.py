@@ -1,0 +1,99 @@
+"""The experiments of sections IV-B to V with the live loop: what runs, what it gives, and that online is offline."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import SettingError
+from erclutch.experiments.online import EXPERIMENTS, lines, run, tracking_error, trial
+from erclutch.figures.online import draw_online
+from erclutch.live.accelerated import AcceleratedRun
+from erclutch.live.core import Core
+from erclutch.live.model import live_model
+from erclutch.live.sample import SAMPLE
+from erclutch.live.settings import LoopSettings, Mode, Program, Shape
+from erclutch.rig.interface import Command
+from erclutch.rig.parameters import default_rig
+from erclutch.rig.twin import Twin
+from erclutch.saved import load_model
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev"),
+]
+MODEL = Path(__file__).resolve().parents[1] / "live" / "model.json"
+
+
+@pytest.fixture(scope="module")
+def ready() -> Any:
+    return live_model(MODEL, "coaxial"), [load_model(MODEL)]
+
+
+@pytest.mark.parametrize("name", list(EXPERIMENTS))
+def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
+    model, saved = ready
+    traces = run(name, model, saved, default_rig(), seconds=4.0, seed=1)
+    assert len(traces) == (2 if name == "tracking" else 1)
+    for trace in traces:
+        assert trace.compiled_off == 0.0
+        assert trace.numpy_off < 1e-12
+        frames = trace.frames
+        assert len(frames) == 4000 // len(traces)
+        assert (np.minimum(frames["field1"], frames["field2"]) == 0.0).all()
+        assert np.isfinite(frames["estimate"]).all()
+        found = lines(trace)[0]
+        assert found.rows == len(frames)
+        assert found.mse == pytest.approx(float(np.mean((frames["estimate"] - frames["torque"]) ** 2)))
+        assert (frames["alpha"] == frames["alpha"][0]).all() == (name == "zero-motion")
+        assert (frames["field1"] + frames["field2"] == 0.0).all() == (name == "zero-field")
+        assert (trace.other_alpha is not None) == (name == "encoders")
+    for file in draw_online(traces[0], tmp_path / "figure.png", "TWIN", rows=1000):
+        assert file.stat().st_size > 1000
+
+
+def test_tracking_follows(ready: Any) -> None:
+    model, saved = ready
+    slow, fast = run("tracking", model, saved, default_rig(), seconds=20.0)
+    assert tracking_error(slow) < 1.5  # of an amplitude of 12.6 rad
+    assert tracking_error(fast) < 2.0
+    assert fast.frames["seq"][0] == 10_000
+    assert trial(slow, 0) == trial(slow, -1) == slice(0, 10_000)
+
+
+def test_real_time_is_the_same_loop(ready: Any) -> None:
+    model, saved = ready
+    trace = run("sine", model, saved, default_rig(), seconds=3.0, real_time=True)[0]
+    assert trace.compiled_off == 0.0
+    assert len(trace.frames) == 3000
+    assert trace.frames["lateness_ns"].max() > 0
+
+
+def test_accelerated_is_the_twin_step_by_step() -> None:
+    program = Program("sine", Mode.TRACK, Shape.SINE, 6.0, 1.0, motor_torque=0.1)
+    settings, rig = LoopSettings(programs=(program,)), default_rig()
+    frames, _ = AcceleratedRun(settings, None, rig, seed=3, speed=40.0).frames(300)
+    twin, core, sample = Twin(rig, seed=3, speed=40.0), Core(settings), np.zeros(1, SAMPLE)
+    for k in range(300):
+        seen = twin.sense()
+        alpha = seen.alpha_raw * (2.0 * np.pi / rig.value("screw.lead"))
+        sample[0] = (k + 1, (k + 1) * 10**6, seen.theta, alpha, frames["torque"][k], 0, 0)
+        command, frame = core.step(sample, k)
+        for name in ("theta", "alpha", "theta_dot", "alpha_dot", "field1", "field2"):
+            assert frame[name] == pytest.approx(frames[name][k], abs=1e-12), (k, name)
+        twin.command(Command(*(float(command[n]) for n in ("field1", "field2", "motor_torque"))))
+        twin.step()
+
+
+@pytest.mark.parametrize(
+    "words", [{"name": "nothing"}, {"name": "sine", "seconds": 0.1}, {"name": "encoders", "real_time": True}]
+)
+def test_experiments_that_cannot_be(words: dict[str, Any], ready: Any) -> None:
+    model, saved = ready
+    name = words.pop("name")
+    with pytest.raises(SettingError):
+        run(name, model, saved, default_rig(), **words)

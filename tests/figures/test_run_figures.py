@@ -1,0 +1,74 @@
+"""Figures of a run: three files each, the numbers those of the run, the same bytes again."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.comparison import Settings, compare
+from erclutch.dataset import build_dataset
+from erclutch.diagnostics.material import Material, material_of
+from erclutch.errors import CheckError, SettingError
+from erclutch.figures.of_runs import FIGURES, write_figure
+from erclutch.logs import read
+from erclutch.runs import read_run, write_run
+from erclutch.synthetic import write_synthetic_log
+
+
+def material_from(folder: Path, models: tuple[str, ...], lag: str) -> Material:
+    write_synthetic_log(folder / "log.csv", 4.0)
+    recording = read(folder / "log.csv")
+    found = compare(build_dataset(recording), Settings(models=models, lag=lag))  # pyright: ignore[reportArgumentType]
+    return material_of(read_run(write_run(folder / "run", found, [recording])))
+
+
+@pytest.fixture(scope="module")
+def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
+    return material_from(tmp_path_factory.mktemp("run"), ("quadratic", "bingham"), "auto")
+
+
+def numbers(path: Path) -> tuple[list[str], list[list[str]]]:
+    with path.open(newline="") as file:
+        header, *rows = list(csv.reader(file))
+    return header, rows
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[] if n in ("ranking", "trace") else pytest.mark.slow) for n in FIGURES]
+)
+def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None:
+    paths = write_figure(name, material, tmp_path)
+    assert [p.name for p in paths] == [f"{name}.pdf", f"{name}.png", f"{name}.csv"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in paths)
+    assert paths[0].read_bytes().startswith(b"%PDF-")
+    assert paths[1].read_bytes().startswith(b"\x89PNG")
+    header, rows = numbers(paths[2])
+    assert rows
+    assert all(len(row) == len(header) for row in rows)
+
+
+def test_the_same_bytes_again(material: Material, tmp_path: Path) -> None:
+    first, second = (write_figure("ranking", material, tmp_path / name) for name in ("a", "b"))
+    assert [p.read_bytes() for p in first] == [p.read_bytes() for p in second]
+
+
+def test_a_trace_holds_the_rows_that_were_asked_for(material: Material, tmp_path: Path) -> None:
+    header, rows = numbers(write_figure("trace", material, tmp_path, start=1.0, seconds=0.1)[2])
+    time = np.array([float(row[0]) for row in rows])
+    assert (time.min(), time.max(), time.size) == (1.0, 1.1, 101)
+    at = header.index("effort")
+    data = material.rows.data
+    assert [float(row[at]) for row in rows] == pytest.approx(data.effort[1000:1101].tolist(), rel=1e-8)
+    with pytest.raises(SettingError, match=r"The log reaches from 0 to 3\.999 s"):
+        write_figure("trace", material, tmp_path, start=50.0)
+
+
+def test_what_a_run_cannot_give_is_said(tmp_path: Path) -> None:
+    network = material_from(tmp_path, ("fnn-2",), "none")
+    with pytest.raises(CheckError, match="the run holds no law"):
+        write_figure("flow-curves", network, tmp_path)
+    with pytest.raises(SettingError, match="no figure 'fig9'"):
+        write_figure("fig9", network, tmp_path)

@@ -1,0 +1,49 @@
+"""The RBFM's linear fit against a QR of all rows, where its condition is worst and where bounds bind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from erclutch.dataset import Dataset, build_dataset
+from erclutch.fit import fit_structure, reference_of
+from erclutch.laws import law_from_name
+from erclutch.model import Structure
+from erclutch.rig.scenarios import prepare
+
+
+@pytest.fixture(scope="module")
+def twin() -> Dataset:
+    return build_dataset(prepare("training", seconds=20.0, seed=3).recording(), device="coaxial")
+
+
+def by_qr(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
+    """Fitted effort by a QR of all rows, refined with residuals in extended precision, and the condition number."""
+    scaled = matrix / np.linalg.norm(matrix, axis=0)
+    q, r = np.linalg.qr(scaled)
+    wide = scaled.astype(np.longdouble)
+    gains = np.zeros(r.shape[0], np.longdouble)
+    for _ in range(4):
+        left = (target - wide @ gains).astype(np.float64)
+        gains += np.linalg.solve(r, q.T @ left)
+    return (wide @ gains).astype(np.float64), float(np.linalg.cond(r))
+
+
+@pytest.mark.parametrize("name", ["rbfm-5", "rbfm-10"])
+def test_predictions_equal_those_of_a_full_qr(twin: Dataset, name: str) -> None:
+    structure = Structure("coaxial", name, law_from_name(name, "coaxial"))
+    found = fit_structure(twin, structure, intervals=False)
+    columns = structure.columns(twin.elements, twin.clock, reference_of(twin), list(found.model.shape.values()))
+    matrix = np.column_stack([np.broadcast_to(c, twin.effort.shape) for c in columns])
+    gains = np.array(list(found.model.gains.values()))
+    free = gains != 0.0
+    assert not free.all(), "no bound binds in these data: the test shows nothing of them"
+    peer, condition = by_qr(matrix[:, free], twin.effort)
+    assert condition > 1e3
+    apart = found.model.predict(twin) - peer
+    assert np.linalg.norm(apart) <= 1e-6 * np.linalg.norm(peer)
+    # Where a gain is held at zero, letting it in would need it negative.
+    nonnegative = np.array([g.nonnegative for g in structure.gains()])
+    slope = matrix[:, ~free].T @ (twin.effort - peer)
+    assert np.all(nonnegative[~free])
+    assert np.all(slope <= 1e-8 * np.linalg.norm(matrix[:, ~free], axis=0) * np.linalg.norm(twin.effort))

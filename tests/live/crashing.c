@@ -1,0 +1,23 @@
+/* A model that crashes after half a second, for tests of what the loop does then. */
+#include <stdint.h>
+
+const char *erc_model_digest(void) { return "0000000000000000000000000000000000000000000000000000000000000001"; }
+const char *erc_model_name(void) { return "crashing"; }
+uint32_t erc_model_abi(void) { return 1u; }
+uint32_t erc_model_inputs(void) { return 4u; }
+uint32_t erc_model_state_size(void) { return 16u; }
+void erc_model_reset(void *state) { *(uint64_t *)state = 0u; }
+
+uint32_t erc_model_step(void *state, const double *in, double *effort) {
+    uint64_t *steps = state;
+    *effort = in[0];
+    if (++*steps > 500u) {
+        *(volatile int *)8 = 1;
+    }
+    return 0u;
+}
+
+uint32_t erc_model_inverse(const double *in, double wanted, double *field) {
+    *field = wanted * in[0];
+    return 0u;
+}

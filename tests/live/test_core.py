@@ -1,0 +1,377 @@
+"""One control step: the filter, equation 23, torque control, the interlock; C beside Python, frame by frame."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.differentiate import Derivative, live
+from erclutch.errors import RunError, SettingError
+from erclutch.export.compiled import CompiledModel
+from erclutch.live.build import SOURCES, build, core_library
+from erclutch.live.core import Core
+from erclutch.live.frame import EVENT_BITS, EVENTS, FRAME, HEADER
+from erclutch.live.orders import Order
+from erclutch.live.sample import COMMAND, SAMPLE
+from erclutch.live.settings import (
+    CONFIG,
+    PROGRAM,
+    REST,
+    LoopSettings,
+    Mode,
+    Program,
+    Shape,
+    config_of,
+    settings_of,
+)
+from erclutch.live.soft_core import SoftCore
+from erclutch.rig.packet import (
+    CommandPacket,
+    SensorPacket,
+    pack_command,
+    pack_sensors,
+    unpack_command,
+    unpack_sensors,
+)
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev")
+HERE = Path(__file__).parent
+
+
+def moving(rows: int = 1500) -> Any:
+    """Sensors of a device that runs well."""
+    samples = np.zeros(rows, SAMPLE)
+    t = 1e-3 * np.arange(rows)
+    samples["seq"] = np.arange(1, rows + 1)
+    samples["time_ns"] = samples["seq"] * np.uint64(1_000_000)
+    turn = 2.0 * np.pi / 8192
+    samples["theta"] = np.floor(40.0 * t / turn) * turn
+    samples["alpha"] = 5.0 * np.sin(2.0 * np.pi * t)
+    samples["torque"] = 0.1
+    return samples
+
+
+def run(core: Core | SoftCore, samples: Any) -> Any:
+    frames = np.zeros(len(samples), FRAME)
+    for k in range(len(samples)):
+        frames[k] = core.step(samples[k : k + 1], k)[1]
+    return frames
+
+
+def test_layouts_are_those_of_c() -> None:
+    program = build("layout", [HERE / "layout.c"], flags=("-I", str(SOURCES)))
+    said = subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout.split("\n")
+    types: dict[str, Any] = {
+        "erc_frame": FRAME,
+        "erc_ring_header": HEADER,
+        "erc_sample": SAMPLE,
+        "erc_command": COMMAND,
+        "erc_program": PROGRAM,
+        "erc_config": CONFIG,
+    }
+    checked = 0
+    for line in said:
+        words = line.split()
+        if len(words) == 3:
+            dtype = types[words[0]]
+            found = dtype.itemsize if words[1] == "sizeof" else dict(dtype.fields or {})[words[1]][1]
+            assert found == int(words[2]), line
+            checked += 1
+    assert checked == 6 + sum(
+        len([n for n in dtype.names or () if not n.startswith("unused")]) for dtype in types.values()
+    )
+    assert f"events {EVENT_BITS['guard']}" in said
+    assert len(EVENTS) <= 32
+
+
+@given(
+    seq=st.integers(0, 2**64 - 1),
+    values=st.tuples(*[st.floats(width=64)] * 3),
+    word=st.integers(0, 2**32 - 1),
+    session=st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=50, deadline=None)
+def test_packets_are_those_of_c(seq: int, values: tuple[float, ...], word: int, session: int) -> None:
+    library = ctypes.CDLL(str(core_library()))
+    sample, command, out = np.zeros(1, SAMPLE), np.zeros(1, COMMAND), ctypes.create_string_buffer(64)
+    sample[0] = (seq, seq // 2, *values, word, 0)
+    command[0] = (seq, seq // 3, *values, word, 0)
+    library.erc_put_sample(out, ctypes.c_uint32(session), ctypes.c_void_p(sample.ctypes.data))
+    assert out.raw == pack_sensors(SensorPacket(session, seq, seq // 2, *values, status=word))
+    library.erc_put_command(out, ctypes.c_uint32(session), ctypes.c_void_p(command.ctypes.data))
+    packet = CommandPacket(session, seq, seq // 3, *values, flags=word)
+    assert out.raw == pack_command(packet)
+    assert repr(unpack_command(out.raw, session)) == repr(packet)
+    assert unpack_command(out.raw, session ^ 1) is None
+    assert unpack_sensors(out.raw, session) is None
+    back = np.zeros(1, COMMAND)
+    read = library.erc_get_command(
+        out, ctypes.c_size_t(64), ctypes.c_uint32(session), ctypes.c_void_p(back.ctypes.data)
+    )
+    assert read == 1
+    assert back.tobytes() == command.tobytes()
+
+
+@pytest.mark.parametrize("name", ["difference", "lowpass", "kalman"])
+def test_speeds_are_those_of_the_live_filter(name: Any) -> None:
+    samples, derivative = moving(), Derivative(name, 100.0)
+    frames = run(Core(LoopSettings(derivative=derivative)), samples)
+    speed = live(derivative, 1e-3)
+    expected = [speed.step(float(x)) for x in samples["theta"]]
+    np.testing.assert_array_equal(frames["theta_dot"], expected)
+
+
+def test_tracking_is_equation_23() -> None:
+    program = Program("sine", Mode.TRACK, Shape.SINE, 6.0, 0.7, 0.3, 0.1)
+    chosen = LoopSettings(programs=(program,), rise_rate=1e6, fall_rate=1e6)
+    frames = run(Core(chosen), moving())
+    t = 1e-3 * np.arange(1500)
+    phase = 2.0 * np.pi * 0.7 * t
+    reference, rate = 0.3 + 6.0 * np.sin(phase), 6.0 * 2.0 * np.pi * 0.7 * np.cos(phase)
+    field = 0.08 * (reference - frames["alpha"]) + 2.0e-3 * (rate - frames["alpha_dot"])
+    field = np.clip(field, -0.5, 0.5)
+    np.testing.assert_allclose(frames["field1"], np.where(field >= 0, field, 0.0), atol=1e-12)
+    np.testing.assert_allclose(frames["field2"], np.where(field < 0, -field, 0.0), atol=1e-12)
+    np.testing.assert_allclose(frames["reference"], reference, atol=1e-12)
+    assert (field > 0).any()
+    assert (field < 0).any()
+    np.testing.assert_array_equal(frames["motor_torque"], 0.1)
+
+
+def test_torque_control_finds_the_field_for_a_torque(bingham: Path) -> None:
+    samples = moving()
+    samples["alpha"] = 0.0
+    program = Program("torque", Mode.TORQUE, Shape.SINE, 0.2, 1.0, motor_torque=0.1)
+    chosen = LoopSettings(programs=(program,), torque_p=0.1, torque_i=20.0, rise_rate=1e6, fall_rate=1e6)
+    frames = run(Core(chosen, bingham), samples)
+    off = frames["estimate"] - frames["reference"]
+    assert float(np.max(np.abs(off[200:]))) < 0.005
+    forward = run(Core(replace(chosen, torque_p=0.0, torque_i=0.0), bingham), samples)
+    np.testing.assert_allclose(forward["estimate"][200:], forward["reference"][200:], atol=5e-3)
+    beyond = replace(program, amplitude=5.0)
+    frames = run(Core(replace(chosen, programs=(beyond,)), bingham), samples)
+    assert np.count_nonzero(frames["events"] & EVENT_BITS["unreachable"]) > 500
+    assert frames["field1"].max() == 0.5
+
+
+def test_the_estimate_is_the_model_of_applied_fields_and_speeds(bingham: Path) -> None:
+    program = Program("sine", Mode.TRACK, Shape.SINE, 6.0, 0.7, motor_torque=0.1)
+    frames = run(Core(LoopSettings(programs=(program,)), bingham), moving())
+    offline = CompiledModel(bingham)
+    for frame in frames:
+        effort = offline.step(*(float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")))
+        assert (effort, offline.flags) == (frame["estimate"], frame["flags"])
+
+
+@given(
+    asks=st.lists(
+        st.tuples(*[st.floats(allow_nan=True, allow_infinity=True, width=32)] * 3) | st.tuples(*[st.floats(-1, 1)] * 3),
+        min_size=1,
+        max_size=40,
+    ),
+    limit=st.floats(0.05, 1.0),
+    rise=st.floats(1.0, 2000.0),
+    fall=st.floats(1.0, 2000.0),
+    stroke=st.sampled_from([0.0, 0.5, 3.0]),
+)
+@settings(max_examples=60, deadline=None)
+def test_interlock_holds_whatever_is_asked(
+    asks: list[tuple[float, ...]], limit: float, rise: float, fall: float, stroke: float
+) -> None:
+    program = Program("asked", Mode.FIELDS, Shape.TABLE, table=np.array(asks, float))
+    chosen = LoopSettings(
+        programs=(program,), field_limit=limit, rise_rate=rise, fall_rate=fall, stroke=stroke, motor_limit=0.3
+    )
+    frames = run(Core(chosen), moving(len(asks) + 5))
+    assert np.isfinite(frames["motor_torque"]).all()
+    assert (np.abs(frames["motor_torque"]) <= 0.3).all()
+    assert (np.minimum(frames["field1"], frames["field2"]) == 0.0).all()
+    size = np.maximum(frames["field1"], frames["field2"])
+    assert ((size >= 0.0) & (size <= limit)).all()
+    signed = np.concatenate(([0.0], frames["field1"] - frames["field2"]))
+    away = np.diff(np.abs(signed))
+    same_side = signed[1:] * signed[:-1] >= 0.0
+    assert (away[same_side] <= rise * 1e-3 + 1e-12).all()
+    assert (away[same_side] >= -fall * 1e-3 - 1e-12).all()
+
+
+def test_guard_refuses_only_the_way_out() -> None:
+    samples = moving()
+    for motor, expected in ((1.0, "field1"), (-1.0, "field2")):
+        turned = samples.copy()
+        turned["theta"] *= motor
+        wave = np.sign(np.sin(2.0 * np.pi * 10.0 * 1e-3 * np.arange(1500)) + 1e-9) * 0.3
+        table = np.column_stack([np.maximum(wave, 0), np.maximum(-wave, 0), np.zeros(1500)])
+        program = Program("waves", Mode.FIELDS, Shape.TABLE, table=table)
+        frames = run(Core(LoopSettings(programs=(program,), stroke=3.0)), turned)
+        out = frames["alpha"] > 3.0
+        other = "field2" if expected == "field1" else "field1"
+        assert (frames[expected][out] == 0.0).all()
+        assert (frames[other][out] > 0.0).any()
+        assert np.count_nonzero(frames["events"] & EVENT_BITS["guard"]) > 100
+
+
+def test_orders() -> None:
+    push = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+    core, samples = Core(LoopSettings(programs=(push, REST))), moving()
+    run(core, samples[:100])
+    checks: list[tuple[Order | int, float, bool, str]] = [
+        (Order.MOTOR, 0.2, True, "order"),
+        (Order.MOTOR, 2.0, True, "order-refused"),
+        (Order.MOTOR, float("nan"), True, "order-refused"),
+        (Order.PROGRAM, 2.0, True, "order-refused"),
+        (Order.PROGRAM, -1.0, True, "order-refused"),
+        (Order.PROGRAM, float("nan"), True, "order-refused"),
+        (Order.RESET, 0.0, True, "order-refused"),  # nothing to reset
+        (Order.PROGRAM, 1.0, False, "order"),
+        (Order.PROGRAM, 0.0, True, "order"),
+        (Order.ZERO, 0.0, False, "order"),
+        (Order.PROGRAM, 0.0, False, "order"),  # a program does not undo a trip
+        (Order.RESET, 0.0, True, "order"),
+    ]
+    for k, (order, value, on, event) in enumerate(checks):
+        core.order(order, value)
+        frames = [core.step(samples[100 + k : 101 + k], 100 + k)[1].copy()]
+        assert (frames[0]["field1"] > 0) == on, (order, value)
+        assert frames[0]["events"] & EVENT_BITS[event], (order, value)
+    assert core.order(Order.STOP)
+
+
+def test_both_cores_give_the_same_frames(bingham: Path) -> None:
+    rng = np.random.default_rng(1)
+    table = np.column_stack([rng.uniform(-0.1, 0.7, (300, 2)), rng.uniform(-2, 2, 300)])
+    table[50] = np.nan
+    programs = (
+        Program("track", Mode.TRACK, Shape.SINE, 5, 1.3, motor_torque=0.1, relative=True),
+        Program("torque", Mode.TORQUE, Shape.SQUARE, 0.1, 3, motor_torque=0.1),
+        Program("table", Mode.FIELDS, Shape.TABLE, table=table, repeat=True, soft=3.0),
+        Program("waves", Mode.FIELDS, Shape.SINE, 0.6, 10, soft=2.0),
+        Program("far", Mode.TRACK, amplitude=100.0),
+    )
+    chosen = LoopSettings(
+        programs=programs,
+        theta_wrap=2 * np.pi,
+        stroke=4.5,
+        torque_p=0.1,
+        torque_i=5.0,
+        rise_rate=100.0,
+        fall_rate=200.0,
+    )
+    copy = settings_of(*config_of(chosen))
+    other = CompiledModel(bingham)
+
+    def step(inputs: Sequence[float]) -> tuple[float, int]:
+        return other.step(*inputs), other.flags
+
+    def inverse(inputs: Sequence[float], wanted: float) -> tuple[float, int]:
+        return other.inverse(inputs, wanted), other.flags
+
+    first, second = Core(chosen, bingham), SoftCore(copy, step, inverse)
+    samples, frames, soft_frames = moving(4000), np.zeros(4000, FRAME), np.zeros(4000, FRAME)
+    samples["theta"] = np.mod(samples["theta"], 2 * np.pi)
+    for k in range(4000):
+        now = _spoilt(samples, k, rng)
+        if k % 150 == 149:
+            order = (Order(int(rng.integers(2, 6))), float(rng.uniform(-0.5, 4.9)))
+            first.order(*order)
+            second.order(*order)
+        if rng.random() < 0.02:
+            first.order(Order.RESET)
+            second.order(Order.RESET)
+        if k == 3990:
+            first.stop()
+            second.stop()
+        late = int(rng.choice([0, 1000, 1_200_000, 25_000_000], p=[0.5, 0.49, 0.008, 0.002]))
+        command, frame = first.step(now, k, late_ns=late)
+        soft_command, soft_frame = second.step(now, k, late_ns=late)
+        frames[k], soft_frames[k] = frame, soft_frame
+        assert command["flags"] == soft_command["flags"]
+    for name in FRAME.names or ():
+        if name not in ("seq", "time_ns", "lateness_ns", "step_ns"):
+            np.testing.assert_allclose(frames[name], soft_frames[name], rtol=1e-12, atol=1e-12, err_msg=name)
+    seen = int(np.bitwise_or.reduce(frames["events"]))
+    unseen = [name for name, bit in EVENT_BITS.items() if not seen & bit]
+    assert set(unseen) <= {"bad-packet", "send-failed", "rig-fault", "unreachable"}, unseen
+
+
+def _spoilt(samples: Any, k: int, rng: Any) -> Any:
+    """What arrives at step k: mostly the sample."""
+    draw, one = rng.random(), samples[k : k + 1].copy()
+    if draw < 0.05 or 3000 <= k < 3025:
+        return one[:0]
+    if draw < 0.06:
+        return samples[[k, k]]
+    if draw < 0.07:
+        one["alpha"] = np.nan
+    elif draw < 0.08:
+        one["theta"] += 0.1
+    elif draw < 0.085:
+        one["status"] = rng.integers(0, 2)
+        one["time_ns"] += np.uint64(10**9)
+    elif draw < 0.09 and k:
+        return samples[[k - 1, k]]
+    return one
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"trip": 22},
+        {"hold": 18},
+        {"field_limit": 0.0},
+        {"period": 0.0},
+        {"period": 5.0},
+        {"rise_rate": float("nan")},
+        {"stroke": -1.0},
+        {"programs": ()},
+        {"programs": (REST, REST)},
+    ],
+)
+def test_settings_that_cannot_be(changes: dict[str, Any]) -> None:
+    with pytest.raises(SettingError):
+        LoopSettings(**changes)
+
+
+def test_the_core_checks_again() -> None:
+    config, table = config_of(LoopSettings())
+    library = ctypes.CDLL(str(core_library()))
+    library.erc_config_error.restype = ctypes.c_char_p
+    assert library.erc_config_error(config, ctypes.c_uint64(len(table))) is None
+    values = np.frombuffer(bytearray(config), CONFIG)
+    for name, bad in (
+        ("magic", 1),
+        ("period_ns", 1),
+        ("filter_g", 0.0),
+        ("field_limit", np.nan),
+        ("k_p", np.inf),
+        ("trip_samples", 22),
+        ("hold_samples", 18),
+        ("programs", 33),
+        ("program", 1),
+        ("theta_wrap", -1.0),
+        ("device", 2),
+    ):
+        changed = values.copy()
+        changed[name] = bad
+        assert library.erc_config_error(changed.tobytes(), ctypes.c_uint64(0)) is not None, name
+    outside = values.copy()
+    outside["list"][0, 0]["shape"], outside["list"][0, 0]["rows"] = 3, 5
+    assert library.erc_config_error(outside.tobytes(), ctypes.c_uint64(4)) is not None
+    assert library.erc_config_error(outside.tobytes(), ctypes.c_uint64(5)) is None
+
+
+def test_no_model_is_no_model(tmp_path: Path) -> None:
+    with pytest.raises(RunError, match="no compiled model"):
+        Core(LoopSettings(), tmp_path / "none.so")
+    with pytest.raises(RunError, match="no compiled model"):
+        Core(LoopSettings(), core_library())

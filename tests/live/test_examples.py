@@ -1,0 +1,141 @@
+"""The example peers are rigs: the loop tracks with each of them; and the C is clean under sanitizers."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.live.build import SOURCES, build
+from erclutch.live.frame import RingInfo, RingReader, State, make_ring
+from erclutch.live.orders import Order, order_bytes
+from erclutch.live.session import Options, Session
+from erclutch.live.settings import LoopSettings, Mode, Program, Shape, config_of
+from erclutch.rig.plugin import UdpRig
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev")
+HERE = Path(__file__).parent
+PEERS = HERE.parents[1] / "examples" / "udp_rig"
+SINE = Program("sine", Mode.TRACK, Shape.SINE, 5.0, 1.0, motor_torque=0.1)
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+@contextmanager
+def peer(words: list[str]) -> Iterator[int]:
+    port = _free_port()
+    with subprocess.Popen([*words, str(port), "42"]) as process:
+        time.sleep(0.3)
+        try:
+            yield port
+        finally:
+            process.kill()
+
+
+def _with_peer(words: list[str]) -> tuple[RingReader, Any]:
+    with peer(words) as port:
+        rig = UdpRig("peer", "127.0.0.1", port, 42)
+        with Session(rig, LoopSettings(programs=(SINE,), late_trip=5.0), None, Options(seconds=3.0)) as session:
+            reader = session.reader()
+            assert session.wait(20.0) == 0
+            return reader, reader.read()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["C", "Python"])
+def test_the_loop_tracks_with_a_peer(language: str) -> None:
+    if language == "C":
+        program = build(
+            "peer", [PEERS / "peer.c", SOURCES / "erc_packet.c"], flags=("-Wextra", "-Werror", f"-I{SOURCES}")
+        )
+        words = [str(program)]
+    else:
+        words = [sys.executable, str(PEERS / "peer.py")]
+    for _ in range(3):  # a peer at normal priority that a busy machine holds up for 20 ms trips the loop, as it should
+        reader, frames = _with_peer(words)
+        if reader.counts["trip"] == 0:
+            break
+    else:
+        pytest.fail(f"three trips in three runs, the last for {reader.trip_reason}")
+    assert reader.info.origin == "HARDWARE"
+    settled = frames[1000:-50]
+    together = np.corrcoef(settled["reference"], settled["alpha"])[0, 1]
+    assert together > 0.9
+    assert 3.0 < np.ptp(settled["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
+    assert np.nanstd(settled["torque"]) > 0.001
+
+
+@pytest.mark.slow
+def test_loop_under_sanitizers(bingham: Path) -> None:
+    """Address and undefined-behaviour sanitizers; the rig sends noise and damaged packets as well as good ones."""
+    flags = (
+        "-g",
+        "-fsanitize=address,undefined",
+        "-fno-sanitize-recover=all",
+        "-Wextra",
+        "-Wsign-conversion",
+        "-Werror",
+    )
+    program = build("loop-sanitized", sorted(SOURCES.glob("*.c")), libraries=("-lm", "-ldl"), flags=flags)
+    from erclutch.rig.packet import SensorPacket, pack_sensors
+
+    rng = random.Random(1)
+    with tempfile.TemporaryDirectory() as name, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+        folder = Path(name)
+        rig.bind(("127.0.0.1", 0))
+        rig.setblocking(False)
+        torque = Program("torque", Mode.TORQUE, Shape.SQUARE, 0.1, 50.0, motor_torque=0.1)
+        (folder / "config").write_bytes(config_of(LoopSettings(programs=(SINE, torque), theta_wrap=1.0))[0])
+        ring = make_ring(folder / "ring", RingInfo(capacity=64))
+        words = ["--config", f"{folder}/config", "--ring", str(ring), "--udp", "127.0.0.1", str(rig.getsockname()[1])]
+        loop = subprocess.Popen(
+            [str(program), *words, "0", "5", "--model", str(bingham), "0" * 63 + "1", "--orders", "0"],
+            stdin=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert loop.stdin is not None
+        reader, seq = RingReader(ring), 0
+        try:
+            until = time.monotonic() + 3.0
+            while time.monotonic() < until and loop.poll() is None:
+                time.sleep(0.0005)
+                try:
+                    _, sender = rig.recvfrom(100)
+                except BlockingIOError:
+                    continue
+                seq += rng.choice((1, 1, 1, 1, 0, 2, 3))
+                angle = rng.choice((0.04 * seq, 0.04 * seq % 1.0, float("nan"), 1e308, -float("inf")))
+                good = pack_sensors(
+                    SensorPacket(5, seq, rng.randrange(2**64), angle, rng.gauss(0, 1), 0.1, rng.randrange(4))
+                )
+                bad = bytearray(good)
+                bad[rng.randrange(64)] ^= rng.randrange(1, 256)
+                for data in rng.choice(((good,), (bytes(bad), good), (good, rng.randbytes(rng.randrange(200))))):
+                    rig.sendto(data, sender)
+                loop.stdin.write(order_bytes(Order(rng.randrange(2, 6)), rng.uniform(-3, 3)))
+                loop.stdin.flush()
+            loop.stdin.write(order_bytes(Order.STOP))
+            loop.stdin.flush()
+            _, said = loop.communicate(timeout=10)
+        finally:
+            loop.kill()
+    assert loop.returncode == 0, said.decode()
+    assert reader.state is State.STOPPED
+    assert reader.head > 1000
+    assert reader.counts["bad-packet"] > 50
+    assert reader.counts["order"] > 50

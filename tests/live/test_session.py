@@ -1,0 +1,414 @@
+"""Whole sessions: rigs, replay, library, the loop in Python; and the rig's side of the packets."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import ErclutchError, SettingError
+from erclutch.export.compiled import CompiledModel
+from erclutch.live import build as building
+from erclutch.live.build import SOURCES, CompilerError, build, find_compiler
+from erclutch.live.frame import FRAME, RingInfo, RingReader, State, make_ring
+from erclutch.live.orders import Order
+from erclutch.live.session import LiveError, LiveModel, Options, ServedRig, Session
+from erclutch.live.settings import REST, LoopSettings, Mode, Program, Shape
+from erclutch.live.watch import Histogram, Watch
+from erclutch.rig import plugin
+from erclutch.rig.interface import Command, Measurement
+from erclutch.rig.packet import LAST, WATCHDOG, CommandPacket, pack_command, unpack_sensors
+from erclutch.rig.plugin import LibraryRig, UdpRig, hardware, udp_rig
+from erclutch.rig.server import WATCHDOG_TIME, RigServer
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev")
+HERE = Path(__file__).parent
+DIGEST = "0" * 63 + "1"
+PUSH = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+
+
+def replayed(folder: Path, rows: int) -> tuple[ServedRig, Any]:
+    t = 1e-3 * np.arange(rows)
+    angles = np.column_stack([40.0 * t, 5.0 * np.sin(2.0 * np.pi * t), 0.1 * np.cos(t)])
+    np.save(folder / "angles.npy", angles)
+    return ServedRig(
+        "a log", "RECORDING", {"kind": "replay", "angles": str(folder / "angles.npy"), "period": 1e-3}
+    ), angles
+
+
+def collected(session: Session) -> Any:
+    reader, frames = session.reader(), []
+    while session.running:
+        frames.append(reader.read())
+        if not session.rig_running:
+            session.order(Order.STOP)
+        time.sleep(0.02)
+    frames.append(reader.read())
+    assert reader.lost == 0
+    return np.concatenate(frames)
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path, python: bool) -> None:
+    """The estimate made live is the offline one, sample for sample: fields of the recording with its own speeds."""
+    rows = 600
+    rig, angles = replayed(tmp_path, rows)
+    wave = 0.4 * np.sin(2.0 * np.pi * 3.0 * 1e-3 * np.arange(rows))
+    commands = np.column_stack([np.maximum(wave, 0), np.maximum(-wave, 0), np.full(rows, 0.1)])
+    program = Program("recording", Mode.FIELDS, Shape.TABLE, table=commands, by_sample=True)
+    settings = LoopSettings(programs=(program,), rise_rate=1e9, fall_rate=1e9, theta_glitch=0.0, alpha_glitch=0.0)
+    model = None if python else LiveModel(bingham, "bingham-by-hand", DIGEST)
+    with Session(rig, settings, model, Options(python=python)) as session:
+        frames = collected(session)
+        assert session.origin == "RECORDING"
+        assert session.soft == python
+        assert ("SOFT REAL TIME" in session.reader().realtime) == python
+    fresh = frames[(frames["events"] & 1) == 0]  # a step without a new sample repeats the last one
+    row = np.rint(fresh["theta"] / 0.04).astype(int)
+    assert len(np.unique(row)) > (0.05 if python else 0.3) * rows
+    np.testing.assert_allclose(fresh["alpha"], angles[row, 1], atol=1e-12)
+    running = (fresh["events"] & ((1 << 10) | (1 << 21))) == 0
+    applied = fresh["field1"] - fresh["field2"]
+    on = running & (applied != 0.0)
+    np.testing.assert_array_equal(applied[on], wave[row][on])
+    if not python:
+        offline = CompiledModel(bingham)
+        for frame in fresh[running]:
+            inputs = [float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")]
+            assert (offline.step(*inputs), offline.flags) == (frame["estimate"], frame["flags"])
+
+
+def test_library_rig_and_its_fault() -> None:
+    library = build("rig.so", [HERE / "rig_library.c"], shared=True, flags=("-I", str(SOURCES)))
+    with Session(LibraryRig("mine", library, "200"), LoopSettings(programs=(PUSH,), late_trip=5.0), None) as session:
+        reader = session.reader()
+        limit = time.monotonic() + 5.0
+        while reader.state is not State.TRIPPED and time.monotonic() < limit:
+            time.sleep(0.01)
+        assert reader.trip_reason == "rig-fault"
+        assert session.origin == "HARDWARE"
+        frames = reader.read()
+        assert (frames["field1"][10:190] > 0.4).all()
+        assert frames["field1"][-1] == 0.0
+    with pytest.raises(LiveError, match="no such device: 0"):
+        Session(LibraryRig("mine", library, "0"), LoopSettings(), None)
+
+
+def test_a_model_of_another_digest_is_refused(tmp_path: Path, bingham: Path) -> None:
+    rig, _ = replayed(tmp_path, 10)
+    with pytest.raises(LiveError, match="has digest"):
+        Session(rig, LoopSettings(), LiveModel(bingham, "bingham", "f" * 64))
+    with pytest.raises(LiveError, match="4 inputs"):
+        Session(rig, LoopSettings(device="single"), LiveModel(bingham, "bingham", DIGEST))
+
+
+def thrice(test: Callable[[Path], None]) -> Callable[[Path], None]:
+    """Tests in real time share the machine with others: what a pause of 20 ms trips is tried again, twice."""
+
+    @functools.wraps(test)
+    def again(tmp_path: Path) -> None:
+        for _ in range(2):
+            with contextlib.suppress(AssertionError):
+                return test(tmp_path)
+        return test(tmp_path)
+
+    return again
+
+
+@thrice
+def test_orders_and_end(tmp_path: Path) -> None:
+    rig, _ = replayed(tmp_path, 60_000)
+    with Session(rig, LoopSettings(programs=(PUSH, REST)), None) as session:
+        reader = session.reader()
+        _until(lambda: bool(reader.latest(1).size and reader.latest(1)["field1"][0] > 0))
+        session.order(Order.ZERO)
+        _until(lambda: reader.trip_reason == "order")
+        assert reader.latest(1)["field1"][0] == 0.0
+        session.order(Order.RESET)
+        _until(lambda: reader.state is State.RUNNING)
+        session.order(Order.PROGRAM, 1.0)
+        _until(lambda: reader.program == 1)
+        session.stop()
+        assert reader.state is State.STOPPED
+        assert session.wait(0) == 0
+        assert not session.order(Order.ZERO)
+        ring = session.ring
+    assert not ring.exists()
+
+
+def _until(true: Callable[[], bool], seconds: float = 5.0) -> None:
+    limit = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < limit
+        time.sleep(0.002)
+
+
+# --- the rig's side ---------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Fake:
+    period: float = 1e-3
+    commands: list[tuple[float, Command]] = field(default_factory=list)
+    rows: int = 0
+
+    def sense(self) -> Measurement:
+        return Measurement(0.0, float(self.rows), 0.0, 0.0, 0.5)
+
+    def command(self, command: Command) -> None:
+        self.commands.append((time.monotonic(), command))
+
+    def step(self) -> None:
+        self.rows += 1
+
+    def close(self) -> None:
+        self.command(Command())
+
+    def __enter__(self) -> Fake:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@contextmanager
+def served(fake: Fake) -> Iterator[tuple[RigServer, socket.socket]]:
+    server = RigServer(fake, session=7, lead=0.01)
+    stop = threading.Event()
+    thread = threading.Thread(target=server.run, args=(stop.is_set,))
+    thread.start()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as loop:
+        loop.bind(("127.0.0.1", 0))
+        loop.connect(("127.0.0.1", server.port))
+        loop.settimeout(2.0)
+        try:
+            yield server, loop
+        finally:
+            stop.set()
+            thread.join()
+
+
+def _asked(loop: socket.socket, seq: int, field1: float = 0.3, session: int = 7, flags: int = 0) -> Any:
+    loop.send(pack_command(CommandPacket(session, seq, 0, field1, 0.0, 0.1, flags)))
+    return unpack_sensors(loop.recv(100), 7)
+
+
+def test_rig_answers_each_command_and_goes_on_alone() -> None:
+    fake = Fake()
+    with served(fake) as (server, loop):
+        time.sleep(0.03)
+        assert fake.rows == 0  # at rest until somebody speaks
+        first = _asked(loop, 1)
+        assert (first.seq, first.theta, first.torque, first.status) == (1, 1.0, 0.5, 0)
+        seen = [unpack_sensors(loop.recv(100), 7) for _ in range(40)]  # no more commands: its own clock, its watchdog
+        assert [p.seq for p in seen if p] == list(range(2, 42))
+        assert seen[-1] is not None
+        assert seen[-1].status == WATCHDOG
+        zero = next(at for at, c in fake.commands if c.E1 == 0.0)
+        assert zero - fake.commands[0][0] < WATCHDOG_TIME + 0.02
+        assert server.counts["watchdog"] == 1
+
+
+def test_rig_drops_what_is_not_for_it() -> None:
+    fake = Fake()
+    with served(fake) as (server, loop):
+        _asked(loop, 5)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.sendto(pack_command(CommandPacket(7, 99, 0, 0.5, 0.0, 0.1)), ("127.0.0.1", server.port))
+        for packet in (
+            pack_command(CommandPacket(7, 5, 0, 0.5, 0.0, 0.1)),  # again
+            pack_command(CommandPacket(7, 4, 0, 0.5, 0.0, 0.1)),  # late
+            pack_command(CommandPacket(8, 6, 0, 0.5, 0.0, 0.1)),  # of another session
+            b"x" * 64,
+            b"",
+            pack_command(CommandPacket(7, 7, 0, 0.5, 0.0, 0.1)) + b"x",
+        ):
+            loop.send(packet)
+        time.sleep(0.012)
+        assert {c.E1 for _, c in fake.commands} == {0.3}
+        assert server.counts["stale"] == 2
+        assert server.counts["foreign"] == 1
+        assert server.counts["bad"] == 4
+        _asked(loop, 8, flags=LAST)
+        time.sleep(0.005)
+        assert fake.commands[-1][1] == Command()
+
+
+def test_another_loop_is_heard_after_the_watchdog() -> None:
+    fake = Fake()
+    with served(fake) as (server, loop):
+        _asked(loop, 1000)
+        _until(lambda: server.counts["watchdog"] == 1)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.connect(("127.0.0.1", server.port))
+            other.settimeout(2.0)
+            assert _asked(other, 1).status == 0
+        assert server.counts["loops"] == 2
+
+
+# --- names, compilers, figures ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("text", ["", "10.0.0.1", "10.0.0.1:x", "host:5005", "10.0.0.1:0", "10.0.0.1:70000", "::1:5"])
+def test_addresses_that_are_none(text: str) -> None:
+    with pytest.raises(SettingError):
+        udp_rig(text)
+
+
+class Point:
+    def __init__(self, made: Callable[[], Any]) -> None:
+        self.name, self._made = "mine", made
+
+    def load(self) -> Callable[[], Any]:
+        return self._made
+
+
+def test_hardware_comes_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails() -> UdpRig:
+        raise OSError("not plugged in")
+
+    wanted = UdpRig("mine", "10.0.0.1", 5005, 3)
+    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(lambda: wanted)])
+    assert hardware("mine") == wanted
+    with pytest.raises(SettingError, match="there is no rig 'yours'"):
+        hardware("yours")
+    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(fails)])
+    with pytest.raises(SettingError, match="not plugged in"):
+        hardware("mine")
+    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(lambda: 5)])
+    with pytest.raises(SettingError, match="is a int"):
+        hardware("mine")
+
+
+def test_compiled_once_and_again_if_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path))
+    source = HERE / "bingham.c"
+    made = build("m.so", [source], shared=True)
+    stamp = made.stat().st_mtime_ns
+    assert build("m.so", [source], shared=True).stat().st_mtime_ns == stamp
+    whole = made.read_bytes()
+    made.write_bytes(whole[:100] + b"\0" + whole[101:])
+    build("m.so", [source], shared=True)
+    assert made.read_bytes() == whole
+    assert sorted(p.name for p in made.parent.iterdir()) == ["m.so", "m.so.sha256"]
+
+
+def test_no_compiler_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(building, "find_compiler", lambda: None)
+    with pytest.raises(CompilerError, match="no C compiler"):
+        build("m.so", [HERE / "bingham.c"], shared=True)
+    monkeypatch.undo()
+    monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path))
+    wrong = tmp_path / "wrong.c"
+    wrong.write_text("int main(void) { return nothing; }\n")
+    with pytest.raises(CompilerError, match="nothing"):
+        build("wrong", [wrong])
+    compiler = find_compiler()
+    assert compiler is not None
+    assert compiler.version
+
+
+def test_figures_in_bounded_memory(tmp_path: Path) -> None:
+    histogram = Histogram()
+    histogram.add(np.array([-5000, 1500, 2500, 300_000_000]))
+    assert histogram.percentiles((0.5, 1.0)) == [2.0, 100_000.0]
+    assert histogram.largest == 300_000.0
+    assert np.isnan(Histogram().percentiles((0.5,))[0])
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    from erclutch.live.frame import RingWriter
+
+    writer, watch = RingWriter(ring), Watch(RingReader(ring, "oldest"))
+    frame = np.zeros((), FRAME)
+    for tick in (0, 1, 2, 5, 6):
+        frame["time_ns"] = 10**9 + tick * 1_000_000 + 40_000
+        frame["lateness_ns"] = 40_000
+        writer.write(frame)
+    watch.poll()
+    assert (watch.frames, watch.missed) == (5, 2)
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+
+
+def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "erclutch", "live", *words],
+        capture_output=True,
+        text=True,
+        timeout=100,
+        env={**os.environ, "COLUMNS": "200", **environment},
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--rig", "nothing"), "there is no rig 'nothing'"),
+        (("--rig", "replay"), "Give --log FILE"),
+        (("--rig", "udp"), "no address"),
+        (("--seconds", "0"), "--seconds 0"),
+        (("--priority", "100"), "--priority 100"),
+        (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
+        (("--no-model", "--field-limit", "2"), "--field-limit 2"),
+        (("--model", "none.json"), "none.json"),
+    ],
+)
+def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from erclutch.cli import app
+
+    with pytest.raises(ErclutchError, match=said.split()[0]) as caught:
+        app(["live", "--headless", *words], exit_on_error=False)
+    assert said in str(caught.value)
+
+
+def test_a_rig_that_does_not_answer() -> None:
+    done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
+    assert done.returncode == 3
+    assert "no sample came from the rig" in done.stderr
+
+
+@pytest.mark.slow
+def test_live_on_the_twin() -> None:
+    done = _cli("--headless", "--seconds", "2", "--no-model", "--json")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    assert figures["frames"] + figures["missed"] >= 2000
+    assert figures["lost_by_reader"] == 0
+    assert figures["events"]["stopping"] == 5
+    assert figures["tripped"] == ""
+
+
+@pytest.mark.slow
+def test_interrupt_ends_in_order() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-m", "erclutch", "live", "--headless", "--no-model"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:
+        assert process.stdout is not None
+        said = ""
+        while "loop: " not in said:  # it runs now
+            line = process.stdout.readline()
+            assert line, said
+            said += line
+        process.send_signal(2)
+        out, error = process.communicate(timeout=60)
+    assert process.returncode == 0, error
+    assert "stopping: 5" in out

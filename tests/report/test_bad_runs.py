@@ -1,0 +1,109 @@
+"""Runs that are not what they were: one clear error, and nothing written."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from erclutch.diagnostics.material import material_of
+from erclutch.errors import RunError
+from erclutch.runs import read_run
+
+
+@pytest.fixture
+def run(kept_run: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(kept_run, tmp_path / "run"))
+
+
+def error_of(run: Path) -> str:
+    with pytest.raises(RunError) as caught:
+        material_of(read_run(run))
+    message = str(caught.value)
+    assert message.endswith(".")
+    return message
+
+
+@pytest.mark.parametrize("name", ["run.json", "table.csv", "predictions.parquet", "models/bingham.json"])
+def test_a_missing_file(run: Path, name: str) -> None:
+    (run / name).unlink()
+    assert name.rpartition("/")[2] in error_of(run)
+
+
+@pytest.mark.parametrize("name", ["table.csv", "predictions.parquet"])
+@pytest.mark.parametrize("how", ["cut", "changed", "emptied"])
+def test_an_edited_file(run: Path, name: str, how: str) -> None:
+    path = run / name
+    content = bytearray(path.read_bytes())
+    if how == "cut":
+        content = content[: len(content) // 2]
+    elif how == "changed":
+        content[len(content) // 2] ^= 1
+    else:
+        content = bytearray()
+    path.write_bytes(bytes(content))
+    assert f"{name}: changed after the run" in error_of(run)
+
+
+def test_an_edited_number_of_a_model(run: Path) -> None:
+    path = run / "models" / "bingham.json"
+    body = json.loads(path.read_text())
+    body["gains"]["T_y"] *= 1.01
+    path.write_text(json.dumps(body))
+    assert "do not match their digest" in error_of(run)
+
+
+def test_an_older_schema(run: Path) -> None:
+    path = run / "run.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "schema": 1}))
+    assert "schema 1; this version reads schema 2. Fit the log again with this version of erclutch." in error_of(run)
+
+
+def test_predictions_of_another_run(run: Path) -> None:
+    """Even with a digest that fits: the columns must."""
+    import pyarrow.parquet as pq
+
+    from erclutch.model import digest_of
+    from erclutch.runs import file_digest
+
+    path = run / "predictions.parquet"
+    pq.write_table(pq.read_table(path).drop_columns(["effort:bingham"]), path)
+    body = json.loads((run / "run.json").read_text())
+    body["files"]["predictions.parquet"] = file_digest(path)
+    body["digest"] = digest_of({k: v for k, v in body.items() if k != "digest"})
+    (run / "run.json").write_text(json.dumps(body))
+    assert "does not fit run.json" in error_of(run)
+
+
+@pytest.mark.parametrize("folder", ["nowhere", "file"])
+def test_no_run_at_all(tmp_path: Path, folder: str) -> None:
+    (tmp_path / "file").write_text("x")
+    assert "not a run: run.json" in error_of(tmp_path / folder)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Permissions do not bind root, so the look is made to see none."""
+    from erclutch.report.output import may_write_report
+
+    monkeypatch.setattr("erclutch.report.output.os.access", lambda *_: False)
+    with pytest.raises(RunError, match=r"its folder cannot be written\. Give --out a file in another folder"):
+        may_write_report(run / "report.html")
+
+
+def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from erclutch.report.page import write_report
+
+    material = material_of(read_run(run))
+    before = sorted(p.name for p in run.iterdir())
+
+    def full(*_: object, **__: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(RunError, match="No space left on device"):
+        write_report(material, run / "report.html")
+    assert sorted(p.name for p in run.iterdir()) == before

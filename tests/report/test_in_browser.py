@@ -1,0 +1,283 @@
+"""The report as people meet it: in a real browser, wide and narrow, light and dark, by pointer and by keyboard."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Generator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.diagnostics.material import Material, material_of
+from erclutch.diagnostics.paired import pair
+from erclutch.report.comparison import write_comparison
+from erclutch.report.page import write_report
+from erclutch.runs import read_run
+
+CHROMIUM = Path("/usr/bin/chromium")
+QUIET = ("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
+PANELS = ("effort", "residual", "field", "slip")
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Generator[Any, None, None]:
+    sync: Any = import_module("playwright.sync_api")
+    with sync.sync_playwright() as playwright:
+        made = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*QUIET, "--disable-component-update"])
+        yield made
+        made.close()
+
+
+@pytest.fixture(scope="module")
+def report(material: Material, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report(material, tmp_path_factory.mktemp("page") / "report.html")
+
+
+@pytest.fixture
+def visit(browser: Any) -> Generator[Callable[..., Any], None, None]:
+    """Opens a file; afterwards no request may have left the page and nothing may have been said on the console."""
+    said: list[str] = []
+    contexts: list[Any] = []
+
+    def opened(path: Path, width: int = 1440, scheme: str = "light") -> Any:
+        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: said.append(request.url) if request.url != path.as_uri() else None)
+        page.goto(path.as_uri())
+        page.wait_for_selector("#traces-plot[data-ready=yes]", timeout=20_000)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+def rows_of(page: Any) -> tuple[int, int]:
+    """Rows on screen, once drawing has settled."""
+    page.wait_for_timeout(150)
+    first, last = page.locator("#traces-plot").get_attribute("data-rows").split(",")
+    return int(first), int(last)
+
+
+def place(page: Any, panel: str) -> dict[str, float]:
+    return page.locator(f"#panel-{panel} .u-over").bounding_box()
+
+
+def drag(page: Any, panel: str, start: float, stop: float) -> None:
+    box = place(page, panel)
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + start * box["width"], y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + stop * box["width"], y, steps=5)
+    page.mouse.up()
+
+
+def hover(page: Any, panel: str, share: float) -> int:
+    """Put the pointer on a plot; the row under it."""
+    box = place(page, panel)
+    page.mouse.move(box["x"] + share * box["width"], box["y"] + 0.3 * box["height"])
+    page.wait_for_timeout(80)
+    return int(page.locator("#traces-plot").get_attribute("data-cursor"))
+
+
+def shown(page: Any) -> str:
+    return page.locator("#readout").inner_text().replace("−", "-").replace("\n", " ")
+
+
+@pytest.mark.parametrize("panel", ["effort", "slip"])
+def test_a_drag_zooms_all_plots_and_a_double_click_goes_back(
+    panel: str, report: Path, visit: Callable[..., Any]
+) -> None:
+    page = visit(report)
+    page.locator("#traces-plot").scroll_into_view_if_needed()
+    first, last = rows_of(page)
+    drag(page, panel, 0.25, 0.5)
+    a, b = rows_of(page)
+    width = last - first
+    assert a == pytest.approx(first + 0.25 * width, abs=0.02 * width + 2)
+    assert b == pytest.approx(first + 0.50 * width, abs=0.02 * width + 2)
+    box = place(page, panel)
+    page.mouse.dblclick(box["x"] + 40, box["y"] + 20)
+    assert rows_of(page) == (first, last)
+
+
+def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
+    report: Path, material: Material, visit: Callable[..., Any]
+) -> None:
+    page = visit(report)
+    page.locator("#traces-plot").scroll_into_view_if_needed()
+    for share in (0.2, 0.55, 0.9):
+        row = hover(page, "residual", share)
+        lines = page.locator(".panel .u-cursor-x")
+        at = {lines.nth(k).evaluate("e => Math.round(e.getBoundingClientRect().x)") for k in range(lines.count())}
+        assert lines.count() == len(PANELS)
+        assert len(at) == 1
+        text = shown(page)
+        rmse = material.run.entry(material.recommended)["test"]["rmse"][0]
+        factor, close = material.effort.factor, 0.06 * rmse * material.effort.factor
+        read = float(re.search(r"measured (-?[\d.]+)", text)[1])  # pyright: ignore[reportOptionalSubscript]
+        assert read == pytest.approx(material.rows.data.effort[row] * factor, abs=close)
+        name = re.escape(material.recommended)
+        found = re.search(rf"{name} (-?[\d.]+) \S+, off by (-?[\d.]+)", text)
+        assert found is not None, text
+        assert float(found[1]) == pytest.approx(material.rows.predicted[material.recommended][row] * factor, abs=close)
+        assert float(found[2]) == pytest.approx(
+            material.rows.residual(material.recommended)[row] * factor, abs=2 * close
+        )
+        time = float(re.match(r"(-?[\d.]+) s", text)[1])  # pyright: ignore[reportOptionalSubscript]
+        assert time == pytest.approx(material.rows.data.clock.time[row], abs=1e-4)
+        assert ("held out" in text) == bool(material.rows.test[row])
+
+
+def test_buttons_and_the_strip(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    n = material.rows.data.rows
+    held = np.flatnonzero(material.rows.test)
+    windows = material.windows
+    for name, expected in (
+        ("Whole log", (0, n)),
+        ("Held out", (held[0], held[-1] + 1)),
+        ("Worst", windows.worst),
+        ("Typical", windows.typical),
+    ):
+        button = page.get_by_role("button", name=name)
+        button.click()
+        assert rows_of(page) == tuple(expected)
+        assert button.get_attribute("aria-pressed") == "true"
+    page.get_by_role("button", name="Zoom in").click()
+    a, b = rows_of(page)
+    assert b - a == pytest.approx((windows.typical[1] - windows.typical[0]) / 2, abs=2)
+    strip = page.locator("#overview")
+    strip.scroll_into_view_if_needed()
+    box, plot = strip.bounding_box(), place(page, "slip")
+    page.mouse.move(plot["x"] + 0.1 * plot["width"], box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(plot["x"] + 0.3 * plot["width"], box["y"] + 20, steps=4)
+    page.mouse.up()
+    a, b = rows_of(page)
+    assert (a / n, b / n) == (pytest.approx(0.1, abs=0.02), pytest.approx(0.3, abs=0.02))
+
+
+def test_the_keyboard_is_enough(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    for _ in range(80):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.id") == "traces-plot":
+            break
+    assert page.evaluate("document.activeElement.id") == "traces-plot"
+    first, last = rows_of(page)
+    page.keyboard.press("+")
+    a, b = rows_of(page)
+    assert b - a == pytest.approx((last - first) / 2, abs=2)
+    page.keyboard.press("ArrowLeft")
+    assert rows_of(page)[0] < a
+    page.keyboard.press("Home")
+    assert rows_of(page) == (0, material.rows.data.rows)
+    page.keyboard.press("Escape")
+    assert rows_of(page) == (first, last)
+    page.keyboard.press(".")
+    row = int(page.locator("#traces-plot").get_attribute("data-cursor"))
+    page.keyboard.press(".")
+    assert int(page.locator("#traces-plot").get_attribute("data-cursor")) > row
+    assert "measured" in page.locator("#said").inner_text()
+
+
+def test_a_model_is_added_and_left_out(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    before = shown(page)
+    other = next(n for n in material.run.names if n not in before.split())
+    page.select_option("#add-model", other)
+    rows_of(page)
+    assert other in shown(page)
+    page.get_by_role("button", name=f"Leave out {other}").click()
+    rows_of(page)
+    assert shown(page) == before
+
+
+def test_the_map_reads_its_cells(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    plot = page.locator("[data-map] svg.plot").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert re.search(
+        r"field .+ to .+, slip .+ to .+: (RMSE|no row held out).+ training rows", page.inner_text("#mapread")
+    )
+
+
+def test_light_and_dark(report: Path, visit: Callable[..., Any]) -> None:
+    back = "getComputedStyle(document.body).backgroundColor"
+    dark, light = visit(report, scheme="dark"), visit(report, scheme="light")
+    colours = {dark.evaluate(back), light.evaluate(back)}
+    assert len(colours) == 2
+    button = light.locator("#theme")
+    button.click()
+    assert light.evaluate(back) == dark.evaluate(back)
+    assert button.get_attribute("aria-label") == "Colours: dark"
+    button.click()
+    assert light.evaluate(back) != dark.evaluate(back)
+
+
+def test_nothing_sticks_out(report: Path, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
+    for width in (1440, 768, 390, 320):
+        page.set_viewport_size({"width": width, "height": 900})
+        rows_of(page)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (1440, "dark"), (390, "light")])
+def test_accessible(width: int, scheme: str, report: Path, visit: Callable[..., Any]) -> None:
+    """axe-core finds nothing, contrast included."""
+    axe: Any = import_module("axe_playwright_python.sync_playwright")
+    page = visit(report, width, scheme)
+    page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
+    results = axe.Axe().run(page)
+    found = [
+        f"{v['id']}: {v['help']}: {[n['html'][:120] for n in v['nodes'][:3]]}" for v in results.response["violations"]
+    ]
+    assert found == []
+
+
+def test_a_comparison(
+    kept_run: Path, run_maker: Callable[..., Path], tmp_path: Path, visit: Callable[..., Any]
+) -> None:
+    other = run_maker(tmp_path, models=("casson",))
+    path = write_comparison(pair([read_run(kept_run), read_run(other)]), tmp_path / "c.html")
+    page = visit(path)
+    assert "casson" in shown(page)
+    drag(page, "effort", 0.4, 0.6)
+    rows_of(page)
+
+
+def test_five_minutes_stay_small_and_open_at_once(
+    run_maker: Callable[..., Path], tmp_path: Path, visit: Callable[..., Any]
+) -> None:
+    """290,000 rows, ten models. The time limits are twice what is promised: the machine may be busy."""
+    import time
+
+    run = run_maker(tmp_path, seconds=290.0, models=("quadratic", "bingham", "casson", "hem", "fnn-6"))
+    began = time.process_time()
+    path = write_report(material_of(read_run(run)), tmp_path / "report.html")
+    assert time.process_time() - began < 6.0
+    assert path.stat().st_size < 2_000_000
+    page = visit(path)
+    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < 2000.0
+    page.get_by_role("button", name="Held out").click()
+    assert rows_of(page) == (203_000, 290_000)
+    for _ in range(9):
+        page.get_by_role("button", name="Zoom in").click()
+    assert page.locator("#traces-plot").get_attribute("data-whole") == "true"

@@ -1,0 +1,256 @@
+"""The report: from the run folder alone, complete in itself, the same bytes again, its figures those of the run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+import tomllib
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import erclutch
+from erclutch.diagnostics.material import Material, badge_of, material_of
+from erclutch.report.output import may_write_report
+from erclutch.report.pack import unpacked
+from erclutch.report.page import SECTIONS, report_html, write_report
+from erclutch.report.provenance import command_of
+from erclutch.report.svg import Axis
+from erclutch.runs import read_run
+
+
+@pytest.fixture(scope="module")
+def html(material: Material) -> str:
+    return report_html(material)
+
+
+class Tags(HTMLParser):
+    """Every start tag with its attributes, and the text of script elements."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.scripts: list[str] = []
+        self._inside = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._inside = tag == "script"
+        if self._inside:
+            self.scripts.append("")
+
+    def handle_data(self, data: str) -> None:
+        if self._inside:
+            self.scripts[-1] += data
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = False
+
+
+def test_it_needs_nothing_from_outside(html: str) -> None:
+    for tag, attributes in Tags(html).tags:
+        assert tag not in ("link", "iframe", "img", "object", "embed", "form"), tag
+        assert "src" not in attributes
+        for name, value in attributes.items():
+            assert not name.startswith("on"), f"{tag} {name}"
+            assert name != "href" or (value or "").startswith("#")
+    assert not re.search(r"@import|url\(", html)
+
+
+def test_only_its_own_scripts_may_run(html: str) -> None:
+    tags = Tags(html)
+    policy = next(a["content"] for t, a in tags.tags if t == "meta" and "http-equiv" in a) or ""
+    assert "default-src 'none'" in policy
+    assert "unsafe-eval" not in policy
+    data, *scripts = tags.scripts
+    json.loads(data)
+    assert len(scripts) == 2
+    for script in scripts:
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+
+
+def test_uplot_is_the_one_that_its_origin_names() -> None:
+    folder = Path(erclutch.__file__).parent / "vendor" / "uplot"
+    origin = tomllib.loads((folder / "ORIGIN.toml").read_text())
+    assert "MIT" in (folder / "LICENSE").read_text()
+    for name, digest in origin["sha256"].items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
+
+
+def test_all_sections_are_there(html: str) -> None:
+    for section in SECTIONS:
+        assert f'<section id="{section.name}"' in html
+        assert f'href="#{section.name}"' in html
+
+
+def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> None:
+    entry = material.run.entry(material.recommended)
+    assert f"<b>{entry['name']}</b> errs by <b>{material.effort.of(entry['test']['rmse'][0])}</b>" in html
+    for other in material.body["ranking"]:
+        assert f">{other['name']}" in html
+        assert material.effort.band(other["test"]["rmse"]) in html
+
+
+def test_the_same_run_gives_the_same_bytes(html: str, kept_run: Path, tmp_path: Path) -> None:
+    path = write_report(material_of(read_run(kept_run)), tmp_path / "again.html")
+    assert path.read_text(encoding="utf-8") == html
+    assert [p.name for p in tmp_path.iterdir()] == ["again.html"]
+
+
+def test_the_folder_alone_is_enough(html: str, kept_run: Path, tmp_path: Path) -> None:
+    """Nothing is taken from the log or from where the run was made."""
+    moved = Path(shutil.copytree(kept_run, tmp_path / kept_run.name))
+    assert report_html(material_of(read_run(moved))) == html
+
+
+def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None:
+    traces = json.loads(Tags(html).scripts[0])["traces"]
+    rows = material.rows
+    truth = {"measured": rows.data.effort, "field0": rows.data.elements[0].field, "slip0": rows.data.elements[0].slip}
+    truth |= {f"estimate:{n}": rows.predicted[n] for n in material.run.names}
+    assert set(truth) < set(traces["channels"])
+    for name, values in truth.items():
+        made = traces["channels"][name]
+        start, stop, bucket, data = made["layers"][-1]
+        assert (start, stop, bucket) == (0, rows.data.rows, 1)
+        back = unpacked(data) * made["step"] + made["middle"]
+        assert np.abs(back - values).max() <= 0.51 * made["step"]
+    (a, b), *_ = traces["test"]
+    assert np.array_equal(np.flatnonzero(rows.test), np.arange(a, b))
+    (first, begin), (last, end) = traces["time"]
+    assert (first, last) == (0, rows.data.rows - 1)
+    assert (begin, end) == (rows.data.clock.time[0], pytest.approx(rows.data.clock.time[-1]))
+
+
+def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
+    """A log may be called anything."""
+    from erclutch.model import digest_of
+
+    run = Path(shutil.copytree(kept_run, tmp_path / "run"))
+    body = json.loads((run / "run.json").read_text())
+    evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>'\"&.csv"
+    body["logs"][0]["name"] = evil
+    body["notes"] = [evil]
+    body["findings"] = [{"level": "warning", "subject": "x", "message": evil, "remedy": evil}]
+    body["digest"] = digest_of({k: v for k, v in body.items() if k != "digest"})
+    (run / "run.json").write_text(json.dumps(body))
+    html = report_html(material_of(read_run(run)))
+    tags = Tags(html)
+    assert len(tags.scripts) == 3
+    assert not any(tag == "img" for tag, _ in tags.tags)
+    assert json.loads(tags.scripts[0])["traces"]["logs"][0][0] == evil
+    assert "alert(1)</script>" not in html
+
+
+@pytest.mark.parametrize(
+    ("origins", "badge"),
+    [(["TWIN"], "TWIN"), (["SYNTHETIC", "SYNTHETIC"], "SYNTHETIC"), ([""], "RECORDING"), (["", "TWIN"], "MIXED")],
+)
+def test_the_badge_comes_from_the_logs(origins: list[str], badge: str) -> None:
+    assert badge_of({"logs": [{"origin": origin} for origin in origins]}) == badge
+
+
+def test_a_synthetic_run_says_so(html: str) -> None:
+    assert 'class="badge synthetic"' in html
+    assert "made by a computer" in html
+
+
+# --- the command that repeats a run ----------------------------------------------------------------------------------
+
+
+def test_the_command_repeats_the_run(material: Material) -> None:
+    command = command_of(material.body)
+    assert command == "erclutch fit log.csv --field 'field [V]' --models quadratic bingham fnn-2 --out RUN"
+
+
+def test_every_setting_gets_into_the_command(material: Material) -> None:
+    settings = {**material.body["settings"], "models": ["all"], "lag": "none", "test": ["b*", "c"], "blocks": 3}
+    settings |= {"friction": False, "offset": True, "seed": 4, "past": [1, 2], "polish": True}
+    reading = {"device": "coaxial", "e1": "-A [V]", "input": ["D [cm]", "A"], "name_pattern": "{x}mm"}
+    command = command_of({**material.body, "settings": settings, "reading": reading})
+    assert command == (
+        "erclutch fit log.csv --device coaxial '--E1=-A [V]' --input 'D [cm]' --input A --name-pattern '{x}mm' "
+        "--test 'b*' --test c --lag none --blocks 3 --no-friction --offset --seed 4 --past 1 2 --polish --out RUN"
+    )
+
+
+def test_a_run_from_python_has_no_command(material: Material) -> None:
+    assert command_of({**material.body, "reading": None}) == ""
+
+
+@pytest.mark.slow
+def test_the_printed_command_gives_the_same_run(tmp_path: Path, run_maker: Callable[..., Path]) -> None:
+    """Byte for byte, as the report says."""
+    import os
+    import subprocess
+    import sys
+
+    run = run_maker(tmp_path, models=("quadratic",), lag="none")
+    command = (
+        command_of(read_run(run).body).replace("RUN", "again").replace("erclutch", f"{sys.executable} -m erclutch")
+    )
+    # The run was read by guesses; the option given agrees with them.
+    subprocess.run(["sh", "-c", command], cwd=tmp_path, check=True, capture_output=True, env=dict(os.environ))
+    for path in run.rglob("*"):
+        if path.is_file() and path.name != "run.json":
+            assert (tmp_path / "again" / path.relative_to(run)).read_bytes() == path.read_bytes()
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+def test_never_over_what_is_no_report(tmp_path: Path) -> None:
+    mine = tmp_path / "thesis.html"
+    mine.write_text("<html>my thesis</html>")
+    with pytest.raises(erclutch.ErclutchError, match="exists and is not a report"):
+        may_write_report(mine)
+    may_write_report(mine, force=True)
+    with pytest.raises(erclutch.ErclutchError, match="its folder does not exist"):
+        may_write_report(tmp_path / "no" / "report.html")
+    with pytest.raises(erclutch.ErclutchError, match="this is a folder"):
+        may_write_report(tmp_path)
+
+
+@pytest.mark.slow
+def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> None:
+    from erclutch.report.printed import write_pdf
+
+    for path in (tmp_path / "report.html", tmp_path / "report.pdf"):
+        (write_report if path.suffix == ".html" else write_pdf)(material, path)
+        may_write_report(path)
+
+
+@pytest.mark.slow
+def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
+    from erclutch.report.printed import write_pdf
+
+    first = write_pdf(material, tmp_path / "a.pdf").read_bytes()
+    assert first.startswith(b"%PDF-")
+    assert len(re.findall(rb"/Type /Page\b", first)) == 5
+    assert write_pdf(material, tmp_path / "b.pdf").read_bytes() == first
+
+
+# --- axes -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1910.0, 1863.0), (1e-5, 3e-5), (-0.5, 0.0)])
+def test_ticks_are_round_and_inside(low: float, high: float) -> None:
+    ticks = Axis(low, high).ticks(6)
+    assert 2 <= len(ticks) <= 7
+    assert all(low - 1e-12 <= t <= high + 1e-12 for t in ticks)
+    steps = np.diff(ticks)
+    assert np.allclose(steps, steps[0])
+    assert f"{steps[0]:e}"[0] in "125"
+
+
+def test_logarithmic_ticks() -> None:
+    assert Axis(0.2, 2000.0, log=True).ticks(6) == pytest.approx([1, 10, 100, 1000])
+    assert len(Axis(30.0, 90.0, log=True).ticks(6)) >= 1
