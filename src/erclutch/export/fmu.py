@@ -86,6 +86,10 @@ def write_fmu(
             words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
             problem = f"{compiler.name} cannot compile the FMU's binary for {binary[0]}"
             run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
+            # Debugging data and import libraries stay out: they are large and name folders of this machine.
+            for other in place.iterdir():
+                if other != out:
+                    other.unlink()
         (root / "documentation").mkdir()
         (root / "documentation" / "index.html").write_text(_page(program), encoding="utf-8")
         _tree(description, root / "modelDescription.xml")
