@@ -281,7 +281,9 @@ def test_a_saved_fmu_state_is_restored(fmu3: Any) -> None:
 
 
 @pytest.mark.slow
-def test_two_devices_in_mujoco_do_not_mix(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_mujoco_samples_at_the_models_own_period(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("gcc")
     from erclutch.export import mujoco as wrapper
 

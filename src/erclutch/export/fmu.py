@@ -189,11 +189,6 @@ def ranges(program: Program, i: int) -> tuple[float, float] | None:
     return (-half, half) if i == 2 else (-high, -low)
 
 
-def variable_names(program: Program) -> list[str]:
-    """Names of the inputs."""
-    return list(program.inputs)
-
-
 def flags_text() -> str:
     """What the bits of flags mean."""
     return "; ".join(f"{1 << i}: {text}" for i, text in enumerate(FLAGS.values()) if i < 4)
