@@ -125,6 +125,8 @@ def _need(*tools: str) -> None:
         "aarch64-linux-gnu-gcc": "gcc-aarch64-linux-gnu libc6-dev-arm64-cross",
         "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu libc6-dev-powerpc-cross",
         "cppcheck": "cppcheck",
+        "g++": "g++",
+        "octave-cli": "octave",
     }
     missing = [packages.get(tool, tool) for tool in tools if shutil.which(tool) is None]
     if missing:

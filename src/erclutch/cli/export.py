@@ -31,7 +31,7 @@ def export(
 
     Args:
         model: A model's JSON file, or the folder of a run.
-        to: What to write: c, python.
+        to: What to write: c, python, cpp, onnx, fmu2, fmu3, simulink, mujoco.
         out: The folder to make; NAME_TARGET by default.
         run_model: Which model of a run; the recommended one by default.
         name: Prefix of all C names, at most 20 characters; the model's name by default.

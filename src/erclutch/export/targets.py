@@ -20,7 +20,16 @@ from erclutch.export.check import Check
 from erclutch.export.program import Program
 
 #: Name of a target -> its module in `erclutch.export`.
-TARGETS: Mapping[str, str] = {"c": "c", "python": "python"}
+TARGETS: Mapping[str, str] = {
+    "c": "c",
+    "python": "python",
+    "onnx": "onnx",
+    "fmu2": "fmu2",
+    "fmu3": "fmu3",
+    "cpp": "cpp",
+    "simulink": "simulink",
+    "mujoco": "mujoco",
+}
 
 
 class Target(Protocol):

@@ -1,0 +1,258 @@
+"""Target cpp: the C files and a C++11 class around them, for plain C++ and for ROS 2 (CMake, package.xml)."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from erclutch._version import __version__
+from erclutch.errors import ExportError
+from erclutch.export import c
+from erclutch.export.check import Check, compare
+from erclutch.export.compilers import EXACT, native, run
+from erclutch.export.compilers_cpp import cpp_compilers
+from erclutch.export.program import Program
+from erclutch.export.vectors import vectors_of
+
+TITLE = "a C++11 class around the C step, with CMakeLists.txt and package.xml for ROS 2"
+
+
+def write(program: Program, folder: Path) -> None:
+    """A folder that is a CMake project and an ament_cmake package."""
+    n = program.name
+    include, code = folder / "include" / n, folder / "src"
+    include.mkdir(parents=True)
+    code.mkdir()
+    c.write_core(program, code)
+    (code / f"{n}.h").rename(include / f"{n}.h")
+    texts = {
+        include / f"{n}.hpp": _class(program),
+        include / f"{n}_vectors.h": c.vectors_header(program, vectors_of(program)),
+        code / f"{n}_check.cpp": _check(program),
+        folder / "CMakeLists.txt": _cmake(program),
+        folder / "package.xml": _package(program),
+    }
+    for path, text in texts.items():
+        path.write_text(text, encoding="ascii", errors="replace")
+
+
+def class_name(program: Program) -> str:
+    """The class: hem_rise_fall -> HemRiseFall."""
+    return "".join(part[:1].upper() + part[1:] for part in program.name.split("_"))
+
+
+def _class(program: Program) -> str:
+    n, N, name = program.name, program.name.upper(), class_name(program)
+    members = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
+    members = [x if members.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(members)]
+    fields = "\n".join(
+        f"    Real {m}{{}};  ///< {program.inputs[i]} [{program.units[i]}]" for i, m in enumerate(members)
+    )
+    listed = ", ".join(f"in.{m}" for m in members)
+    unit = program.model.units.effort or "1"
+    period = "0" if program.period is None else repr(program.period)
+    return f"""// {program.model.title} ({program.model.name}) as a C++ class. Written by erclutch {__version__}.
+// Model {program.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
+// real-time loop. One object a device; an object is used by one thread at a time.
+#ifndef {N}_HPP
+#define {N}_HPP
+
+#include <cstdint>
+
+#include "{n}/{n}.h"
+
+namespace {n}_model {{
+
+using Real = {n}_real;
+
+/// One sample.
+struct Input {{
+{fields}
+}};
+
+/// Result of a step or of the steady effort.
+struct Output {{
+    Real effort;          ///< [{unit}], always finite
+    std::uint32_t flags;  ///< {N}_OUTSIDE_RANGE and the like
+
+    bool ok() const noexcept {{ return flags == 0u; }}
+}};
+
+/// Result of the inverse.
+struct Command {{
+    Real field;           ///< signed field{", E1 - E2" if program.elements == 2 else ""}
+    std::uint32_t flags;
+
+    bool ok() const noexcept {{ return flags == 0u; }}
+}};
+
+class {name} {{
+public:
+    /// Sampling period in s that the step is made for; 0 where it does not matter.
+    static constexpr double period = {period};
+
+    {name}() noexcept {{ reset(); }}
+
+    /// Forget all earlier samples.
+    void reset() noexcept {{ {n}_reset(&state_); }}
+
+    /// One sample.
+    Output step(const Input &in) noexcept {{
+        const Real values[{N}_INPUTS] = {{{listed}}};
+        Output out{{}};
+        out.flags = {n}_step(&state_, values, &out.effort);
+        return out;
+    }}
+
+    /// The effort once the fluid has settled. Takes speeds.
+    static Output steady(const Input &in) noexcept {{
+        const Real values[{N}_INPUTS] = {{{listed}}};
+        Output out{{}};
+        out.flags = {n}_steady(values, &out.effort);
+        return out;
+    }}
+
+    /// The field whose settled effort is the wanted one; the fields in the input do not matter. Takes speeds.
+    static Command inverse(const Input &in, Real wanted) noexcept {{
+        const Real values[{N}_INPUTS] = {{{listed}}};
+        Command out{{}};
+        out.flags = {n}_inverse(values, wanted, &out.field);
+        return out;
+    }}
+
+    static const char *digest() noexcept {{ return {N}_DIGEST; }}
+    static const char *model() noexcept {{ return {N}_MODEL; }}
+
+private:
+    {n}_state state_;
+}};
+
+}}  // namespace {n}_model
+
+#endif
+"""
+
+
+def _members(program: Program) -> list[str]:
+    found = re.findall(r"^    Real (\w+)\{\};", _class(program), re.MULTILINE)
+    return found
+
+
+def _check(program: Program) -> str:
+    n, N, p = program.name, program.name.upper(), program.precision
+    form = "PRIx32" if p.width == 32 else "PRIx64"
+    given = "\n".join(f"    in.{m} = number(row[{i}]);" for i, m in enumerate(_members(program)))
+    return f"""// Prints the bits of every result of the test vectors; exit code 0 if all are as expected.
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+
+#include "{n}/{n}.hpp"
+#include "{n}/{n}_vectors.h"
+
+using Word = {p.c_bits};
+using namespace {n}_model;
+
+static Real number(Word bits) {{
+    Real x;
+    std::memcpy(&x, &bits, sizeof x);
+    return x;
+}}
+
+static bool show(Real x, std::uint32_t flags, Word expected, std::uint32_t expected_flags) {{
+    Word bits;
+    std::memcpy(&bits, &x, sizeof bits);
+    std::printf("%" {form} " %" PRIu32 "\\n", bits, flags);
+    return bits == expected && flags == expected_flags;
+}}
+
+static Input input(const Word *row) {{
+    Input in;
+{given}
+    return in;
+}}
+
+int main() {{
+    {class_name(program)} device;
+    bool good = true;
+    for (unsigned i = 0; i < STEPS; i++) {{
+        const Output out = device.step(input(steps[i]));
+        good = show(out.effort, out.flags, steps[i][{N}_INPUTS], step_flags[i]) && good;
+    }}
+    for (unsigned i = 0; i < FIELDS; i++) {{
+        const Command out = {class_name(program)}::inverse(input(fields[i]), number(fields[i][{N}_INPUTS]));
+        good = show(out.field, out.flags, fields[i][{N}_INPUTS + 1u], field_flags[i]) && good;
+    }}
+    return good ? 0 : 1;
+}}
+"""
+
+
+def _cmake(program: Program) -> str:
+    n = program.name
+    return f"""cmake_minimum_required(VERSION 3.16)
+project({n} LANGUAGES C CXX)
+
+# Plain CMake: add_subdirectory(...), then target_link_libraries(mine {n}). ROS 2: colcon build takes it as a package.
+add_library({n} STATIC src/{n}.c)
+target_include_directories({n} PUBLIC
+  $<BUILD_INTERFACE:${{CMAKE_CURRENT_SOURCE_DIR}}/include> $<INSTALL_INTERFACE:include>)
+target_include_directories({n} PRIVATE include/{n})
+set_target_properties({n} PROPERTIES C_STANDARD 99 C_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+target_compile_options({n} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>)
+
+add_executable({n}_check src/{n}_check.cpp)
+target_compile_features({n}_check PRIVATE cxx_std_11)
+target_link_libraries({n}_check {n})
+enable_testing()
+add_test(NAME {n}_check COMMAND {n}_check)
+
+find_package(ament_cmake QUIET)
+if(ament_cmake_FOUND)
+  install(TARGETS {n} EXPORT {n}Targets ARCHIVE DESTINATION lib)
+  install(DIRECTORY include/ DESTINATION include)
+  ament_export_targets({n}Targets HAS_LIBRARY_TARGET)
+  ament_package()
+endif()
+"""
+
+
+def _package(program: Program) -> str:
+    return f"""<?xml version="1.0"?>
+<package format="3">
+  <name>{program.name.lower()}</name>
+  <version>{__version__}</version>
+  <description>Torque model {program.model.name}, {program.digest}</description>
+  <maintainer email="nobody@example.com">nobody</maintainer>
+  <license>Apache-2.0</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <export>
+    <build_type>ament_cmake</build_type>
+  </export>
+</package>
+"""
+
+
+def verify(program: Program, folder: Path) -> Iterator[Check]:
+    """The class on the test vectors, by every C++ compiler found.
+
+    Raises:
+        ExportError: there is none.
+    """
+    compilers = cpp_compilers()
+    if not compilers:
+        raise ExportError("no C++ compiler is found", where=str(folder), remedy="Install one, for example g++")
+    n, vectors = program.name, vectors_of(program)
+    with tempfile.TemporaryDirectory() as work:
+        made = Path(work) / "core.o"
+        include = f"-I{folder / 'include'}"
+        native().build([folder / "src" / f"{n}.c"], made, "-O2", "-c", include, f"-I{folder / 'include' / n}")
+        for name, command in compilers:
+            program_file = str(Path(work) / "check")
+            words = [*command, "-std=c++11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", EXACT[1], include]
+            words += [str(folder / "src" / f"{n}_check.cpp"), str(made), "-o", program_file]
+            run(words, f"{name} cannot compile the class", "Use another compiler")
+            printed = run([program_file], "the class does not give what it should", "Export the model again")
+            yield compare(program, vectors, f"{name}, C++11", printed)

@@ -1,0 +1,296 @@
+"""What both FMU targets share: model.h, units, binaries for other machines, the archive."""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import re
+import shutil
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from xml.etree import ElementTree
+
+from erclutch._version import __version__
+from erclutch.errors import ErclutchError, ExportError
+from erclutch.export.c_source import FLAGS, header, source
+from erclutch.export.compilers import EXACT, Compiler, native, run
+from erclutch.export.program import Program
+from erclutch.export.step_record import has_memory
+
+_BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
+#: zig compiles its C library the first time that it meets a target.
+_PATIENCE = 600.0
+_SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A machine that an FMU may carry a binary for.
+
+    Attributes:
+        folder2, folder3: its folder in binaries/ by FMI 2.0 (None: that version knows no such machine) and 3.0.
+        suffix: of a shared library.
+        machine: platform.machine() and sys.platform where it is this one.
+        gcc: name of a cross compiler.
+        zig: target of zig.
+    """
+
+    folder2: str | None
+    folder3: str
+    suffix: str
+    machine: tuple[str, str]
+    gcc: str
+    zig: str
+
+
+PLATFORMS = (
+    Platform("linux64", "x86_64-linux", "so", ("x86_64", "linux"), "x86_64-linux-gnu-gcc", "x86_64-linux-gnu.2.17"),
+    Platform("win64", "x86_64-windows", "dll", ("AMD64", "win32"), "x86_64-w64-mingw32-gcc", "x86_64-windows-gnu"),
+    Platform(None, "aarch64-linux", "so", ("aarch64", "linux"), "aarch64-linux-gnu-gcc", "aarch64-linux-gnu.2.17"),
+)
+
+
+def identifier(program: Program, version: int) -> str:
+    """The modelIdentifier."""
+    return f"{program.name}_fmi{version}"
+
+
+def archive_path(program: Program, version: int, folder: Path) -> Path:
+    """The FMU's place in an export."""
+    return folder / f"{identifier(program, version)}.fmu"
+
+
+def write_fmu(
+    program: Program, folder: Path, version: int, description: ElementTree.Element, build: ElementTree.Element | None
+) -> None:
+    """Compile for every machine that there is a compiler for, and pack.
+
+    Raises:
+        ExportError: no compiler for this machine, or one that failed.
+    """
+    with tempfile.TemporaryDirectory() as work:
+        root = Path(work)
+        code = root / "sources"
+        code.mkdir()
+        _sources(program, version, code)
+        for binary, compiler in compilers(version):
+            place = root / "binaries" / binary[0]
+            place.mkdir(parents=True)
+            files = [code / f"fmi{version}.c", code / f"{program.name}.c"]
+            out = place / f"{identifier(program, version)}.{binary[1]}"
+            words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
+            problem = f"{compiler.name} cannot compile the FMU's binary for {binary[0]}"
+            run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
+            # Debugging data and import libraries stay out: they are large and name folders of this machine.
+            for other in place.iterdir():
+                if other != out:
+                    other.unlink()
+        (root / "documentation").mkdir()
+        (root / "documentation" / "index.html").write_text(_page(program), encoding="utf-8")
+        _tree(description, root / "modelDescription.xml")
+        if build is not None:
+            _tree(build, code / "buildDescription.xml")
+        _pack(root, archive_path(program, version, folder))
+
+
+def compilers(version: int) -> Iterator[tuple[tuple[str, str], Compiler]]:
+    """Folder and suffix of each binary, and its compiler: this machine's own, then cross compilers, zig from PyPI."""
+    here = (platform.machine(), sys.platform)
+    zig = importlib.util.find_spec("ziglang") is not None
+    for known in PLATFORMS:
+        place = known.folder2 if version == 2 else known.folder3
+        if place is None:
+            continue
+        if known.machine == here:
+            yield (place, known.suffix), native()
+        elif shutil.which(known.gcc):
+            yield (place, known.suffix), Compiler(known.gcc, (known.gcc,))
+        elif zig:
+            command = (sys.executable, "-m", "ziglang", "cc", "-target", known.zig)
+            yield (place, known.suffix), Compiler(f"zig for {known.zig}", command)
+
+
+def _sources(program: Program, version: int, folder: Path) -> None:
+    texts = {f"{program.name}.c": source(program), f"{program.name}.h": header(program)}
+    for name in ("core.h", f"fmi{version}.h", f"fmi{version}.c"):
+        texts[name] = resources.files("erclutch.export").joinpath(f"fmu_c/{name}").read_text(encoding="ascii")
+    n, period = program.name, program.period if has_memory(program) and program.period else 1.0
+    texts["model.h"] = f"""/* Binds the FMU's code to {n}. */
+#ifndef ERC_MODEL_H
+#define ERC_MODEL_H
+
+#include "{n}.h"
+
+#define ERC_TOKEN "{token(program)}"
+#define ERC_INPUTS {n.upper()}_INPUTS
+#define ERC_SAMPLED {int(has_memory(program))} /* 1: has memory, so it is sampled */
+#define ERC_PERIOD {period!r}
+#define erc_reset {n}_reset
+#define erc_step {n}_step
+typedef {n}_state erc_state;
+typedef {n}_real erc_real;
+
+#endif
+"""
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="ascii", errors="replace")
+
+
+def token(program: Program) -> str:
+    """GUID or instantiation token: changes with the exported C."""
+    import hashlib
+
+    found = hashlib.sha256(source(program).encode()).hexdigest()
+    return f"{{{found[:8]}-{found[8:12]}-{found[12:16]}-{found[16:20]}-{found[20:32]}}}"
+
+
+def source_files(program: Program, version: int) -> list[str]:
+    """What is to be compiled."""
+    return [f"fmi{version}.c", f"{program.name}.c"]
+
+
+# --- model description -----------------------------------------------------------------------------------------------
+
+
+def describe(program: Program, attributes: Mapping[str, str]) -> ElementTree.Element:
+    """The root of modelDescription.xml."""
+    return ElementTree.Element(
+        "fmiModelDescription",
+        {
+            "modelName": program.model.name,
+            "description": f"{program.model.title}, model {program.digest}",
+            "version": program.digest[:12],
+            "generationTool": f"erclutch {__version__}",
+            "variableNamingConvention": "flat",
+            **attributes,
+        },
+    )
+
+
+def ranges(program: Program, i: int) -> tuple[float, float] | None:
+    """Training range of an input, None for an angle; of a coaxial pair the speeds whose slips can stay in theirs."""
+    e = program.elements
+    if i < e:
+        return program.field.range
+    if i >= 2 * e:
+        return program.extras[i - 2 * e].range
+    if program.filter:
+        return None
+    low, high = program.slip.range
+    if e == 1:
+        return low, high
+    # w1 = theta' - alpha' and w2 = -theta' - alpha' within [low, high].
+    half = 0.5 * (high - low)
+    return (-half, half) if i == 2 else (-high, -low)
+
+
+def flags_text() -> str:
+    """What the bits of flags mean."""
+    return "; ".join(f"{1 << i}: {text}" for i, text in enumerate(FLAGS.values()) if i < 4)
+
+
+def units(program: Program) -> list[str]:
+    """Units that can be told to a simulator."""
+    wanted = [*program.units, program.model.units.effort or "1"]
+    return sorted({u for u in wanted if u not in ("?", "1", "-", "")})
+
+
+def unit_element(text: str) -> ElementTree.Element:
+    """A unit with its exponents of the SI's base units."""
+    from erclutch.units import parse
+
+    made = ElementTree.Element("Unit", {"name": text})
+    try:
+        unit = parse(text)
+    except ErclutchError:
+        return made
+    base: dict[str, str] = {}
+    factor = unit.factor
+    for name, exponent in unit.dimension:
+        if name == "gram":
+            name, factor = "kilogram", factor / 1000.0**exponent
+        short = "rad" if name == "radian" else _BASE.get(name)
+        if short is None or exponent != int(exponent):
+            return made
+        base[short] = str(int(exponent))
+    ElementTree.SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
+    return made
+
+
+def unit_of(unit: str) -> dict[str, str]:
+    """The attribute of a variable, where its unit is known."""
+    return {} if unit in ("?", "1", "-", "") else {"unit": unit}
+
+
+def number(value: float) -> str:
+    """A number for XML."""
+    return repr(float(value))
+
+
+def _page(program: Program) -> str:
+    rows: list[str] = []
+    for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
+        covered = ranges(program, i)
+        text = "any" if covered is None else f"{covered[0]:.6g} .. {covered[1]:.6g}"
+        rows.append(f"<tr><td>{_safe(name)}</td><td>{_safe(unit)}</td><td>{text}</td></tr>")
+    low, high = program.limits
+    when = (
+        f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the "
+        "end of each period with the inputs that held through it; in model exchange by a time event."
+        if has_memory(program)
+        else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{_safe(program.model.name)}</title></head><body>
+<h1>{_safe(program.model.title)}</h1>
+<p>Model {program.digest}, written by erclutch {__version__}.</p>
+<table><tr><th>input</th><th>unit</th><th>training range</th></tr>{"".join(rows)}</table>
+<p>effort in {_safe(program.model.units.effort or "1")}, limited to {low:.6g} .. {high:.6g}.</p>
+<p>flags, by bits: {_safe(flags_text())}.</p>
+<p>{when}</p>
+</body></html>
+"""
+
+
+def _safe(text: str) -> str:
+    return re.sub("[<>&]", lambda m: f"&#{ord(m[0])};", text)
+
+
+# --- archive ---------------------------------------------------------------------------------------------------------
+
+
+def _tree(root: ElementTree.Element, path: Path) -> None:
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _pack(root: Path, out: Path) -> None:
+    """The same bytes for the same content: names in order, one date."""
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(p for p in root.rglob("*") if p.is_file()):
+            entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), (1980, 1, 1, 0, 0, 0))
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, path.read_bytes())
+
+
+# --- verify ----------------------------------------------------------------------------------------------------------
+
+
+def check_binary(program: Program, version: int, path: Path) -> None:
+    """Whether there is a binary for this machine.
+
+    Raises:
+        ExportError: there is none.
+    """
+    here = (platform.machine(), sys.platform)
+    known = next((p for p in PLATFORMS if p.machine == here), None)
+    folder = None if known is None else (known.folder2 if version == 2 else known.folder3)
+    with zipfile.ZipFile(path) as archive:
+        names: Sequence[str] = archive.namelist()
+    if folder is None or not any(name.startswith(f"binaries/{folder}/") for name in names):
+        raise ExportError("has no binary for this machine", where=str(path), remedy="Export it again on this machine")

@@ -1,0 +1,128 @@
+/* What an instance holds and does, for all FMI versions. model.h binds the model.
+
+   A model without memory is computed whenever an output is asked for, from the inputs of that moment. One with memory is
+   sampled: in co-simulation at the end of each period, with the inputs that held through it; in model exchange by a time
+   event at its start. */
+#ifndef ERC_CORE_H
+#define ERC_CORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model.h"
+
+/* Value references: 0 the time, then the inputs, then these. */
+#define REF_TIME 0u
+#define REF_EFFORT (ERC_INPUTS + 1u)
+#define REF_FLAGS (ERC_INPUTS + 2u)
+
+/* More periods than this in one communication step are a mistake. */
+#define MOST_SAMPLES 1e9
+
+/* Everything that a saved state holds. */
+typedef struct
+{
+    erc_state state;
+    double input[ERC_INPUTS];
+    double effort;
+    double time;
+    double start;
+    uint64_t samples;
+    uint32_t flags;
+    uint32_t stale;
+} erc_memory;
+
+static void erc_clear(erc_memory *m)
+{
+    memset(m, 0, sizeof *m);
+    erc_reset(&m->state);
+    m->stale = 1u;
+}
+
+static void erc_sample(erc_memory *m, erc_state *state)
+{
+    erc_real in[ERC_INPUTS];
+    erc_real effort;
+    uint32_t i;
+    for (i = 0u; i < ERC_INPUTS; i++)
+    {
+        in[i] = (erc_real)m->input[i];
+    }
+    m->flags = erc_step(state, in, &effort);
+    m->effort = (double)effort;
+}
+
+/* Brings the outputs up to date before they are read. Ahead of the first sample they are what it will give. */
+static void erc_refresh(erc_memory *m)
+{
+    if (m->stale != 0u)
+    {
+        if (!ERC_SAMPLED)
+        {
+            erc_sample(m, &m->state);
+        }
+        else if (m->samples == 0u)
+        {
+            erc_state ahead = m->state;
+            erc_sample(m, &ahead);
+        }
+        m->stale = 0u;
+    }
+}
+
+/* Takes all samples that are due at a time; the first is due `lead` periods after the start. 0 if there are too many. */
+static int erc_advance(erc_memory *m, double time, double lead)
+{
+    if (!(time - m->start < MOST_SAMPLES * (ERC_SAMPLED ? ERC_PERIOD : 1e300)))
+    {
+        return 0;
+    }
+    m->time = time;
+    if (ERC_SAMPLED)
+    {
+        /* A millionth of a period is rounding of the time. */
+        while ((double)m->samples + lead <= (time - m->start) / ERC_PERIOD + 1e-6)
+        {
+            erc_sample(m, &m->state);
+            m->samples++;
+            m->stale = 0u;
+        }
+    }
+    return 1;
+}
+
+static int erc_get(erc_memory *m, uint32_t reference, double *value)
+{
+    if (reference == REF_TIME)
+    {
+        *value = m->time;
+        return 1;
+    }
+    if (reference <= ERC_INPUTS)
+    {
+        *value = m->input[reference - 1u];
+        return 1;
+    }
+    if (reference == REF_EFFORT)
+    {
+        erc_refresh(m);
+        *value = m->effort;
+        return 1;
+    }
+    return 0;
+}
+
+static int erc_set(erc_memory *m, uint32_t reference, double value)
+{
+    if (reference == 0u || reference > ERC_INPUTS)
+    {
+        return 0;
+    }
+    m->input[reference - 1u] = value;
+    m->stale = 1u;
+    return 1;
+}
+
+#endif

@@ -1,0 +1,331 @@
+"""Every model on every target that wraps the C or says the same in another language."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import ExportError
+from erclutch.export import TARGETS, Options, export_model, program_of, verify_export
+from erclutch.export.emulate import run
+from erclutch.export.program import Program
+from erclutch.export.targets import target
+from erclutch.export.vectors import vectors_of
+from erclutch.saved import Model
+
+BOUND = {"float64": 4.0, "float32": 8.0}
+PERIOD = 1e-3
+#: Target -> tools that it needs here, and whether all its checks are to the bit.
+WRAPPERS = {
+    "onnx": ((), False),
+    "fmu2": (("gcc",), True),
+    "fmu3": (("gcc",), True),
+    "cpp": (("g++",), True),
+    "simulink": (("gcc", "octave-cli"), False),
+    "mujoco": (("gcc",), True),
+}
+QUICK = ("hem+rise-fall, coaxial", "fnn-3+rise-fall, single")
+
+
+def exported(model: Model, to: str, folder: Path, **options: Any) -> Path:
+    return export_model(model, folder, to, Options(**{"name": "m", "period": PERIOD, **options}))
+
+
+def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callable[..., None], **options: Any) -> None:
+    tools, exact = WRAPPERS[to]
+    need(*tools)
+    checks = verify_export(exported(model, to, folder / to, precision=precision, **options))
+    assert checks
+    for check in checks:
+        assert check.passed, check
+        assert check.ulp <= BOUND[precision], check
+        assert check.count >= 200
+        assert (check.other_bits == 0) == (exact or check.where.startswith("C Caller")), check
+
+
+def test_every_target_is_tested() -> None:
+    assert set(TARGETS) == {"c", "python", *WRAPPERS}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("to", list(WRAPPERS))
+def test_every_model_on_every_target(model: Model, to: str, tmp_path: Path, need: Callable[..., None]) -> None:
+    _conforms(model, to, "float64", tmp_path, need)
+
+
+@pytest.mark.slow
+def test_every_model_in_onnx_as_float32(model: Model, tmp_path: Path) -> None:
+    _conforms(model, "onnx", "float32", tmp_path, lambda *_: None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("to", [to for to in WRAPPERS if to != "onnx"])
+@pytest.mark.parametrize("label", [*QUICK, "rbfn-50, coaxial"])
+def test_float32_on_every_target(
+    to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    _conforms(models[label], to, "float32", tmp_path, need)
+
+
+def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+    _conforms(models[QUICK[0]], "onnx", "float64", tmp_path, need)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("to", list(WRAPPERS))
+@pytest.mark.parametrize("label", QUICK)
+def test_angles_on_every_target(
+    to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    _conforms(models[label], to, "float64", tmp_path, need, inputs="angles")
+
+
+@pytest.mark.parametrize("to", ["onnx", pytest.param("simulink", marks=pytest.mark.slow)])
+def test_numbers_of_another_model_are_found_out(
+    to: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need(*WRAPPERS[to][0])
+    folder = exported(models["bingham, single"], to, tmp_path / to)
+    other = program_of(models["herschel-bulkley, single"], Options(name="m", period=PERIOD))
+    assert not next(target(to).verify(other, folder)).passed
+
+
+def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path) -> None:
+    import onnx
+    from onnx import numpy_helper
+
+    model = models["fnn-16, coaxial"]
+    folder = exported(model, "onnx", tmp_path / "o")
+    made = onnx.load(folder / "m.onnx")
+    at = next(i for i, t in enumerate(made.graph.initializer) if list(t.dims) == [16, 3])
+    weights = numpy_helper.to_array(made.graph.initializer[at]).copy()
+    weights[5, 1] *= 1.0 + 1e-6
+    made.graph.initializer[at].CopyFrom(numpy_helper.from_array(weights, made.graph.initializer[at].name))
+    onnx.save_model(made, folder / "m.onnx")
+    with pytest.raises(ExportError, match="was changed after the export"):
+        verify_export(folder)
+    checks = list(target("onnx").verify(program_of(model, Options(name="m", period=PERIOD)), folder))
+    assert [c.passed for c in checks] == [False]
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_onnx_says_what_it_is(precision: str, models: dict[str, Model], tmp_path: Path) -> None:
+    import onnx
+
+    folder = exported(models["fnn-7, coaxial"], "onnx", tmp_path / "o", precision=precision)
+    made = onnx.load(folder / "m.onnx")
+    assert [o.version for o in made.opset_import if o.domain == ""] == [17]
+    kind = onnx.TensorProto.FLOAT if precision == "float32" else onnx.TensorProto.DOUBLE
+    shapes = {i.name: [d.dim_value for d in i.type.tensor_type.shape.dim] for i in made.graph.input}
+    assert shapes["input"] == [1, 6]
+    assert len(shapes["state"]) == 1
+    assert shapes["state"][0] > 6
+    assert {i.type.tensor_type.elem_type for i in made.graph.input} == {kind}
+    said = {p.key: p.value for p in made.metadata_props}
+    assert said["digest"] == program_of(models["fnn-7, coaxial"], Options(period=PERIOD)).digest
+    assert "E1 [V]" in said["inputs"]
+    assert said["effort"] == "N*m"
+
+
+def test_a_static_model_has_no_state_in_onnx(models: dict[str, Model], tmp_path: Path) -> None:
+    import onnx
+
+    made = onnx.load(exported(models["fnn-16, coaxial"], "onnx", tmp_path / "o") / "m.onnx")
+    assert [i.name for i in made.graph.input] == ["input"]
+    assert [o.name for o in made.graph.output] == ["effort", "flags"]
+
+
+# --- FMU -------------------------------------------------------------------------------------------------------------
+
+_HOST = Path(__file__).with_name("fmi3_host.c")
+
+
+@pytest.fixture
+def fmu3(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> Callable[[str], tuple[Program, Path]]:
+    need("gcc")
+
+    def make(label: str) -> tuple[Program, Path]:
+        folder = exported(models[label], "fmu3", tmp_path / "f")
+        with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
+            archive.extractall(tmp_path / "x")
+        return program_of(models[label], Options(name="m", period=PERIOD)), tmp_path / "x"
+
+    return make
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["exchange", "simulate"])
+@pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "bingham, single"])
+def test_a_plain_c_host_loads_it(label: str, kind: str, fmu3: Any, tmp_path: Path) -> None:
+    from xml.etree import ElementTree
+
+    program, place = fmu3(label)
+    token = ElementTree.parse(place / "modelDescription.xml").getroot().attrib["instantiationToken"]
+    # Only what a host has: its own declarations of the standard's functions, and dlopen.
+    subprocess.run(
+        ["gcc", "-std=c99", "-Wall", "-Werror", str(_HOST), "-o", str(tmp_path / "host"), "-ldl"], check=True
+    )
+    library = next((place / "binaries" / "x86_64-linux").glob("*.so"))
+    rows = vectors_of(program).rows[:64]
+    rows = rows[np.all(np.isfinite(rows), axis=1)]
+    lines = "\n".join(" ".join(float(x).hex() for x in row) for row in rows)
+    done = subprocess.run(
+        [str(tmp_path / "host"), str(library), token, kind, str(PERIOD), str(rows.shape[1])],
+        input=lines,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = np.array([[float.fromhex(a), int(b)] for a, b in (line.split() for line in done.stdout.splitlines())])
+    effort, flags = run(program, rows)
+    assert list(found[:, 0]) == list(effort)
+    assert list(found[:, 1]) == list(flags)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [2, 3])
+def test_our_declarations_are_the_standards(version: int, tmp_path: Path, need: Callable[..., None]) -> None:
+    """FMPy brings the official headers: declared twice in one file, any difference is an error."""
+    import importlib.resources
+
+    import fmpy
+
+    need("gcc")
+    official = Path(fmpy.__file__).parent / "c-code"
+    ours = importlib.resources.files("erclutch.export").joinpath(f"fmu_c/fmi{version}.h").read_text()
+    start = ours.index(f"FMI{version}_EXPORT const char *fmi{version}Get")
+    body = f"#define FMI{version}_EXPORT\n" + ours[start : ours.rindex("#endif")]
+
+    def compiles(text: str) -> bool:
+        (tmp_path / "x.c").write_text(
+            f'#include "fmi{version}Functions.h"\n#undef FMI{version}_EXPORT\n#undef FMI{version}_Export\n{text}'
+        )
+        words = ["gcc", "-std=c11", f"-I{official}", "-fsyntax-only", str(tmp_path / "x.c")]
+        return subprocess.run(words, capture_output=True).returncode == 0
+
+    assert compiles(body)
+    assert not compiles(body.replace(f"fmi{version}Reset(", f"fmi{version}Reset(int, "))
+
+
+@pytest.mark.slow
+def test_units_and_ranges_are_in_the_model_description(fmu3: Any) -> None:
+    import fmpy
+
+    program, place = fmu3("hem+rise-fall, coaxial")
+    described: Any = fmpy.read_model_description(str(place / "modelDescription.xml"))
+    variables = {v.name: v for v in described.modelVariables}
+    assert variables["E1"].unit == "V"
+    assert (float(variables["E1"].min), float(variables["E1"].max)) == program.field.range
+    assert (float(variables["effort"].min), float(variables["effort"].max)) == program.limits
+    base = {u.name: u.baseUnit for u in described.unitDefinitions}["N*m"]
+    assert (base.kg, base.m, base.s, base.factor) == (1, 2, -2, pytest.approx(1.0, rel=1e-15))
+
+
+@pytest.mark.slow
+def test_fmpys_own_simulation_of_a_static_model_does_not_lag(fmu3: Any) -> None:
+    import fmpy
+
+    program, place = fmu3("bingham, single")
+    time = np.arange(50) * PERIOD
+    rows = np.column_stack([np.full(50, 100.0), 20.0 * np.sin(60.0 * time)])
+    names = [("time", float), *((n, float) for n in program.inputs)]
+    signals = np.array([(t, *row) for t, row in zip(time, rows, strict=True)], dtype=names)
+    found: Any = fmpy.simulate_fmu(
+        str(place), fmi_type="ModelExchange", input=signals, output=["effort"], step_size=PERIOD, stop_time=time[-1],
+        output_interval=PERIOD,
+    )  # fmt: skip
+    expected = np.interp(found["time"], time, rows[:, 1])
+    effort, _ = run(program, np.column_stack([np.full(expected.size, 100.0), expected]))
+    assert np.max(np.abs(found["effort"] - effort)) < 1e-9 * program.scale
+    lagged = np.roll(effort, 1)
+    assert np.max(np.abs(found["effort"] - lagged)[1:]) > 1e-3 * program.scale
+
+
+@pytest.mark.slow
+def test_a_saved_fmu_state_is_restored(fmu3: Any) -> None:
+    import fmpy
+    from fmpy.fmi3 import FMU3Slave
+
+    _, place = fmu3("hem+rise-fall, coaxial")
+    described: Any = fmpy.read_model_description(str(place / "modelDescription.xml"))
+    fmu: Any = FMU3Slave(guid=described.guid, unzipDirectory=str(place), modelIdentifier="m_fmi3", instanceName="a")
+    fmu.instantiate()
+    fmu.enterInitializationMode(startTime=0.0)
+    fmu.exitInitializationMode()
+
+    def step(k: int, field: float) -> float:
+        fmu.setFloat64([1, 2, 3, 4], [field, 0.0, 12.0, 3.0])
+        fmu.doStep(currentCommunicationPoint=k * PERIOD, communicationStepSize=PERIOD)
+        return fmu.getFloat64([5])[0]
+
+    step(0, 0.0)
+    saved = fmu.getFMUState()
+    first = [step(k, 500.0) for k in range(1, 9)]
+    fmu.setFMUState(saved)
+    assert [step(k, 500.0) for k in range(1, 9)] == first
+    assert len(set(first)) > 3
+    with pytest.raises(Exception, match="fmi3SetFloat64"):
+        fmu.setFloat64([99], [1.0])
+    fmu.freeFMUState(saved)
+    fmu.terminate()
+    fmu.freeInstance()
+
+
+# --- other -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_mujoco_samples_at_the_models_own_period(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc")
+    from erclutch.export import mujoco as wrapper
+
+    model = models["hem+rise-fall, coaxial"]
+    folder, program = exported(model, "mujoco", tmp_path / "m"), program_of(model, Options(name="m", period=PERIOD))
+    mujoco: Any = pytest.importorskip("mujoco")
+    with wrapper._imported(program, folder) as module:
+        scene: Any = mujoco.MjModel.from_xml_path(str(folder / "m.xml"))
+        scene.opt.timestep = 2 * PERIOD
+        with pytest.raises(ValueError, match="longer than the model's period"):
+            module.m(scene)
+        scene.opt.timestep = PERIOD / 4
+        data: Any = mujoco.MjData(scene)
+        with module.m(scene) as actuator:
+            for _ in range(40):
+                mujoco.mj_step(scene, data)
+            # Four simulation steps a period: the model is sampled ten times, not forty.
+            assert actuator.samples == 10
+            mujoco.mj_resetData(scene, data)
+            mujoco.mj_step(scene, data)
+            assert actuator.samples == 1
+    assert list(folder.glob("__pycache__")) == []
+
+
+@pytest.mark.parametrize(("to", "module"), [("onnx", "onnx"), ("fmu2", "fmpy"), ("mujoco", "mujoco")])
+def test_a_missing_package_is_named(
+    to: str, module: str, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, module, None)
+    program = program_of(models["bingham, single"], Options(name="m", period=PERIOD))
+    does = target(to).write if to == "onnx" else lambda *a: list(target(to).verify(*a))
+    with pytest.raises(ExportError, match=f"{module} is not installed") as caught:
+        does(program, tmp_path)
+    assert "pip install" in str(caught.value)
+
+
+def test_no_compiler_is_said(models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from erclutch.export import compilers
+
+    monkeypatch.setattr(compilers, "natives", lambda: ())
+    with pytest.raises(ExportError, match="no C compiler is found"):
+        exported(models["bingham, single"], "fmu3", tmp_path / "f")
+    assert list(tmp_path.iterdir()) == []
