@@ -6,8 +6,8 @@
     erclutch simulate training --seconds 5
     ```
 
-A picture of a recording that is not shipped (``:needs: folder/file`` below ``../shared/data``) is left out, and said so,
-where the recording is absent.
+A picture of a recording that is not shipped (``:needs: folder/file`` below ``../shared/data``) is left out where the
+recording is absent, and the page says so.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Every block of code in the documentation runs, in order, page by page, in a folder of its own, as a reader would.
 
-Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell or
-Python a block of text is its output, where ``...`` stands for anything. At the top of a page ``% needs: FOLDER/FILE`` names
-the recording that it is about.
+Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell
+or Python a block of text is its output, where ``...`` stands for anything. At the top of a page ``% needs: FOLDER/FILE``
+names the recording that it is about.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 RECORDINGS = ROOT.parent / "shared" / "data"
 PAGES = sorted(page for page in DOCS.rglob("*.md") if page.parent.name != "decisions")
-_BLOCK = re.compile(r"(?:^% file: (?P<file>\S+)\n)?^```(?P<language>\S+).*?\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(
+    r"(?:^% file: (?P<file>\S+)\n)?^```(?P<language>\S+).*?\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+)
 #: Directives; the build itself runs the commands of a picture.
 _DIRECTIVE = re.compile(r"^\{\w")
 
@@ -100,7 +102,9 @@ def test_every_block_is_code_that_runs_a_file_or_output(page: Path) -> None:
     before: Block | None = None
     for block in blocks_of(page.read_text("utf-8")):
         if block.file is None:
-            assert block.language in {"sh", "python", "text"}, f"{page.name}: a {block.language} block that no test runs"
+            assert block.language in {"sh", "python", "text"}, (
+                f"{page.name}: a {block.language} block that no test runs"
+            )
             if block.language == "text":
                 assert before is not None, f"{page.name}: output without code"
                 assert before.language in {"sh", "python"}, f"{page.name}: output without code"
