@@ -1,7 +1,7 @@
 """Every block of code in the documentation runs, in order, page by page, in a folder of its own, as a reader would.
 
 Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell
-or Python a block of text is its output, where ``...`` stands for anything. At the top of a page ``% needs: FOLDER/FILE``
+or Python a block of text is its output, where ``...`` stands for anything. On top of a page ``% needs: FOLDER/FILE``
 names the recording that it is about.
 """
 
