@@ -117,16 +117,16 @@ def symbol_latex(name: str) -> str:
     return _WRITTEN.get(name) or str(sympy.latex(sympy.Symbol(name)))
 
 
-def _gathered(power: Any) -> Any:
+def _gathered(exponent: Any) -> Any:
     """An exponential with its exponent as a product."""
-    return sympy.exp(sympy.factor(power.args[0]))
+    return sympy.exp(sympy.factor(exponent))
 
 
 def equation_latex(law: Law) -> str:
     """The equation as LaTeX, gain times column in the law's own order."""
     written: list[str] = []
     for gain, column in _terms(law):
-        shown = _short(column.replace(sympy.exp, lambda power: _gathered(sympy.exp(power))))
+        shown = _short(column.replace(sympy.exp, _gathered))
         names = {symbol: symbol_latex(symbol.name) for symbol in shown.free_symbols}
         text = str(sympy.latex(shown, symbol_names=names))
         written.append(f"{symbol_latex(gain.name)} " + (rf"\left({text}\right)" if shown.is_Add else text))
