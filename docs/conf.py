@@ -49,6 +49,7 @@ html_theme = "furo"
 html_title = f"erclutch {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_show_sourcelink = False
 # Summaries would be fetched, which a page opened as a file may not do.
@@ -59,5 +60,5 @@ html_theme_options = {
     "dark_css_variables": {"color-brand-primary": "#7cc4f0", "color-brand-content": "#7cc4f0"},
 }
 copybutton_exclude = ".linenos, .gp, .go"
-pygments_style = "friendly"
-pygments_dark_style = "github-dark"
+pygments_style = "a11y-high-contrast-light"
+pygments_dark_style = "a11y-high-contrast-dark"
