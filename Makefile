@@ -72,8 +72,14 @@ types: $(READY) ## types
 arrows: $(READY) ## which module may import which
 	@$(BIN)/lint-imports --no-cache --no-logo
 
+.PHONY: docs
+docs: $(READY) ## the documentation site, into build/docs
+	@rm -rf build/docs docs/_pictures
+	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d build/doctrees -b html docs build/docs
+	@echo "build/docs/index.html"
+
 .PHONY: check
-check: lint types arrows test-all ## lint, types, arrows and all tests
+check: lint types arrows docs test-all ## lint, types, arrows, documentation and all tests
 
 .PHONY: hooks
 hooks: $(READY) ## run the checks at each git commit

@@ -1,7 +1,9 @@
 """How elements combine into a device: from signals to the field and slip of each element.
 
-coaxial: two clutches driven in opposite directions by one motor, efforts added (equations 5 - 7 of Huang and Ishikawa):
+coaxial: two clutches driven in opposite directions by one motor, efforts added (equations 5 - 7 of the paper)::
+
     w1 = theta_dot - alpha_dot,   w2 = -theta_dot - alpha_dot,   T = T1 + T2
+
 single: one clutch, brake or damper: field and slip in, effort out.
 """
 

@@ -1,5 +1,7 @@
 """What stands between a command and the field in the fluid: a first-order lag, then a delay.
 
+::
+
     x' = (u - x) / tau,   tau = tau_rise while |x| grows, tau_fall while it shrinks;   field(t) = x(t - delay)
 
 discretised exactly for a command held over a sample: x_k = x_{k-1} + (1 - exp(-dt / tau)) (u_k - x_{k-1}). The state

@@ -1,5 +1,7 @@
 """A run is a folder: what was asked, what was read, what came out. The same log and settings give the same bytes.
 
+::
+
     run.json             settings, versions, logs with digests, findings, the ranked figures, the recommendation,
                          the gapless stretches of rows and the digests of the other files
     table.csv            the ranking, a row a model

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 import sympy
 
 from erclutch.laws import Law, law_from_name
-from erclutch.laws.symbolic import equation, equation_text
+from erclutch.laws.symbolic import equation, equation_latex, equation_text, symbol_latex
 
 
 def test_equation_equals_the_columns_times_gains(
@@ -66,3 +67,22 @@ def test_a_function_without_a_symbol_is_refused() -> None:
     unknown: Any = np.arctan2
     with pytest.raises(TypeError):
         unknown(Symbolic(sympy.Symbol("x")), 1.0)
+
+
+def test_latex_has_each_parameter_and_no_fraction_of_rounding(law: Law) -> None:
+    text = equation_latex(law)
+    for parameter in (*law.stimulus_shape, *law.shape, *law.gains):
+        assert symbol_latex(parameter.name) in text
+    assert not re.search(r"[1-9]\d{4}", text)
+
+
+@pytest.mark.parametrize(
+    ("specification", "latex"),
+    [
+        ("quadratic", r"T_{y} E^{2} \tanh{\left(\frac{w}{w_{s}} \right)} + \eta w"),
+        ("bingham/square/forward", r"T_{y} E^{2} + \eta w"),
+        ("herschel-bulkley/power/forward", r"T_{y} E^{n} + K w^{m}"),
+    ],
+)
+def test_latex_reads_as_published(specification: str, latex: str) -> None:
+    assert equation_latex(law_from_name(specification)) == latex

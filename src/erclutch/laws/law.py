@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-#: Columns of one element: ``columns(E, w, *shape)`` gives one array (n,) a gain. Branch-free; arrays, duals or symbols.
+#: The columns of one element, ``columns(E, w, *shape)``, are one array (n,) a gain.
+#: Branch-free; arrays, duals or symbols.
 Columns = Callable[..., tuple[Any, ...]]
 
 

@@ -56,12 +56,8 @@ def _expression(x: Any) -> Any:
     return sympy.Integer(0) if x in (TINY, OFF_ZERO) else sympy.nsimplify(x, rational=True)
 
 
-def equation(law: Law) -> Any:
-    """Effort of one element for w > 0 as a SymPy expression in E, w and the law's parameters.
-
-    Made by running the law's own function on symbols. The regularisation at zero is left out, so that the equation
-    reads as published; the transition slip stays. All laws are odd in w.
-    """
+def _terms(law: Law) -> list[tuple[Any, Any]]:
+    """Each gain with its column."""
     E, w = sympy.Symbol("E", positive=True), sympy.Symbol("w", positive=True)
     shape = [sympy.Symbol(s.name, real=True, positive=(s.lower >= 0) or None) for s in law.shape]
     stimulus = [sympy.Symbol(s.name, positive=True) for s in law.stimulus_shape]
@@ -69,9 +65,19 @@ def equation(law: Law) -> Any:
     if law.stimulus is not None:
         field = law.stimulus(field, *(Symbolic(s) for s in stimulus))
     columns = law.columns(field, Symbolic(w), *(Symbolic(s) for s in shape))
+    pairs = zip(law.gains, columns, strict=True)
+    return [(sympy.Symbol(gain.name), _tidy(_expression(column))) for gain, column in pairs]
+
+
+def equation(law: Law) -> Any:
+    """Effort of one element for w > 0 as a SymPy expression in E, w and the law's parameters.
+
+    Made by running the law's own function on symbols. The regularisation at zero is left out, so that the equation
+    reads as published; the transition slip stays. All laws are odd in w.
+    """
     total: Any = sympy.Integer(0)
-    for gain, column in zip(law.gains, columns, strict=True):
-        total += sympy.Symbol(gain.name) * _tidy(_expression(column))
+    for gain, column in _terms(law):
+        total += gain * column
     return total
 
 
@@ -88,11 +94,40 @@ def _to_four_digits(part: Any) -> Any:
     return part.n(4)
 
 
+def _short(expression: Any) -> Any:
+    return expression.replace(_awkward, _to_four_digits)
+
+
 def short_equation(law: Law) -> Any:
     """The equation with awkward fractions to four digits."""
-    return equation(law).replace(_awkward, _to_four_digits)
+    return _short(equation(law))
 
 
 def equation_text(law: Law) -> str:
     """The equation as one line of text, powers as ``^``."""
     return str(short_equation(law)).replace("**", "^")
+
+
+#: Names whose LaTeX is not what SymPy makes of them.
+_WRITTEN = {"T_sy": "T_{sy}", "T_on": r"T_\mathrm{on}", "E_on": r"E_\mathrm{on}"}
+
+
+def symbol_latex(name: str) -> str:
+    """A parameter's name as LaTeX."""
+    return _WRITTEN.get(name) or str(sympy.latex(sympy.Symbol(name)))
+
+
+def _gathered(exponent: Any) -> Any:
+    """An exponential with its exponent as a product."""
+    return sympy.exp(sympy.factor(exponent))
+
+
+def equation_latex(law: Law) -> str:
+    """The equation as LaTeX, gain times column in the law's own order."""
+    written: list[str] = []
+    for gain, column in _terms(law):
+        shown = _short(column.replace(sympy.exp, _gathered))
+        names = {symbol: symbol_latex(symbol.name) for symbol in shown.free_symbols}
+        text = str(sympy.latex(shown, symbol_names=names))
+        written.append(f"{symbol_latex(gain.name)} " + (rf"\left({text}\right)" if shown.is_Add else text))
+    return " + ".join(written)

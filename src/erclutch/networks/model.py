@@ -152,7 +152,7 @@ def forward_fnn(weights: Mapping[str, Array], x: Array) -> Array:
 
 
 def forward_rbfn(weights: Mapping[str, Array], x: Array) -> Array:
-    """Equation (17): w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2)), shape (n,)."""
+    """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,)."""
     centres = weights["centres"]
     square = np.zeros((len(centres), x.shape[1]), x.dtype)
     for j in range(len(x)):

@@ -1,0 +1,131 @@
+"""Every block of code in the documentation runs, in order, page by page, in a folder of its own, as a reader would.
+
+Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell
+or Python a block of text is its output, where ``...`` stands for anything. On top of a page ``% needs: FOLDER/FILE``
+names the recording that it is about.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+RECORDINGS = ROOT.parent / "shared" / "data"
+PAGES = sorted(page for page in DOCS.rglob("*.md") if page.parent.name != "decisions")
+_BLOCK = re.compile(
+    r"(?:^% file: (?P<file>\S+)\n)?^```(?P<language>\S+).*?\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+)
+#: Directives; the build itself runs the commands of a picture.
+_DIRECTIVE = re.compile(r"^\{\w")
+
+
+@dataclass(frozen=True)
+class Block:
+    language: str
+    body: str
+    file: str | None
+
+
+def blocks_of(text: str) -> Iterator[Block]:
+    for found in _BLOCK.finditer(text):
+        if not _DIRECTIVE.match(found["language"]):
+            yield Block(found["language"], found["body"], found["file"])
+
+
+def runs(text: str) -> bool:
+    return any(block.language in {"sh", "python"} for block in blocks_of(text))
+
+
+def run(block: Block, folder: Path) -> str:
+    if block.language == "sh":
+        command = ["bash", "-eu", "-o", "pipefail", "-c", block.body]
+    else:
+        script = folder / "block.py"
+        script.write_text(block.body, encoding="utf-8")
+        command = [sys.executable, "-W", "error", str(script)]
+    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+    surroundings = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUTF8": "1"}
+    done = subprocess.run(
+        command, cwd=folder, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=900
+    )
+    assert done.returncode == 0, f"{block.body}\nfailed:\n{done.stdout}"
+    return done.stdout
+
+
+def _squeezed(text: str) -> str:
+    """Without blank lines and with single spaces: a table's padding says nothing."""
+    lines = (" ".join(line.split()) for line in text.splitlines())
+    return "\n".join(line for line in lines if line)
+
+
+def matches(shown: str, printed: str) -> bool:
+    parts = [re.escape(part) for part in _squeezed(shown).split("...")]
+    return re.fullmatch(".*?".join(parts), _squeezed(printed), re.DOTALL) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [p for p in PAGES if runs(p.read_text("utf-8"))], ids=lambda p: p.stem)
+def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_path: Path) -> None:
+    text = page.read_text("utf-8")
+    needs = re.search(r"^% needs: (\S+)$", text, re.MULTILINE)
+    if needs:
+        recording = RECORDINGS / needs[1]
+        if not recording.is_file():
+            pytest.skip(f"needs the recording beside the project: {recording}")
+        shutil.copy(recording, tmp_path)
+    printed: str | None = None
+    for block in blocks_of(text):
+        if block.file:
+            (tmp_path / block.file).write_text(block.body, encoding="utf-8")
+            printed = None
+        elif block.language in {"sh", "python"}:
+            printed = run(block, tmp_path)
+        else:
+            assert printed is not None
+            assert matches(block.body, printed), f"{page.name} shows\n{block.body}\nbut this was printed:\n{printed}"
+            printed = None
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_every_block_is_code_that_runs_a_file_or_output(page: Path) -> None:
+    """Nothing in the pages looks like code and is not run."""
+    before: Block | None = None
+    for block in blocks_of(page.read_text("utf-8")):
+        if block.file is None:
+            assert block.language in {"sh", "python", "text"}, (
+                f"{page.name}: a {block.language} block that no test runs"
+            )
+            if block.language == "text":
+                assert before is not None, f"{page.name}: output without code"
+                assert before.language in {"sh", "python"}, f"{page.name}: output without code"
+        before = None if block.file else block
+
+
+def test_all_pages_are_looked_at() -> None:
+    assert {"tour", "your-log", "good-log", "laws", "lag", "networks", "twin", "wrong"} <= {p.stem for p in PAGES}
+    for page in PAGES:
+        fences = re.findall(r"^```", page.read_text("utf-8"), re.MULTILINE)
+        assert len(fences) == 2 * len(_BLOCK.findall(page.read_text("utf-8"))), f"{page.name}: a fence that is not read"
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed", "same"),
+    [
+        ("a  b\n...\nc", "a b\n\nx\ny\nc\n", True),
+        ("took ... s", "took 1.2 s", True),
+        ("a\n...", "b\n", False),
+        ("0.41", "0.42", False),
+    ],
+)
+def test_output_matches_only_itself(shown: str, printed: str, same: bool) -> None:
+    assert matches(shown, printed) is same

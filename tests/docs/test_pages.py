@@ -1,0 +1,40 @@
+"""What the pages say about commands, laws and names agrees with the code."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import erclutch
+from erclutch.laws import LADDER, law_from_name
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGES = sorted(page for page in DOCS.rglob("*.md") if page.parent.name != "decisions")
+
+
+def test_every_law_has_its_generated_equation() -> None:
+    shown = set(re.findall(r"^```\{law\} (\S+)", (DOCS / "laws.md").read_text("utf-8"), re.MULTILINE))
+    titles = {law_from_name(name).name for name in LADDER}
+    assert {name for name in titles if not name.startswith("rbfm")} | {"rbfm-2", "bingham/critical"} == shown
+
+
+def test_every_name_of_the_package_is_in_the_reference() -> None:
+    index = (DOCS / "api" / "index.md").read_text("utf-8")
+    for name in erclutch.__all__:
+        assert name == "__version__" or f"`{name}`" in index, name
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_every_command_named_exists(page: Path) -> None:
+    from erclutch.cli import app
+
+    text = page.read_text("utf-8")
+    for command in set(re.findall(r"(?:^|`)erclutch ([a-z][\w-]*)", text, re.MULTILINE)):
+        assert command in app, command
+    for script in set(re.findall(r"`((?:studies|benchmarks)/\w+\.py)`", text)):
+        assert (DOCS.parent / script).is_file(), script
+    makefile = (DOCS.parent / "Makefile").read_text("utf-8")
+    for target in set(re.findall(r"`make (\w+)`", text)):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
