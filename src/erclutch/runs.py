@@ -17,7 +17,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -59,15 +59,33 @@ def write_run(
     Raises:
         RunError: the folder exists, or cannot be written.
     """
+    body = run_to_dict(comparison, recordings, reading or {})
+    return write_folder(folder, lambda partial: _fill(partial, body, comparison), force=force)
+
+
+def write_folder(
+    folder: str | Path, fill: Callable[[Path], None], *, force: bool = False, marker: str = "run.json"
+) -> Path:
+    """Write a folder beside its name and move it there once it is whole.
+
+    Args:
+        folder: where; its parent must exist.
+        fill: writes the files.
+        force: replace a folder that is there, if it holds the marker.
+        marker: the file by which its kind is known.
+
+    Raises:
+        RunError: the folder exists, or cannot be written.
+    """
     target = Path(folder)
-    may_write(target, force)
+    may_write(target, force, marker)
     try:
         partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
     except OSError as error:
         raise _unwritable(target, error) from error
     try:
         partial.chmod(0o755)
-        _fill(partial, run_to_dict(comparison, recordings, reading or {}), comparison)
+        fill(partial)
         _put(partial, target)
     except OSError as error:
         raise _unwritable(target, error) from error
@@ -100,7 +118,7 @@ def _unwritable(target: Path, error: OSError) -> RunError:
     )
 
 
-def may_write(folder: str | Path, force: bool = False) -> None:
+def may_write(folder: str | Path, force: bool = False, marker: str = "run.json") -> None:
     """Say before any work whether a run may be written to a folder.
 
     Raises:
@@ -113,18 +131,18 @@ def may_write(folder: str | Path, force: bool = False) -> None:
         raise RunError("its parent folder cannot be written", where=str(target), remedy="Give --out another place")
     if not target.exists():
         return
-    if not (target / "run.json").is_file():
+    if not (target / marker).is_file():
         raise RunError("exists and is not a run", where=str(target), remedy="Give --out another name")
     if not force:
         raise RunError("there is a run already", where=str(target), remedy="Give --out another name, or --force")
 
 
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
-    _write_json(folder / "run.json", {**body, "digest": digest_of(body)})
+    write_json(folder / "run.json", {**body, "digest": digest_of(body)})
     models = folder / "models"
     models.mkdir()
     for entry in comparison.entries:
-        _write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
+        write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
 
@@ -134,7 +152,8 @@ def file_name(model: str) -> str:
     return model.replace("/", "_")
 
 
-def _write_json(path: Path, body: Mapping[str, Any]) -> None:
+def write_json(path: Path, body: Mapping[str, Any]) -> None:
+    """Write JSON values that are finite."""
     path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

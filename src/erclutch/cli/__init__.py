@@ -21,6 +21,7 @@ _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "fit-large": "Fit models without memory to logs larger than memory, block by block.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.dataset import Dataset
-from erclutch.device import Element
-from erclutch.dynamics import Clock
 from erclutch.fit.compress import compress
 from erclutch.fit.describe import Seen, described
 from erclutch.fit.intervals import uncertainty, unknown
@@ -23,9 +21,9 @@ from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.starts import scan_points, thinned, windows
-from erclutch.fit.varpro import Projection, Separable, coordinates, jacobian, outer_problem, parameters, project
+from erclutch.fit.varpro import Separable, coordinates, jacobian, outer_problem, parameters, project
 from erclutch.laws import Shape
-from erclutch.model import Reference, Structure, TorqueModel, in_user_units, unit_text
+from erclutch.model import Reference, Structure, TorqueModel
 
 Array = NDArray[np.float64]
 

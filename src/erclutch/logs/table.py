@@ -26,6 +26,7 @@ class Table:
         constants: numbers given once for the whole file (a column filled in its first row only, a scalar variable).
         metadata: texts of the header block, of a MATLAB structure or of a Parquet file.
         notes: what was dropped, renamed or assumed while reading, one sentence each.
+        first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Table:
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
+    first_row: int = 0
 
     @property
     def origin(self) -> str:
