@@ -217,7 +217,7 @@ class Spool:
             mask[-at % step :: step] = True
             parts.append(_only(block, mask))
             at += block.rows
-        return _joined(self.like, parts)
+        return _joined(self.like, parts, step * self.period)
 
     def means(self, of: Callable[[Dataset], Sequence[Array]]) -> list[float]:
         """Means over all rows of what a function makes of a block, each shape (n,): as `numpy.mean` of the whole.
@@ -327,7 +327,7 @@ def _flat(sizes: _Sizes) -> Iterator[int]:
         yield sizes
 
 
-def _joined(like: Dataset, parts: Sequence[Dataset]) -> Dataset:
+def _joined(like: Dataset, parts: Sequence[Dataset], period: float) -> Dataset:
     rows = sum(part.rows for part in parts)
     return replace(
         like,
@@ -340,6 +340,6 @@ def _joined(like: Dataset, parts: Sequence[Dataset]) -> Dataset:
         ),
         effort=np.concatenate([p.effort for p in parts]),
         extras={name: np.concatenate([p.extras[name] for p in parts]) for name in like.extras},
-        clock=Clock(np.arange(float(rows)), (Span(0, rows, None),)),
+        clock=Clock(np.arange(float(rows)) * np.float64(period), (Span(0, rows, period),)),
         source_rows=((0, rows),),
     )

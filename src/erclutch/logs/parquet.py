@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
@@ -46,7 +46,7 @@ def read_parquet(data: bytes, name: str, digest: str) -> Table:
 
 
 @contextmanager
-def _damage_named(name: str) -> Iterator[None]:
+def _damage_named(name: str) -> Generator[None]:
     """Whatever the library says of a damaged file, as one error."""
     try:
         yield
