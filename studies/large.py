@@ -97,25 +97,24 @@ def main() -> None:
     began = monotonic()
     asked.folder.mkdir(parents=True, exist_ok=True)
     sizes = sorted({size for size in SIZES if size < asked.rows} | {asked.rows})
-    runs = [("training", seed) for seed in range(-(-asked.rows // int(1000 * SECONDS)))] + [("test", 1000)]
-
-    def late() -> bool:
-        return monotonic() - began > 60.0 * asked.minutes
-
-    with ProcessPoolExecutor(asked.processes) as pool:
-        for at in range(0, len(runs), asked.processes):
-            if late():
-                sys.exit(f"{at} of {len(runs)} runs are made; run this again to go on")
-            some = runs[at : at + asked.processes]
-            list(pool.map(run_file, [asked.folder] * len(some), [s for s, _ in some], [k for _, k in some]))
     print("TWIN, training runs of 290,000 rows and the test run; a process each, one thread")
     heads = "".join(f"{head:>9}" for head in ("read", "fit", "CPU s", "us/row", "peak MB"))
-    print(f"{'rows':>12}  {'model':16}{heads}{'train':>12}{'test':>12}")
-    for rows in sizes:
-        for model in MODELS:
-            if late():
-                sys.exit("not all is fitted; run this again to go on")
-            print(line(rows, model, fitted(asked.folder, rows, model)), flush=True)
+    print(f"{'rows':>12}  {'model':16}{heads}{'train':>12}{'test':>12}", flush=True)
+
+    def late() -> None:
+        if monotonic() - began > 60.0 * asked.minutes:
+            sys.exit("not all is done; run this again to go on")
+
+    with ProcessPoolExecutor(asked.processes) as pool:
+        for rows in sizes:
+            runs = [("test", 1000)] + [("training", seed) for seed in range(-(-rows // int(1000 * SECONDS)))]
+            for at in range(0, len(runs), asked.processes):
+                late()
+                some = runs[at : at + asked.processes]
+                list(pool.map(run_file, [asked.folder] * len(some), [s for s, _ in some], [k for _, k in some]))
+            for model in MODELS:
+                late()
+                print(line(rows, model, fitted(asked.folder, rows, model)), flush=True)
 
 
 if __name__ == "__main__":
