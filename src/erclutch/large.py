@@ -60,7 +60,7 @@ class Reading:
     invalid: Invalid | None = None
     variable: str | None = None
     derivative: Derivative = field(default_factory=Derivative)
-    rows: int = 262_144
+    rows: int = 65_536
 
     def batches(self, path: str | Path, device: DeviceName) -> Iterator[Batch]:
         """The batches of one log."""

@@ -27,7 +27,7 @@ def fit_large(
     offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     seed: Annotated[int, Parameter(group=_MODELS)] = 0,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
-    batch: Annotated[int, Parameter(group=_MODELS)] = 262_144,
+    batch: Annotated[int, Parameter(group=_MODELS)] = 65_536,
     scratch: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,

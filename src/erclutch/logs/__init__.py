@@ -78,7 +78,7 @@ def read_batches(
     invalid: Invalid | None = None,
     variable: str | None = None,
     mapping_file: str | Path | None = None,
-    rows: int = 262_144,
+    rows: int = 65_536,
 ) -> Iterator[Batch]:
     """Read a log stretch by stretch, so that a Parquet file may be larger than memory; other formats come whole.
 
