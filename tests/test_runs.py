@@ -200,7 +200,7 @@ def test_a_parent_that_cannot_be_written(
 # --- never half of one ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("writer", ["_write_json", "_write_table", "_write_predictions"])
+@pytest.mark.parametrize("writer", ["write_json", "_write_table", "_write_predictions"])
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt(), MemoryError()])
 @pytest.mark.parametrize("existing", [False, True])
 def test_nothing_is_left_after_a_failure_in_the_middle(

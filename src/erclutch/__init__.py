@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from erclutch.fit import FitOutcome, fit_structure
     from erclutch.fit.networks import fit_network
     from erclutch.flowcurve import FlowCurve, fit_flow_curve
+    from erclutch.large import LargeFit, fit_large
     from erclutch.laws import law_from_name
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
     from erclutch.model import Structure, TorqueModel
@@ -44,6 +45,7 @@ _HOMES = {
     "evaluate": ("score",),
     "fit": ("FitOutcome", "fit_structure"),
     "flowcurve": ("FlowCurve", "fit_flow_curve"),
+    "large": ("LargeFit", "fit_large"),
     "laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
     "model": ("Structure", "TorqueModel"),
@@ -64,6 +66,7 @@ __all__ = [
     "ErclutchError",
     "FitOutcome",
     "FlowCurve",
+    "LargeFit",
     "NetworkModel",
     "NetworkStructure",
     "Recording",
@@ -74,6 +77,7 @@ __all__ = [
     "build_dataset",
     "compare",
     "fit_flow_curve",
+    "fit_large",
     "fit_network",
     "fit_structure",
     "hold_out",

@@ -108,6 +108,17 @@ def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
     return float(rest * (2.0 - rest)), float(2.0 * rest**2)
 
 
+def reach(derivative: Derivative, period: float) -> int:
+    """Rows on either side that a speed depends on; for filters that never forget, until 1e-15 of a change is left."""
+    if derivative.name in ("central", "difference"):
+        return 1
+    if derivative.name == "savgol":
+        return derivative.window
+    g, h = _gains(derivative, period)
+    slowest = float(np.max(np.abs(np.roots([1.0, g + h - 2.0, 1.0 - g]))))
+    return 1 + int(np.ceil(np.log(1e-15) / np.log(slowest))) if slowest > 0 else 2
+
+
 def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
     """Speed of a position.
 

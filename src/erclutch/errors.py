@@ -44,6 +44,10 @@ class TimingError(LogError):
     """Time stamps that cannot be put right: running backwards, none at all, a single row."""
 
 
+class ShortLogError(TimingError):
+    """Fewer rows than a clock can be told from."""
+
+
 class CheckError(ErclutchError):
     """The data cannot support the fit that was asked for."""
 

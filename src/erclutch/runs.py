@@ -119,7 +119,7 @@ def _unwritable(target: Path, error: OSError) -> RunError:
     )
 
 
-def may_write(folder: str | Path, force: bool = False) -> None:
+def may_write(folder: str | Path, force: bool = False, marker: str = "run.json") -> None:
     """Say before any work whether a run may be written to a folder.
 
     Raises:
@@ -132,7 +132,7 @@ def may_write(folder: str | Path, force: bool = False) -> None:
         raise RunError("its parent folder cannot be written", where=str(target), remedy="Give --out another place")
     if not target.exists():
         return
-    if not (target / "run.json").is_file():
+    if not (target / marker).is_file():
         raise RunError("exists and is not a run", where=str(target), remedy="Give --out another name")
     if not force:
         raise RunError("there is a run already", where=str(target), remedy="Give --out another name, or --force")
@@ -142,12 +142,12 @@ def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None
     models = folder / "models"
     models.mkdir()
     for entry in comparison.entries:
-        _write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
+        write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
     # What `fit --json` prints, and what keeps the folder together.
     whole = {**body, "files": {name: file_digest(folder / name) for name in _GUARDED}}
-    _write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
+    write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
 
 
 def file_digest(path: Path) -> str:
@@ -161,7 +161,8 @@ def file_name(model: str) -> str:
     return model.replace("/", "_")
 
 
-def _write_json(path: Path, body: Mapping[str, Any]) -> None:
+def write_json(path: Path, body: Mapping[str, Any]) -> None:
+    """Plain JSON, indented, without numbers that are not finite."""
     path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

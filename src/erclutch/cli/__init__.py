@@ -24,6 +24,7 @@ _COMMANDS = {
     "report": "Write the report of a run: one HTML file, or a PDF for print.",
     "compare": "Compare runs on the rows that all of them held out.",
     "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
+    "fit-large": "Fit models without memory to logs larger than memory, block by block.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",

@@ -40,9 +40,9 @@ class Uncertainty:
     bandwidth: int
 
 
-def unknown(jacobian: Array) -> Uncertainty:
-    """Rank and condition alone; standard errors are nan."""
-    n, p = jacobian.shape
+def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
+    """Rank and condition alone; standard errors are nan. ``rows``: of the Jacobian that a triangle stands for."""
+    n, p = rows or jacobian.shape[0], jacobian.shape[1]
     norms = np.linalg.norm(jacobian, axis=0)
     s = np.linalg.svd(triangle_of(jacobian / np.where(norms > 0, norms, 1.0)), compute_uv=False)
     rank = int(np.count_nonzero(s > s[0] * max(n, p) * np.finfo(float).eps)) if p and s[0] > 0 else 0

@@ -10,7 +10,7 @@ Deterministic for a seed, whatever the number of threads: a start's arithmetic d
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -45,6 +45,11 @@ class Schedule:
     starts: int
     rounds: tuple[tuple[int, int, int], ...]
     polish: int = 0
+
+    @property
+    def levels(self) -> set[int]:
+        """Levels of compression that its rounds need."""
+        return {level for level, _, _ in self.rounds}
 
 
 def schedule_for(hidden: Sequence[int], polish: bool = False) -> Schedule:
@@ -156,8 +161,19 @@ def train(
         workers: starts side by side; changes no figure.
         by: what the grids are over in place of the inputs, see `compress`.
     """
-    sizes = (x.shape[0], *hidden, 1)
-    cells = {level: compress(x, y, level, by) for level in {level for level, _, _ in schedule.rounds}}
+    best = train_on({level: compress(x, y, level, by) for level in schedule.levels}, hidden, seed, schedule, workers)
+    if not schedule.polish:
+        return best
+    rows = Rows(x, y, None, (x.shape[0], *hidden, 1), single=y.size > _MANY)
+    polished = levenberg_marquardt(rows, best.theta, schedule.polish)
+    return replace(polished, steps=best.steps + polished.steps)
+
+
+def train_on(
+    cells: Mapping[int, Centroids], hidden: Sequence[int], seed: int, schedule: Schedule, workers: int = 1
+) -> Trained:
+    """The rounds of a schedule, on centroids by level of normalised rows; see `train`."""
+    sizes = (next(iter(cells.values())).x.shape[0], *hidden, 1)
     random = [np.random.default_rng([seed, k]) for k in range(schedule.starts)]
     points = [first_weights(rng, sizes) for rng in random]
     found: list[Trained] = []
@@ -172,9 +188,4 @@ def train(
             found = sorted(pool.map(run, points), key=lambda t: t.cost)[:kept]
         steps += sum(t.steps for t in found)
         points = [t.theta for t in found]
-    best = found[0]
-    if schedule.polish:
-        single = y.size > _MANY
-        best = levenberg_marquardt(Rows(x, y, None, sizes, single=single), best.theta, schedule.polish)
-        steps += best.steps
-    return replace(best, steps=steps)
+    return replace(found[0], steps=steps)

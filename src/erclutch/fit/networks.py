@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from erclutch.dataset import Dataset
 from erclutch.errors import CheckError
 from erclutch.fit.backprop import tables_of, weights_of
-from erclutch.fit.compress import compress
+from erclutch.fit.compress import Centroids, compress
 from erclutch.fit.lm import Stop
-from erclutch.fit.network import schedule_for, train
+from erclutch.fit.network import Trained, schedule_for, train
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.ranges import range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
@@ -52,8 +53,12 @@ def fit_network(
         MappingError: a further input is not in the data.
     """
     x = inputs_of(structure, data.elements, data.clock, data.extras, dynamics or {})
-    _checked(x, data, structure)
-    span = np.column_stack([x.min(axis=1), x.max(axis=1)])
+    where = data.sources[0] if len(data.sources) == 1 else f"{len(data.sources)} logs"
+    require_rows(data.rows, structure, where)
+    require_finite(x, data.effort, structure, where)
+    extent = extent_of(x, data.effort)
+    require_varied(extent, structure, where)
+    span = np.column_stack([extent.low, extent.high])
     scaling = scaling_of(x, data.effort, structure.kind)
     spaced = spacing(structure, x)
     weights, stop, steps = learn(
@@ -63,6 +68,11 @@ def fit_network(
         structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
     )
     residual = data.effort - model.predict(data)
+    return outcome_of(model, stop, steps, float(residual @ residual), data.rows)
+
+
+def outcome_of(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int) -> FitOutcome[NetworkModel]:
+    """The outcome of a network's fit with its sum of squares over all rows."""
     return FitOutcome(
         model=model,
         stop=stop,
@@ -73,33 +83,68 @@ def fit_network(
         unknowns=model.parameters,
         condition=float("nan"),
         bandwidth=1,
-        train_cost=float(residual @ residual),
-        train_rows=data.rows,
+        train_cost=cost,
+        train_rows=rows,
         weights=model.parameters,
     )
 
 
 def spacing(structure: NetworkStructure, x: Array) -> Array:
     """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there."""
-    spaced = x.copy()
+    return spaced_by(structure, x, {i: float(np.mean(slip**2)) for i, slip in slips_of(structure, x).items()})
+
+
+def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
+    """The slips behind the inputs x (inputs, n), by the input in whose place the grid is over them."""
     if structure.device == "single" or structure.kind == "rbfn":
-        slips: dict[int, Array] = {i: x[i] for i in range(1, len(base_inputs(structure.device, structure.kind)))}
-    else:
-        slips = {1: x[1] - x[2], 2: -x[1] - x[2]}
-    for i, slip in slips.items():
-        size = float(np.sqrt(np.mean(slip**2))) or 1.0
+        return {i: x[i] for i in range(1, len(base_inputs(structure.device, structure.kind)))}
+    return {1: x[1] - x[2], 2: -x[1] - x[2]}
+
+
+def spaced_by(structure: NetworkStructure, x: Array, squares: Mapping[int, float]) -> Array:
+    """`spacing` for rows out of many, with the mean square of each slip over all of them."""
+    spaced = x.copy()
+    for i, slip in slips_of(structure, x).items():
+        size = float(np.sqrt(squares[i])) or 1.0
         scaled: Array = slip / (_NARROW * size)
         spaced[i] = np.arcsinh(scaled)
     return spaced
 
 
+@dataclass(frozen=True)
+class Extent:
+    """Smallest and largest values over all rows.
+
+    Attributes:
+        low, high: of each input, shape (inputs,).
+        effort: of the effort.
+    """
+
+    low: Array
+    high: Array
+    effort: tuple[float, float]
+
+    def joined(self, other: Extent) -> Extent:
+        """Of both."""
+        (a, b), (c, d) = self.effort, other.effort
+        return Extent(np.minimum(self.low, other.low), np.maximum(self.high, other.high), (min(a, c), max(b, d)))
+
+
+def extent_of(x: Array, y: Array) -> Extent:
+    """Extent of inputs (inputs, n) and effort (n,)."""
+    return Extent(x.min(axis=1), x.max(axis=1), (float(y.min()), float(y.max())))
+
+
 def scaling_of(x: Array, y: Array, kind: Kind) -> Scaling:
     """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
-    low = x.min(axis=1)
-    wide = x.max(axis=1) - low
+    return scaling_for(extent_of(x, y), float(np.mean(y)), kind)
+
+
+def scaling_for(extent: Extent, middle: float, kind: Kind) -> Scaling:
+    """`scaling_of` rows of which only the extent and the mean effort are known."""
+    low, wide = extent.low, extent.high - extent.low
     wide = np.where(wide > 0, wide, 1.0)
-    middle = float(np.mean(y))
-    half = float(np.max(np.abs(y - middle))) or 1.0
+    half = max(abs(end - middle) for end in extent.effort) or 1.0
     return Scaling(low + 0.5 * wide, 0.5 * wide, middle, half) if kind == "fnn" else Scaling(low, wide, middle, half)
 
 
@@ -125,55 +170,88 @@ def learn(
         return chosen(unit, target, structure, seed, polish, workers, spaced)
 
 
-def _checked(x: Array, data: Dataset, structure: NetworkStructure) -> None:
-    where = data.sources[0] if len(data.sources) == 1 else f"{len(data.sources)} logs"
+def require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for fewer rows than weights."""
     count = sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
-    if data.rows < count:
+    if rows < count:
         raise CheckError(
-            f"{data.rows} training rows for the {count} weights of {structure.specification}",
+            f"{rows} training rows for the {count} weights of {structure.specification}",
             remedy="Log more, or choose a smaller network",
             where=where,
         )
+
+
+def require_finite(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for inputs (inputs, n) or efforts (n,) that are not finite."""
     for name, values in zip(structure.inputs, x, strict=True):
         if not np.all(np.isfinite(values)):
             bad = int(np.count_nonzero(~np.isfinite(values)))
             raise CheckError(
                 f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
             )
-        if float(np.ptp(values)) == 0.0:
+    if not np.all(np.isfinite(y)):
+        raise _no_effort(where)
+
+
+def require_varied(extent: Extent, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for an input or effort that does not vary."""
+    for name, low, high in zip(structure.inputs, extent.low.tolist(), extent.high.tolist(), strict=True):
+        if high == low:
             raise CheckError(
-                f"input {name} is constant at {values[0]:g} over all training rows",
+                f"input {name} is constant at {low:g} over all training rows",
                 remedy="Log with it changing, or leave it out",
                 where=where,
             )
-    if not np.all(np.isfinite(data.effort)) or float(np.ptp(data.effort)) == 0.0:
-        raise CheckError(
-            "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
-        )
+    if extent.effort[0] == extent.effort[1]:
+        raise _no_effort(where)
+
+
+def _no_effort(where: str) -> CheckError:
+    return CheckError(
+        "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
+    )
 
 
 def _learn_fnn(
     x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
     found = train(x, y, structure.hidden, seed, schedule_for(structure.hidden, polish), workers, by)
-    sizes = (x.shape[0], *structure.hidden, 1)
+    return fnn_tables(found, x.shape[0], structure), found.stop, found.steps
+
+
+def fnn_tables(found: Trained, inputs: int, structure: NetworkStructure) -> dict[str, Array]:
+    """Tables of an FNN from its weight vector."""
+    sizes = (inputs, *structure.hidden, 1)
     assert found.theta.size == weights_of(sizes)
-    return tables_of(found.theta, sizes), found.stop, found.steps
+    return tables_of(found.theta, sizes)
 
 
 def _learn_rbfn(
     x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
-    neurons, how = structure.hidden[0], structure.centres
-    cells = compress(x, y, 0, by)
-    found = by_k_means(cells, neurons, seed) if how == "kmeans" else by_forward_selection(cells, neurons, seed)
-    if how in ("refined", "spreads"):
-        finer = compress(x, y, 2 if polish else 1, by)
-        found = refined(finer, found, one_spread=how == "refined")
+    cells = {level: compress(x, y, level, by) for level in rbfn_levels(structure, polish)}
+    found = centres_on(cells, structure, seed)
     return rbfn_tables(x, y, found), found.stop, found.steps
+
+
+def rbfn_levels(structure: NetworkStructure, polish: bool = False) -> tuple[int, ...]:
+    """Levels of compression that an RBFN's centres need."""
+    return (0, 2 if polish else 1) if structure.centres in ("refined", "spreads") else (0,)
+
+
+def centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> Centres:
+    """Centres and spreads of an RBFN on centroids by level: found on the coarsest, refined on the finest."""
+    neurons, how = structure.hidden[0], structure.centres
+    search = by_k_means if how == "kmeans" else by_forward_selection
+    found = search(cells[0], neurons, seed)
+    return refined(cells[max(cells)], found, one_spread=how == "refined") if len(cells) > 1 else found
 
 
 def rbfn_tables(x: Array, y: Array, found: Centres) -> dict[str, Array]:
     """Tables of an RBFN with output weights from all rows."""
-    w, _ = weights_for(x, y, None, found.centres, found.spreads)
+    return rbfn_tables_for(found, weights_for(x, y, None, found.centres, found.spreads)[0])
+
+
+def rbfn_tables_for(found: Centres, w: Array) -> dict[str, Array]:
+    """Tables of an RBFN from its centres and its output weights, the constant last."""
     return {"centres": found.centres, "spreads": found.spreads, "w": w[:-1], "b": w[-1:]}

@@ -7,7 +7,7 @@ the lowest error of a scan. The output weights are always those of least squares
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -162,17 +162,25 @@ def _least_squares(square: Array, right: Array) -> Array:
 
 def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
     """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left."""
+    return weights_over([(x, y, count)], centres, spreads)
+
+
+def weights_over(
+    stretches: Iterable[tuple[Array, Array, Array | None]], centres: Array, spreads: Array
+) -> tuple[Array, float]:
+    """`weights_for` rows that come in stretches of (inputs, effort, count or None)."""
     n = centres.shape[0]
     square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0
-    for at in range(0, y.size, _BLOCK):
-        rows = slice(at, at + _BLOCK)
-        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
-        target = y[rows]
-        if count is not None:
-            root = np.sqrt(count[rows])
-            columns, target = columns * root, target * root
-        square += columns @ columns.T
-        right += columns @ target
-        power += float(target @ target)
+    for x, y, count in stretches:
+        for at in range(0, y.size, _BLOCK):
+            rows = slice(at, at + _BLOCK)
+            columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
+            target = y[rows]
+            if count is not None:
+                root = np.sqrt(count[rows])
+                columns, target = columns * root, target * root
+            square += columns @ columns.T
+            right += columns @ target
+            power += float(target @ target)
     w = _least_squares(square, right)
     return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)

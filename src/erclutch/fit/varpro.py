@@ -94,10 +94,11 @@ class Projection:
 def project(separable: Separable, q: Sequence[float]) -> Projection:
     """Best gains and their cost at nonlinear parameters ``q``."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        return _gains(_stack(separable.columns(q), separable.target), separable.nonnegative)
+        return _gains(stack(separable.columns(q), separable.target), separable.nonnegative)
 
 
-def _stack(columns: Sequence[Any], target: Array) -> Array:
+def stack(columns: Sequence[Any], target: Array) -> Array:
+    """Columns and target side by side, values only, shape (n, p + 1)."""
     matrix: Array = np.empty((target.size, len(columns) + 1), order="F")
     for j, column in enumerate(columns):
         matrix[:, j] = value_of(column)
@@ -129,7 +130,12 @@ def _gains(matrix: Array, nonnegative: Mask) -> Projection:
     p = int(matrix.shape[1]) - 1
     if not np.isfinite(matrix.sum()):
         return Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
-    r = triangle_of(matrix)
+    return gains_of(triangle_of(matrix), nonnegative)
+
+
+def gains_of(r: Array, nonnegative: Mask) -> Projection:
+    """Best gains from the triangle of [columns | target], shape (p + 1, p + 1)."""
+    p = int(r.shape[1]) - 1
     dead: Mask = np.sqrt(np.sum(r[:, :p] ** 2, axis=0)) < _UNEXCITED
     gains: Array = np.zeros(p)
     held = dead.copy()
@@ -148,7 +154,7 @@ def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         columns = separable.columns(seeded(separable.shapes, u))
-        stacked = _stack(columns, separable.target)
+        stacked = stack(columns, separable.target)
         projection = _gains(stacked, separable.nonnegative)
         slopes = np.zeros((separable.target.size, u.size), order="F")
         for gain, column in zip(projection.gains, columns, strict=True):

@@ -8,7 +8,7 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,22 @@ from numpy.typing import ArrayLike
 
 from erclutch.errors import LogError, MappingError
 from erclutch.logs.assemble import NEEDS, DeviceName, Invalid, assemble
+from erclutch.logs.batches import Batch, parquet_batches
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
 from erclutch.signals import SIGNALS, Array, Recording
 
-__all__ = ["NEEDS", "ColumnChoice", "ColumnMap", "Table", "read", "read_table", "recording_from_arrays"]
+__all__ = [
+    "NEEDS",
+    "Batch",
+    "ColumnChoice",
+    "ColumnMap",
+    "Table",
+    "read",
+    "read_batches",
+    "read_table",
+    "recording_from_arrays",
+]
 
 _LARGEST = 4 << 30  # bytes
 _MCAP = b"\x89MCAP0\r\n"
@@ -60,6 +71,61 @@ def read(
     return assemble(table, chosen, device=device, invalid=invalid or ("drop" if chosen.invalid == "drop" else "error"))
 
 
+def read_batches(
+    path: str | Path,
+    mapping: ColumnMap | Mapping[str, Any] | None = None,
+    *,
+    device: DeviceName = "single",
+    invalid: Invalid | None = None,
+    variable: str | None = None,
+    mapping_file: str | Path | None = None,
+    rows: int = 65_536,
+) -> Iterator[Batch]:
+    """Read a log stretch by stretch, so that a Parquet file may be larger than memory; other formats come whole.
+
+    Columns, units, gaps and values are checked as by `read`, a stretch at a time.
+
+    Args:
+        path: see `read`.
+        mapping: see `read`.
+        device: see `read`.
+        invalid: see `read`.
+        variable: see `read`.
+        mapping_file: see `read`.
+        rows: of a stretch, at least 10,000.
+
+    Raises:
+        LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
+        SettingError: a constant that is given by segments.
+    """
+    from erclutch.logs.parquet import is_parquet
+
+    file = Path(path)
+    _require_file(file)
+    chosen = _as_map(mapping).over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+    how: Invalid = invalid or ("drop" if chosen.invalid == "drop" else "error")
+    try:
+        batchwise = is_parquet(file)
+        digest = _digest(file) if batchwise else ""
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    if batchwise:
+        yield from parquet_batches(file, digest, chosen, device, how, rows)
+        return
+    whole = assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=how)
+    yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
+
+
+def _unreadable(path: str | Path, error: OSError) -> LogError:
+    problem = f"the file cannot be read ({error.strerror})"
+    return LogError(problem, remedy="Check its permissions", where=str(path))
+
+
 def read_table(path: str | Path, *, variable: str | None = None) -> Table:
     """Read a log as it is: raw columns and units, nothing converted.
 
@@ -79,8 +145,7 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
             raise LogError("the file is larger than 4 GiB", remedy="Split the log", where=file.name)
         data = file.read_bytes()
     except OSError as error:
-        problem = f"the file cannot be read ({error.strerror})"
-        raise LogError(problem, remedy="Check its permissions", where=str(path)) from error
+        raise _unreadable(path, error) from error
     digest = hashlib.sha256(data).hexdigest()
     suffix = file.suffix.lower()
     if not data:

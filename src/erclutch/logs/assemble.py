@@ -55,7 +55,14 @@ class _Draft:
 
 
 def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid = "error") -> Recording:
-    """Make a Recording of a table.
+    """Make a Recording of a table; see `assemble_rows`."""
+    return assemble_rows(table, chosen, device=device, invalid=invalid)[0]
+
+
+def assemble_rows(
+    table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid = "error"
+) -> tuple[Recording, NDArray[np.int64]]:
+    """Make a Recording of a table, and tell which row of the table each of its rows was, shape (n,).
 
     Args:
         table: columns as in the file.
@@ -315,7 +322,7 @@ def _refuse_or_note(draft: _Draft, each: Mapping[str, NDArray[np.bool_]], invali
     values = draft.table.columns.get(name)
     shown = "nan" if values is None or np.isnan(values[row]) else "infinity" if values[row] > 0 else "-infinity"
     many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
-    text = f"column {name} has {many}, the first ({shown}) in data row {row + 1}"
+    text = f"column {name} has {many}, the first ({shown}) in data row {draft.table.first_row + row + 1}"
     if invalid == "error":
         raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop", where=draft.table.name)
     total = int(np.logical_or.reduce(list(each.values())).sum())
@@ -381,7 +388,9 @@ def _same_as_before(table: Table, time: str, rows: NDArray[np.int64]) -> NDArray
     return same
 
 
-def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad: NDArray[np.bool_]) -> Recording:
+def _recording(
+    draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad: NDArray[np.bool_]
+) -> tuple[Recording, NDArray[np.int64]]:
     """Take the rows that are left and cut the segments where rows are missing."""
     kept = rows[clock.keep]
     first = np.zeros(kept.size, dtype=np.bool_)
@@ -398,7 +407,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
     extras = {name.removeprefix(_INPUT): signals.pop(name) for name in list(signals) if name.startswith(_INPUT)}
     _step_signals(draft, signals, starts, stops)
     time = _frozen(clock.time[fine])
-    return Recording(
+    recording = Recording(
         name=draft.table.name,
         signals=MappingProxyType(signals),
         units=MappingProxyType(dict(draft.units)),
@@ -412,6 +421,7 @@ def _recording(draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad:
         extras=MappingProxyType(extras),
         notes=(*draft.notes, *clock.notes),
     )
+    return recording, kept[fine]
 
 
 def _frozen(values: Array) -> Array:

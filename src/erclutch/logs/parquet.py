@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,18 +36,68 @@ def read_parquet(data: bytes, name: str, digest: str) -> Table:
             f"this is not a whole Parquet file ({what})", remedy="Copy the file again or export it as CSV", where=name
         )
     parquet: Any = import_module("pyarrow.parquet")
-    try:
+    with _damage_named(name):
         file = parquet.ParquetFile(io.BytesIO(data))
         size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
         if not 0 <= size <= _LARGEST or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > _LARGEST:
             raise LogError("the columns would need more than 8 GiB", remedy="Split the log", where=name)
         table = file.read()
         return _table(table, name, digest)
+
+
+@contextmanager
+def _damage_named(name: str) -> Generator[None]:
+    """Whatever the library says of a damaged file, as one error."""
+    try:
+        yield
     except LogError:
         raise
     except Exception as error:  # pyarrow raises ArrowInvalid, OSError, MemoryError, UnicodeDecodeError, ... on damage
         problem = f"the Parquet data is damaged ({type(error).__name__}: {str(error).strip()[:120]})"
         raise LogError(problem, remedy="Copy the file again or export it as CSV", where=name) from error
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether a file is Parquet by its first bytes or its name."""
+    with path.open("rb") as file:
+        return file.read(4) == MAGIC or path.suffix.lower() in {".parquet", ".pq"}
+
+
+def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, int, Table]]:
+    """A Parquet file of any size as overlapping tables, read page by page.
+
+    Args:
+        path: the file.
+        rows: rows that a window stands for; the last one for up to twice as many.
+        margin: rows that it holds besides on either side, where the file has them.
+
+    Yields:
+        The rows of the file that the window stands for, [start, stop), and its table with the margins
+        (`Table.first_row` tells where that begins; its digest is empty).
+
+    Raises:
+        LogError: no Parquet file, a damaged one, or one without rows of numbers.
+    """
+    parquet: Any = import_module("pyarrow.parquet")
+    pyarrow: Any = import_module("pyarrow")
+    name, first, start = path.name, 0, 0
+    with _damage_named(name), parquet.ParquetFile(path, buffer_size=_PAGES, pre_buffer=False) as file:
+        if not file.metadata.num_rows:
+            raise LogError("the file has no rows of numbers", remedy="Give a log with one row a sample", where=name)
+        held: Any = file.schema_arrow.empty_table()
+        for batch in file.iter_batches(batch_size=min(rows, _READ)):
+            held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
+            while first + held.num_rows >= start + 2 * rows + margin:
+                part = held.slice(0, start + rows + margin - first)
+                yield start, start + rows, replace(_table(part, name, ""), first_row=first)
+                start += rows
+                drop = max(start - margin, 0) - first
+                held, first = held.slice(drop), first + drop
+        yield start, first + held.num_rows, replace(_table(held, name, ""), first_row=first)
+
+
+_PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
+_READ = 65_536  # rows
 
 
 def _table(table: Any, name: str, digest: str) -> Table:

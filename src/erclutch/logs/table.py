@@ -30,6 +30,7 @@ class Table:
         metadata: texts of the header block, of a MATLAB structure or of a Parquet file.
         notes: what was dropped, renamed or assumed while reading, one sentence each.
         unsampled: rows of a live recording in which no good sample came, shape (n,); None in all other files.
+        first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Table:
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
     unsampled: NDArray[np.bool_] | None = None
+    first_row: int = 0
 
     @property
     def origin(self) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import TimingError
+from erclutch.errors import ShortLogError, TimingError
 from erclutch.signals import Array
 
 MINIMUM_ROWS = 10
@@ -110,7 +110,7 @@ def require_rows(rows: int, where: str) -> None:
     """Raise a TimingError for fewer rows than anything can be said of."""
     if rows < MINIMUM_ROWS:
         problem = f"only {rows} row{'' if rows == 1 else 's'} of data, {MINIMUM_ROWS} are needed"
-        raise TimingError(problem, remedy="Give a longer log", where=where)
+        raise ShortLogError(problem, remedy="Give a longer log", where=where)
 
 
 def _refuse_backwards(stamps: Array, column: str, where: str) -> None:

@@ -1,0 +1,45 @@
+"""Laws on centroids: a pair that is driven one clutch at a time has three inputs, a single element two."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.device import Element
+from erclutch.dynamics import Clock
+from erclutch.fit.compress import Centroids
+from erclutch.fit.varpro import Separable
+from erclutch.laws import Shape
+from erclutch.model import Reference, Structure
+
+Array = NDArray[np.float64]
+
+_NARROW = 0.003  # slip, over its root mean square, below which cells are equally wide
+
+
+def signed_rows(elements: Sequence[Element]) -> Array:
+    """The field, of a pair the difference of both, and each slip: shape (1 + elements, n)."""
+    first = elements[0].field
+    signed = first - elements[1].field if len(elements) > 1 else first
+    return np.array([signed, *(e.slip for e in elements)])
+
+
+def spaced_rows(rows: Array, reference: Reference) -> Array:
+    """What the grid is over: laws bend most where the slip is small, so cells narrow towards zero."""
+    return np.array([rows[0], *np.arcsinh(rows[1:] / (_NARROW * reference.slip))])
+
+
+def on_cells(cells: Centroids, structure: Structure, reference: Reference, shapes: tuple[Shape, ...]) -> Separable:
+    """The problem on weighted centroids of `signed_rows`."""
+    pair = structure.elements > 1
+    parts = [np.maximum(cells.x[0], 0.0), np.maximum(-cells.x[0], 0.0)] if pair else [cells.x[0]]
+    elements = [Element(field, slip) for field, slip in zip(parts, cells.x[1:], strict=True)]
+    clock, root = Clock(np.arange(float(cells.y.size)), ()), np.sqrt(cells.count)
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        return [column * root for column in structure.columns(elements, clock, reference, q)]
+
+    return Separable(columns, cells.y * root, shapes, structure.gains())
