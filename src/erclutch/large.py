@@ -10,6 +10,7 @@ together that are not together in memory, and are refused.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -304,9 +305,17 @@ def write_large(folder: str | Path, result: LargeFit, *, force: bool = False) ->
 
 
 def peak_memory() -> int | None:
-    """The most bytes of memory that this process has had so far; None where the system does not tell."""
-    import sys
+    """The most bytes of memory that this process has had so far; None where the system does not tell.
 
+    On Linux ``ru_maxrss`` also holds what the process that started this one had, so the kernel's own mark comes first.
+    """
+    try:
+        marks = Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        marks = []
+    for mark in marks:
+        if mark.startswith("VmHWM:"):
+            return 1024 * int(mark.split()[1])
     try:
         resource: Any = import_module("resource")
     except ImportError:  # Windows
