@@ -74,6 +74,7 @@ def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray,
     assert mine.score(inputs, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2), abs=0.03)
 
 
+@pytest.mark.slow
 def test_grid_search_over_blocks_in_time(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     X, y, _ = rows
     split = TimeSeriesSplit(3)

@@ -18,7 +18,7 @@ MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 
 
 @pytest.mark.parametrize("suffix", sorted(MAGIC))
-@pytest.mark.parametrize("scenario", ["test", "brake"])
+@pytest.mark.parametrize("scenario", ["test", pytest.param("brake", marks=pytest.mark.slow)])
 def test_section_and_coverage(tmp_path: Path, suffix: str, scenario: str) -> None:
     log = prepare(scenario, seconds=2.0).recording()
     section = draw_section(log, tmp_path / f"s{suffix}", start=0.5, seconds=0.25)

@@ -72,6 +72,7 @@ def held(slip: float, command: float, channel: int, changes: dict[str, float]) -
     return torque
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("channel", "rated"), [(0, "rated_torque_1"), (1, "rated_torque_2")])
 def test_a_slow_fully_built_clutch_gives_its_rated_torque(channel: int, rated: str) -> None:
     """Table I at 2000 V, slow enough that shear breaks little of the structure."""
