@@ -70,6 +70,8 @@ def _rows(page: Any, heights: Sequence[float]) -> list[Any]:
         hspace=0.0,
         wspace=0.0,
     )
+    for area in areas.flat:  # empty backgrounds, whose edges the layout puts at 0 or at -0
+        area.patch.set_visible(False)
     return [areas[k + 1, 1] for k in range(len(heights))]
 
 
