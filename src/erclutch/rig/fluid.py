@@ -5,6 +5,8 @@ Shear stress = G z + eta g, with g the shear rate, z the chains' strain, G = tau
     z' = g - |g| z / z_y                      elastic below the yield strain z_y, then flow (smooth sign, hysteresis)
     s' = k(E, g) (s_eq(E, g) - s)             structure: built by the field, broken by shear (a Mason-like number)
     tau_y = strength 1.313 X^1.5 tanh(sqrt X), X = E / E_c
+
+The field of a clutch that is off comes to exactly zero, where what costs most need not be worked out.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import math
 
 from erclutch.rig.compiled import compiled
 from erclutch.rig.integrate import toward
-from erclutch.rig.parts import Fluid
+from erclutch.rig.parts import LEAST_RATIO, Fluid
 
 _REFERENCE_FIELD = 2.0e6  # V/m: 2000 V over 1 mm, where the rates of default.toml hold
 
@@ -21,17 +23,21 @@ _REFERENCE_FIELD = 2.0e6  # V/m: 2000 V over 1 mm, where the rates of default.to
 @compiled
 def yield_stress(field: float, strength: float, fluid: Fluid) -> float:
     """Yield stress of fully built chains in Pa."""
+    if field == 0.0:
+        return 0.0
     root = math.sqrt(field * (1.0 / fluid.critical_field))
-    return strength * 1.313 * root * root * root * math.tanh(root)
+    tanh = 1.0 - 2.0 / (math.exp(2.0 * root) + 1.0)
+    return strength * 1.313 * root * root * root * tanh
 
 
 @compiled
 def structure_rates(field: float, fluid: Fluid) -> tuple[float, float]:
     """Rate at which structure builds and decays at rest [1/s], and the shear rate that halves it [1/s]."""
     ratio = field / _REFERENCE_FIELD
-    return ratio * ratio / fluid.building_time + 1.0 / fluid.decay_time, fluid.breaking_rate * (
-        (ratio + 1e-6) ** fluid.breaking_exponent
-    )
+    building = ratio * ratio / fluid.building_time + 1.0 / fluid.decay_time
+    if field == 0.0:
+        return building, fluid.idle_breaking
+    return building, fluid.breaking_rate * (ratio + LEAST_RATIO) ** fluid.breaking_exponent
 
 
 @compiled

@@ -1,8 +1,9 @@
 """Dry friction of a bearing, gear, seal or screw: elastic at first, then sliding (LuGre without its viscous terms).
 
-    F = k z,   z' = v - |v| z / z_s(v),   z_s = F_s(v) / k,   F_s = F_c + (F_b - F_c) exp(-(v / v_s)^2)
+    F = k z,   z' = v - |v| z / z_s(v),   z_s = presliding (1 + (breakaway - 1) exp(-(v / v_s)^2)),   k = F_c / presliding
 
-k = F_c / presliding. Stored energy is k z^2 / 2, so what is left, k |v| z^2 / z_s, is dissipated and never negative.
+Steady sliding has F = k z_s: F_c when fast, breakaway F_c when slow. Stored energy is k z^2 / 2, so what is left,
+k |v| z^2 / z_s, is dissipated and never negative.
 """
 
 from __future__ import annotations
@@ -14,16 +15,19 @@ from erclutch.rig.integrate import toward
 
 
 @compiled
-def sliding_force(speed: float, coulomb: float, breakaway: float, stribeck_speed: float) -> float:
-    """Friction of steady sliding, F_s."""
+def stribeck(speed: float, breakaway: float, stribeck_speed: float) -> float:
+    """Friction of steady sliding over Coulomb friction: ``breakaway`` at rest, 1 when fast."""
     ratio = speed / stribeck_speed
-    return coulomb + (breakaway - coulomb) * math.exp(-ratio * ratio)
+    squared = ratio * ratio
+    return 1.0 + (breakaway - 1.0) * math.exp(-squared) if squared < 40.0 else 1.0  # exp(-40): less than rounding
 
 
 @compiled
-def bristle_after(z: float, speed: float, sliding: float, stiffness: float, dt: float) -> float:
-    """Deflection one step later, for a speed at the step's middle."""
-    if speed == 0.0 or stiffness == 0.0:
-        return z
-    limit = sliding / stiffness
-    return toward(z, math.copysign(limit, speed), abs(speed) / limit * dt) if limit > 0.0 else 0.0
+def bristle_after(z: float, speed: float, limit: float, dt: float) -> tuple[float, float]:
+    """Deflection one step later, for a speed at the step's middle, and the energy lost meanwhile over the stiffness.
+
+    ``limit`` is the deflection of steady sliding, above 0.
+    """
+    share = abs(speed) / limit * dt
+    after = toward(z, math.copysign(limit, speed), share)
+    return after, 0.5 * (z * z + after * after) * share

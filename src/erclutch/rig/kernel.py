@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from erclutch.rig.compiled import compiled
 from erclutch.rig.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
-from erclutch.rig.friction import bristle_after, sliding_force
+from erclutch.rig.friction import bristle_after, stribeck
 from erclutch.rig.integrate import decay
 from erclutch.rig.parts import POINTS, Drive, Parts, Screw
 from erclutch.rig.supply import voltage_after
@@ -102,24 +102,20 @@ def _gaps_after(
 
 
 @compiled
-def _dry(x: Array, at: int, speed: float, sliding: float, stiffness: float, dt: float) -> None:
+def _dry(x: Array, at: int, speed: float, limit: float, stiffness: float, dt: float) -> None:
     """A bristle one step later, and its entry in the ledger."""
-    z = x[at]
-    z_new = bristle_after(z, speed, sliding, stiffness, dt)
-    x[at] = z_new
-    if sliding > 0.0:
-        lost = stiffness * stiffness * abs(speed) * 0.5 * (z * z + z_new * z_new) / sliding * dt
-        x[DISSIPATED] += lost
-        x[SMALLEST] = min(x[SMALLEST], lost)
+    x[at], lost = bristle_after(x[at], speed, limit, dt)
+    x[DISSIPATED] += stiffness * lost
+    x[SMALLEST] = min(x[SMALLEST], stiffness * lost)
 
 
 @compiled
-def _screw_sliding(x: Array, screw: Screw, speed: float) -> float:
-    """Sliding friction of the screw: Stribeck, direction and place."""
-    force = sliding_force(speed, screw.coulomb, screw.breakaway, screw.stribeck_speed)
+def _screw_limit(x: Array, screw: Screw, speed: float) -> float:
+    """Deflection of the screw's bristles in steady sliding: Stribeck, direction and place."""
+    limit = screw.presliding * stribeck(speed, screw.breakaway, screw.stribeck_speed)
     place = 1.0 + screw.waviness * (math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7))
     way = 1.0 + screw.asymmetry if speed > 0.0 else 1.0 - screw.asymmetry
-    return force * place * way
+    return limit * place * way
 
 
 @compiled
@@ -138,7 +134,8 @@ def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: flo
         voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
         middle = 0.5 * (voltage + x[VOLT_1 + channel])
         x[VOLT_1 + channel] = voltage
-        x[FIELD_1 + channel] += share * (middle / parts.clutch_1.gap - x[FIELD_1 + channel])
+        field = x[FIELD_1 + channel] + share * (middle / parts.clutch_1.gap - x[FIELD_1 + channel])
+        x[FIELD_1 + channel] = field if field > 1.0 else 0.0  # below 1 V/m it is off
 
 
 @compiled
@@ -204,13 +201,13 @@ def _states_after(x: Array, parts: Parts, first: float, second: float, motor: fl
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
         slip = (omega if channel == 0 else -omega) - omega_r
-        _dry(x, SEAL_1 + channel, slip, clutch.seal, clutch.seal / clutch.seal_slip, dt)
+        _dry(x, SEAL_1 + channel, slip, clutch.seal_slip, clutch.seal / clutch.seal_slip, dt)
     electric = x[VOLT_1] ** 2 / parts.supply.leakage_1 + x[VOLT_2] ** 2 / parts.supply.leakage_2
     heat = (x[DISSIPATED] - lost) / dt + electric
     x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
-    sliding = sliding_force(omega, drive.coulomb, drive.breakaway, drive.stribeck_speed)
-    _dry(x, BRISTLE_IN, omega, sliding, drive.coulomb / drive.presliding, dt)
-    _dry(x, BRISTLE_L, omega_l, _screw_sliding(x, screw, omega_l), screw.coulomb / screw.presliding, dt)
+    limit = drive.presliding * stribeck(omega, drive.breakaway, drive.stribeck_speed)
+    _dry(x, BRISTLE_IN, omega, limit, drive.coulomb / drive.presliding, dt)
+    _dry(x, BRISTLE_L, omega_l, _screw_limit(x, screw, omega_l), screw.coulomb / screw.presliding, dt)
     wanted = min(max(motor, -drive.torque_limit), drive.torque_limit)
     x[MOTOR] += (wanted - x[MOTOR]) * (1.0 - decay(dt / drive.torque_time))
     x[THETA] += dt * omega

@@ -11,6 +11,8 @@ from erclutch.rig.parameters import RigParameters
 
 #: Gauss points over the radius of a gap.
 POINTS = 5
+#: Field over the reference field, below which breaking no longer slows down.
+LEAST_RATIO = 1e-6
 
 
 class Supply(NamedTuple):
@@ -26,7 +28,7 @@ class Supply(NamedTuple):
 
 
 class Fluid(NamedTuple):
-    """The ER fluid."""
+    """The ER fluid; ``idle_breaking`` is the shear rate that halves the structure without a field [1/s]."""
 
     polarisation: float
     critical_field: float
@@ -41,6 +43,7 @@ class Fluid(NamedTuple):
     building_time: float
     decay_time: float
     rearranging_strain: float
+    idle_breaking: float
 
 
 class Clutch(NamedTuple):
@@ -150,11 +153,6 @@ def yield_form(ratio: float) -> float:
     return float(1.313 * ratio**1.5 * np.tanh(np.sqrt(ratio)))
 
 
-def _with_breakaway(part: dict[str, float]) -> dict[str, float]:
-    """Break-away friction as a torque."""
-    return {**part, "breakaway": part["breakaway"] * part["coulomb"]}
-
-
 def single_clutch(parts: Parts) -> Parts:
     """CH1 alone: of the second clutch nothing is left, neither fluid nor seal."""
     there = np.repeat([1.0, 0.0], POINTS)
@@ -172,7 +170,7 @@ def _gaps(arm: NDArray[np.float64], weight: NDArray[np.float64], viscosity: tupl
 
 def parts_of(rig: RigParameters) -> Parts:
     """Parameters as the compiled code takes them."""
-    clutch = rig.section("clutch")
+    clutch, fluid = rig.section("clutch"), rig.section("fluid")
     points, weights = np.polynomial.legendre.leggauss(POINTS)
     inner, outer, gap = clutch["inner_radius"], clutch["outer_radius"], clutch["gap"]
     radius = 0.5 * (outer - inner) * points + 0.5 * (outer + inner)
@@ -189,12 +187,12 @@ def parts_of(rig: RigParameters) -> Parts:
 
     return Parts(
         Supply(**rig.section("supply")),
-        Fluid(**rig.section("fluid")),
+        Fluid(**fluid, idle_breaking=fluid["breaking_rate"] * LEAST_RATIO ** fluid["breaking_exponent"]),
         one(1),
         one(2),
         _gaps(radius / gap, weight, (clutch["viscosity_1"], clutch["viscosity_2"])),
-        Drive(**_with_breakaway(rig.section("drive"))),
-        Screw(**_with_breakaway(rig.section("screw"))),
+        Drive(**rig.section("drive")),
+        Screw(**rig.section("screw")),
         Sensors(**rig.section("sensors")),
         Thermal(**rig.section("thermal")),
     )

@@ -12,10 +12,11 @@ from erclutch.rig.parts import Supply
 
 @compiled
 def voltage_after(voltage: float, command: float, supply: Supply, dt: float) -> float:
-    """Voltage one step later; the command is clipped to its range."""
+    """Voltage one step later; the command is clipped to its range. Below 1 mV it is off."""
     wanted = min(max(command, 0.0), supply.command_limit) / supply.command_limit * supply.voltage_limit
     change = (wanted - voltage) * (1.0 - decay(dt / supply.time_constant))
-    return voltage + min(max(change, -supply.slew_down * dt), supply.slew_up * dt)
+    after = voltage + min(max(change, -supply.slew_down * dt), supply.slew_up * dt)
+    return after if after > 1e-3 else 0.0
 
 
 @compiled
