@@ -1,6 +1,7 @@
 """Dry friction of a bearing, gear, seal or screw: elastic at first, then sliding (LuGre without its viscous terms).
 
-    F = k z,   z' = v - |v| z / z_s(v),   z_s = presliding (1 + (breakaway - 1) exp(-(v / v_s)^2)),   k = F_c / presliding
+    F = k z,   z' = v - |v| z / z_s(v),   k = F_c / presliding,
+    z_s = presliding (1 + (breakaway - 1) exp(-(v / v_s)^2))
 
 Steady sliding has F = k z_s: F_c when fast, breakaway F_c when slow. Stored energy is k z^2 / 2, so what is left,
 k |v| z^2 / z_s, is dissipated and never negative.
