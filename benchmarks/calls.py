@@ -14,7 +14,7 @@ from task import Task
 from erclutch.device import Element
 from erclutch.dynamics import Clock, Span
 from erclutch.fit.backprop import tables_of
-from erclutch.fit.network import first_weights
+from erclutch.fit.first_weights import first_weights
 from erclutch.fit.ranges import range_of
 from erclutch.networks import network_from_name
 from erclutch.networks.model import NetworkModel

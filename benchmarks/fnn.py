@@ -13,7 +13,7 @@ from rows import HIDDEN, NETWORK, Split
 from task import Fit, Task
 from watch import Predict
 
-from erclutch.fit.network import first_weights
+from erclutch.fit.first_weights import first_weights
 from erclutch.fit.networks import fit_network
 from erclutch.networks import network_from_name
 

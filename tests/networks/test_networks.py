@@ -16,13 +16,14 @@ from hypothesis import strategies as st
 
 from erclutch.comparison import Settings, compare
 from erclutch.dataset import Dataset, build_dataset
-from erclutch.device import Element, Units
+from erclutch.device import DeviceName, Element, Units
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
 from erclutch.fit.backprop import Rows, tables_of, theta_of, weights_of
 from erclutch.fit.compress import LEVELS, compress
-from erclutch.fit.network import first_weights, levenberg_marquardt, schedule_for, train
-from erclutch.fit.networks import fit_network
+from erclutch.fit.first_weights import first_weights, with_best_output
+from erclutch.fit.network import levenberg_marquardt, schedule_for, train
+from erclutch.fit.networks import fit_network, mean_squares, scaling_of, slips_for, slips_of
 from erclutch.fit.rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.networks import is_network, network_from_name
 from erclutch.networks.inputs import inputs_of
@@ -48,8 +49,13 @@ def single(rows: int = 2000, seed: int = 0) -> Dataset:
 
 
 @settings(max_examples=20, deadline=None)
-@given(hidden=st.lists(st.integers(1, 6), min_size=1, max_size=3), inputs=st.integers(1, 4), seed=st.integers(0, 999))
-def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, seed: int) -> None:
+@given(
+    hidden=st.lists(st.integers(1, 6), min_size=1, max_size=3),
+    inputs=st.integers(1, 4),
+    seed=st.integers(0, 999),
+    kept=st.booleans(),
+)
+def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, seed: int, kept: bool) -> None:
     rng = np.random.default_rng(seed)
     sizes = (inputs, *hidden, 1)
     x, y, weight = rng.uniform(-1, 1, (inputs, 40)), rng.normal(size=40), rng.uniform(1, 9, 40)
@@ -63,13 +69,52 @@ def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, s
         [(residual(theta - step * e) - residual(theta + step * e)) / (2 * step) for e in np.eye(theta.size)]
     )
     whole = np.column_stack([slopes, residual(theta)])
-    rows = Rows(x, y, weight, sizes, single=False)
-    np.testing.assert_allclose(rows.gram(theta), whole.T @ whole, rtol=1e-5, atol=1e-6)
-    assert rows.cost(theta) == pytest.approx(float(whole[:, -1] @ whole[:, -1]), rel=1e-12)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("erclutch.fit.backprop._KEPT", 10**6 if kept else 0)
+        rows = Rows(x, y, weight, sizes, single=False)
+    point = rows.at(theta)
+    assert bool(point.active) is kept
+    np.testing.assert_allclose(rows.gram(point), whole.T @ whole, rtol=1e-5, atol=1e-6)
+    assert point.cost == pytest.approx(float(whole[:, -1] @ whole[:, -1]), rel=1e-12)
     along = rng.normal(size=theta.size)
     bent = -(residual(theta + 1e-4 * along) - 2 * residual(theta) + residual(theta - 1e-4 * along)) / 1e-8
-    np.testing.assert_allclose(rows.bend(theta, along), slopes.T @ bent, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(rows.bend(point, along), slopes.T @ bent, rtol=1e-4, atol=1e-4)
     assert np.array_equal(theta_of(tables_of(theta, sizes)), theta)
+
+
+@settings(max_examples=20, deadline=None)
+@given(hidden=st.lists(st.integers(1, 8), min_size=1, max_size=2), seed=st.integers(0, 999))
+def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sizes = (2, *hidden, 1)
+    rows = Rows(rng.uniform(-1, 1, (2, 60)), rng.normal(size=60), rng.uniform(1, 9, 60), sizes, single=False)
+    first = first_weights(rng, sizes)
+    best = with_best_output(rows, first)
+    output = hidden[-1] + 1
+    assert np.array_equal(best[:-output], first[:-output])
+    slope = rows.gram(rows.at(best))[-1 - output : -1, -1]
+    assert np.abs(slope).max() < 0.02 * 60  # its small ridge leaves some
+    assert rows.at(best).cost <= rows.at(first).cost
+
+
+@pytest.mark.parametrize("name", ["fnn-16", "fnn-9-4"])
+@pytest.mark.parametrize("device", ["single", "coaxial"])
+def test_transitions_start_where_a_slip_is_zero(name: str, device: DeviceName) -> None:
+    structure = network_from_name(name, device, extras=("x1",))
+    rng = np.random.default_rng(4)
+    x = rng.normal(3.0, [[1.0], [20.0], [30.0], [1.0]][: len(structure.inputs)], (len(structure.inputs), 500))
+    scaling = scaling_of(x, rng.normal(size=500), "fnn")
+    slips = slips_for(structure, scaling, mean_squares(structure, x))
+    seen = slips.slope @ scaling.inputs(x) + slips.offset[:, None]
+    for k, slip in enumerate(slips_of(structure, x).values()):
+        np.testing.assert_allclose(seen[k], slip / np.sqrt(np.mean(slip**2)), rtol=1e-9, atol=1e-12)
+    n = structure.hidden[0]
+    theta = first_weights(rng, (len(structure.inputs), *structure.hidden, 1), slips)
+    w, b = theta[: n * len(structure.inputs)].reshape(n, -1), theta[n * len(structure.inputs) :][:n]
+    at_rest = np.linalg.lstsq(slips.slope[:, 1:], -slips.offset, rcond=None)[0]  # where every slip is zero
+    transitions = np.abs(w[:, 1:] @ at_rest + b) < 1e-9
+    assert transitions.sum() == len(slips.offset) * round(0.55 * n / len(slips.offset))
+    assert np.abs(w[transitions][:, 3 if device == "coaxial" else 2 :]).max() == 0.0  # further inputs take no part
 
 
 def test_a_known_network_is_found_again() -> None:

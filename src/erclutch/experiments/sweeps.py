@@ -18,7 +18,9 @@ from erclutch.experiments.points import Points
 from erclutch.fit import fit_structure
 from erclutch.fit.backprop import Rows, tables_of
 from erclutch.fit.compress import Centroids, compress
-from erclutch.fit.network import Trained, first_weights, levenberg_marquardt
+from erclutch.fit.first_weights import Slips, first_weights, with_best_output
+from erclutch.fit.network import Trained, levenberg_marquardt
+from erclutch.fit.networks import mean_squares, scaling_of, slips_for, spaced_by
 from erclutch.fit.rbfn import candidates, forward_selection, weights_for
 from erclutch.laws import law_from_name
 from erclutch.model import Structure
@@ -44,12 +46,16 @@ class _Unit:
 
     def __init__(self, structure: NetworkStructure, train: Dataset, test: Dataset) -> None:
         x, xt = (inputs_of(structure, d.elements, d.clock, d.extras, {}) for d in (train, test))
-        low, high = x.min(axis=1)[:, None], x.max(axis=1)[:, None]
-        centre, half = (0.5 * (low + high), 0.5 * (high - low)) if structure.kind == "fnn" else (low, high - low)
-        self.x, self.x_test = (x - centre) / half, (xt - centre) / half
-        self.middle = float(train.effort.mean())
-        self.scale = float(np.max(np.abs(train.effort - self.middle)))
-        self.y, self.y_test = ((d.effort - self.middle) / self.scale for d in (train, test))
+        scaling = scaling_of(x, train.effort, structure.kind)
+        self.x, self.x_test = scaling.inputs(x), scaling.inputs(xt)
+        self.scale = scaling.effort_scale
+        self.y, self.y_test = ((d.effort - scaling.effort_offset) / self.scale for d in (train, test))
+        squares = mean_squares(structure, x)
+        self._spaced, self.slips = spaced_by(structure, x, squares), slips_for(structure, scaling, squares)
+
+    def cells(self, level: int) -> Centroids:
+        """Centroids of the training rows."""
+        return compress(self.x, self.y, level, self._spaced)
 
     def errors(self, forward: Callable[[Array], Array]) -> list[float]:
         """Mean squared errors in the data's units, on the training and on the test rows."""
@@ -76,9 +82,8 @@ def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report:
         spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
     """
     unit = _Unit(network_from_name("rbfn-1", train.device), train, test)
-    cells = compress(unit.x, unit.y, 0)
+    cells, fine = unit.cells(0), unit.cells(2)
     pool = candidates(cells, seed)
-    fine = compress(unit.x, unit.y, 2)
     chosen_by: dict[float, list[int]] = {}
     total = len(SPREADS) + len(RBFN_NEURONS)
 
@@ -140,14 +145,14 @@ def fnn_sweep(
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
     unit = _Unit(network_from_name("fnn-1", train.device), train, test)
-    coarse, fine = compress(unit.x, unit.y, 0), compress(unit.x, unit.y, 1)
+    coarse, fine = unit.cells(0), unit.cells(1)
     found: list[Any] = []
     with _one_thread():
         for i, n in enumerate(neurons, start=1):
 
             def make(n: int = n) -> dict[str, Any]:
                 sizes = (unit.x.shape[0], n, 1)
-                tries = [_trained(coarse, sizes, [seed, n, k]) for k in range(restarts)]
+                tries = [_trained(coarse, sizes, [seed, n, k], unit.slips) for k in range(restarts)]
                 best = min(tries, key=lambda t: t.cost)
                 rows = Rows(fine.x, fine.y, fine.count, sizes, single=True)
                 best = levenberg_marquardt(rows, best.theta, _FINE_STEPS)
@@ -165,10 +170,11 @@ def fnn_sweep(
     }
 
 
-def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int]) -> Trained:
+def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips: Slips) -> Trained:
     """One restart. Rows are weighted by count over mean count, so a cost over m rows is m times the mean error."""
     rows = Rows(cells.x, cells.y, cells.count, sizes, single=True)
-    return levenberg_marquardt(rows, first_weights(np.random.default_rng(list(seed)), sizes), _COARSE_STEPS)
+    first = first_weights(np.random.default_rng(list(seed)), sizes, slips)
+    return levenberg_marquardt(rows, with_best_output(rows, first), _COARSE_STEPS)
 
 
 def kernel_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report: Report) -> dict[str, Any]:

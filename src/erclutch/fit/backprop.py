@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ Array = NDArray[np.float64]
 Floats = NDArray[Any]
 Layers = Sequence[tuple[Floats, Floats]]
 
-_BLOCK = 512
+_BLOCK = 2048
+_KEPT = 50_000_000  # activations that are kept from one use to the next
 
 
 def weights_of(sizes: Sequence[int]) -> int:
@@ -51,6 +53,23 @@ def theta_of(tables: Mapping[str, Array]) -> Array:
     return np.concatenate([table.ravel() for table in tables.values()])
 
 
+@dataclass(frozen=True)
+class Point:
+    """A network's weights with what its rows make of them.
+
+    Attributes:
+        layers: (W, b) of each layer, in the precision of the rows.
+        active: of each block, the inputs and each hidden layer's output; empty where they would take too much memory.
+        residual: weighted residuals, shape (n,).
+        cost: their sum of squares.
+    """
+
+    layers: Layers
+    active: Sequence[Sequence[Floats]]
+    residual: Floats
+    cost: float
+
+
 class Rows:
     """Weighted rows of one round; they come in the precision of the round, sums over blocks in double."""
 
@@ -62,43 +81,60 @@ class Rows:
         self.sizes, self.kind = tuple(sizes), kind
         self.count = weights_of(sizes)
         self._store = np.empty((self.count + 1, _BLOCK), kind)
+        self._kept = self.y.size * sum(sizes[1:-1]) <= _KEPT
 
-    def cost(self, theta: Array) -> float:
-        """Weighted sum of squares."""
-        layers, total = self._layers(theta), 0.0
-        for x, y, root in self._blocks():
-            residual = (y - _output(layers[-1], _activations(layers, x)[-1])) * root
-            total += float(residual @ residual)
-        return total
+    def at(self, theta: Array) -> Point:
+        """Residuals and cost at these weights; what is worked out on the way is kept for `gram` and `bend`."""
+        layers = unpacked(theta.astype(self.kind), self.sizes)
+        kept: list[Sequence[Floats]] = []
+        residual, cost = np.empty_like(self.y), 0.0
+        for block in self._blocks():
+            active = _activations(layers, self.x[:, block])
+            part = residual[block]
+            np.subtract(self.y[block], _output(layers[-1], active[-1]), out=part)
+            part *= self.root[block]
+            cost += float(part @ part)
+            if self._kept:
+                kept.append(active)
+        return Point(layers, kept, residual, cost)
 
-    def gram(self, theta: Array) -> Array:
+    def gram(self, point: Point) -> Array:
         """J'J with J'r in its last row and column and r'r in the corner, shape (p + 1, p + 1)."""
-        layers = self._layers(theta)
         total = np.zeros((self.count + 1, self.count + 1))
-        for x, y, root in self._blocks():
-            j = self._store[:, : y.size]
-            active = _activations(layers, x)
-            np.multiply(y - _output(layers[-1], active[-1]), root, out=j[-1])
-            _slopes(layers, active, root, j[:-1])
+        for block, active in self._active(point):
+            root = self.root[block]
+            j = self._store[:, : root.size]
+            j[-1] = point.residual[block]
+            _slopes(point.layers, active, root, j[:-1])
             total += j @ j.T  # NumPy sees the transpose and does half the work
         return total
 
-    def bend(self, theta: Array, step: Array) -> Array:
+    def bend(self, point: Point, step: Array) -> Array:
         """J' f_vv, shape (p,): the slope of the cost that the output's curvature along a step adds."""
-        layers, along = self._layers(theta), unpacked(step.astype(self.kind), self.sizes)
+        along = unpacked(step.astype(self.kind), self.sizes)
         total = np.zeros(self.count)
-        for x, _, root in self._blocks():
-            active = _activations(layers, x)
-            total += _pulled_back(layers, active, _second(layers, along, active) * (root * root))
+        for block, active in self._active(point):
+            squared = self.root[block] ** 2
+            total += _pulled_back(point.layers, active, _second(point.layers, along, active) * squared)
         return total
 
-    def _layers(self, theta: Array) -> Layers:
-        return unpacked(theta.astype(self.kind), self.sizes)
+    def output_gram(self, point: Point) -> Array:
+        """`gram` of the output layer's weights alone, with the weighted effort in place of the residual."""
+        size = self.sizes[-2] + 1
+        total = np.zeros((size + 1, size + 1))
+        for block, active in self._active(point):
+            root = self.root[block]
+            j = np.vstack([active[-1] * root, root, self.y[block] * root])
+            total += j @ j.T
+        return total
 
-    def _blocks(self) -> Iterator[tuple[Floats, Floats, Floats]]:
+    def _blocks(self) -> Iterator[slice]:
         for at in range(0, self.y.size, _BLOCK):
-            block = slice(at, at + _BLOCK)
-            yield self.x[:, block], self.y[block], self.root[block]
+            yield slice(at, min(at + _BLOCK, self.y.size))
+
+    def _active(self, point: Point) -> Iterator[tuple[slice, Sequence[Floats]]]:
+        for i, block in enumerate(self._blocks()):
+            yield block, point.active[i] if point.active else _activations(point.layers, self.x[:, block])
 
 
 def _activations(layers: Layers, x: Floats) -> list[Floats]:

@@ -9,7 +9,6 @@ Deterministic for a seed, whatever the number of threads: a start's arithmetic d
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -18,8 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows
+from erclutch.fit.backprop import Point, Rows
 from erclutch.fit.compress import Centroids, compress
+from erclutch.fit.first_weights import Slips, first_weights, with_best_output
 from erclutch.fit.lm import Stop
 
 Array = NDArray[np.float64]
@@ -55,12 +55,12 @@ class Schedule:
 def schedule_for(hidden: Sequence[int], polish: bool = False) -> Schedule:
     """Small networks have more bad minima and cost less a start, so they get more starts."""
     if sum(hidden) <= 8:
-        return Schedule(24, ((0, 20, 8), (0, 40, 3), (0, 80, 2), (1, 80, 1)), 20 if polish else 0)
+        return Schedule(24, ((0, 20, 10), (0, 40, 6), (1, 40, 3), (2, 40, 1)), 20 if polish else 0)
     if polish:
-        return Schedule(12, ((0, 30, 5), (0, 60, 3), (1, 100, 2), (2, 150, 1)), 10)
+        return Schedule(12, ((0, 20, 6), (0, 40, 3), (1, 80, 2), (2, 100, 1)), 10)
     if len(hidden) > 1:
         return Schedule(6, ((0, 30, 3), (0, 60, 1), (1, 60, 1), (2, 15, 1)))
-    return Schedule(6, ((0, 30, 3), (0, 50, 2), (0, 60, 1), (1, 100, 1), (2, 15, 1)))
+    return Schedule(6, ((0, 20, 3), (0, 40, 2), (1, 60, 1), (2, 20, 1)))
 
 
 @dataclass(frozen=True)
@@ -82,42 +82,41 @@ class Trained:
 
 def levenberg_marquardt(rows: Rows, theta: Array, most: int) -> Trained:
     """Accelerated steps until the cost falls no more, or ``most`` are done."""
-    p = rows.count
-    total = rows.gram(theta)
-    mu, idle = _FIRST_DAMPING, 0
+    mu, idle, now = _FIRST_DAMPING, 0, rows.at(theta)
     for step in range(1, most + 1):
-        cost = total[p, p]
-        found = _step(rows, theta, total, mu)
+        found = _step(rows, theta, now, mu)
         if found is None:
-            return Trained(theta, float(cost), step, "converged")
-        theta, mu = found
-        total = rows.gram(theta)
-        idle = idle + 1 if cost - total[p, p] < _FALLING * cost else 0
+            return Trained(theta, now.cost, step, "converged")
+        before = now.cost
+        theta, now, mu = found
+        idle = idle + 1 if before - now.cost < _FALLING * before else 0
         if idle >= _PATIENCE:
-            return Trained(theta, float(total[p, p]), step, "converged")
-    return Trained(theta, float(total[p, p]), most, "iterations")
+            return Trained(theta, now.cost, step, "converged")
+    return Trained(theta, now.cost, most, "iterations")
 
 
-def _step(rows: Rows, theta: Array, total: Array, mu: float) -> tuple[Array, float] | None:
-    """Weights after a step that lowers the cost, and the next damping; None if rounding leaves none."""
+def _step(rows: Rows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
+    """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
-    square, slope, cost, growth = total[:p, :p], total[:p, p], float(total[p, p]), 2.0
+    total = rows.gram(now)
+    square, slope, growth = total[:p, :p], total[:p, p], 2.0
     scale = square.diagonal() + _FLOOR * square.diagonal().max()
     for _ in range(_MOST_TRIES):
         damped = square.copy()
         damped[np.diag_indices(p)] += mu * scale
         d = np.linalg.solve(damped, slope).astype(np.float64, copy=False)
-        if float(d @ slope) <= _PRECISION[rows.kind] * cost:
+        if float(d @ slope) <= _PRECISION[rows.kind] * now.cost:
             return None
-        bent = np.linalg.solve(damped, -0.5 * rows.bend(theta, d)).astype(np.float64, copy=False)
+        bent = np.linalg.solve(damped, -0.5 * rows.bend(now, d)).astype(np.float64, copy=False)
         after = theta + _curved(d, bent, scale)
-        fall = cost - rows.cost(after)
+        there = rows.at(after)
+        fall = now.cost - there.cost
         if fall > 0.0:
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
             # In single precision a tiny predicted fall may come out as anything.
             gain = min(fall / max(predicted, 1e-300), 2.0)
             easier = max(0.2, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
-            return after, max(mu * easier, _LEAST_DAMPING)
+            return after, there, max(mu * easier, _LEAST_DAMPING)
         mu, growth = mu * growth, 2.0 * growth
     return None
 
@@ -128,19 +127,6 @@ def _curved(d: Array, bent: Array, scale: Array) -> Array:
     return d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra) if extra > 0.0 else d
 
 
-def first_weights(rng: np.random.Generator, sizes: Sequence[int]) -> Array:
-    """Random weights after Nguyen and Widrow (1990, doi 10.1109/IJCNN.1990.137819) for inputs within -1 and 1."""
-    parts: list[Array] = []
-    for before, after in itertools.pairwise(sizes[:-1]):
-        w = rng.uniform(-1.0, 1.0, (after, before))
-        reach = 0.7 * after ** (1.0 / before)
-        w *= reach / np.linalg.norm(w, axis=1, keepdims=True)
-        b = reach * np.linspace(-1.0, 1.0, after) * np.sign(w[:, 0]) if after > 1 else np.zeros(1)
-        parts += [w.ravel(), b]
-    scale = 1.0 / np.sqrt(sizes[-2])
-    return np.concatenate([*parts, rng.uniform(-scale, scale, sizes[-2]), np.zeros(1)])
-
-
 def train(
     x: Array,
     y: Array,
@@ -149,6 +135,7 @@ def train(
     schedule: Schedule,
     workers: int = 1,
     by: Array | None = None,
+    slips: Slips | None = None,
 ) -> Trained:
     """Train a network on normalised rows.
 
@@ -160,8 +147,10 @@ def train(
         schedule: how much work to do.
         workers: starts side by side; changes no figure.
         by: what the grids are over in place of the inputs, see `compress`.
+        slips: along which starts have transitions; None for starts that know nothing.
     """
-    best = train_on({level: compress(x, y, level, by) for level in schedule.levels}, hidden, seed, schedule, workers)
+    cells = {level: compress(x, y, level, by) for level in schedule.levels}
+    best = train_on(cells, hidden, seed, schedule, workers, slips)
     if not schedule.polish:
         return best
     rows = Rows(x, y, None, (x.shape[0], *hidden, 1), single=y.size > _MANY)
@@ -170,19 +159,25 @@ def train(
 
 
 def train_on(
-    cells: Mapping[int, Centroids], hidden: Sequence[int], seed: int, schedule: Schedule, workers: int = 1
+    cells: Mapping[int, Centroids],
+    hidden: Sequence[int],
+    seed: int,
+    schedule: Schedule,
+    workers: int = 1,
+    slips: Slips | None = None,
 ) -> Trained:
     """The rounds of a schedule, on centroids by level of normalised rows; see `train`."""
     sizes = (next(iter(cells.values())).x.shape[0], *hidden, 1)
     random = [np.random.default_rng([seed, k]) for k in range(schedule.starts)]
-    points = [first_weights(rng, sizes) for rng in random]
+    points = [first_weights(rng, sizes, slips) for rng in random]
     found: list[Trained] = []
     steps = 0
-    for level, most, kept in schedule.rounds:
+    for at, (level, most, kept) in enumerate(schedule.rounds):
         c = cells[level]
 
-        def run(theta: Array, c: Centroids = c, most: int = most) -> Trained:
-            return levenberg_marquardt(Rows(c.x, c.y, c.count, sizes, single=True), theta, most)
+        def run(theta: Array, c: Centroids = c, most: int = most, first: bool = at == 0) -> Trained:
+            rows = Rows(c.x, c.y, c.count, sizes, single=True)
+            return levenberg_marquardt(rows, with_best_output(rows, theta) if first else theta, most)
 
         with ThreadPoolExecutor(max_workers=max(1, min(workers, len(points)))) as pool:
             found = sorted(pool.map(run, points), key=lambda t: t.cost)[:kept]

@@ -14,6 +14,7 @@ from erclutch.dataset import Dataset
 from erclutch.errors import CheckError
 from erclutch.fit.backprop import tables_of, weights_of
 from erclutch.fit.compress import Centroids, compress
+from erclutch.fit.first_weights import Slips
 from erclutch.fit.lm import Stop
 from erclutch.fit.network import Trained, schedule_for, train
 from erclutch.fit.outcome import FitOutcome
@@ -60,9 +61,9 @@ def fit_network(
     require_varied(extent, structure, where)
     span = np.column_stack([extent.low, extent.high])
     scaling = scaling_of(x, data.effort, structure.kind)
-    spaced = spacing(structure, x)
+    squares = mean_squares(structure, x)
     weights, stop, steps = learn(
-        x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers, spaced=spaced
+        x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers, squares=squares
     )
     model = NetworkModel(
         structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
@@ -89,11 +90,6 @@ def outcome_of(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: i
     )
 
 
-def spacing(structure: NetworkStructure, x: Array) -> Array:
-    """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there."""
-    return spaced_by(structure, x, {i: float(np.mean(slip**2)) for i, slip in slips_of(structure, x).items()})
-
-
 def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
     """The slips behind the inputs x (inputs, n), by the input in whose place the grid is over them."""
     if structure.device == "single" or structure.kind == "rbfn":
@@ -101,14 +97,33 @@ def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
     return {1: x[1] - x[2], 2: -x[1] - x[2]}
 
 
+def mean_squares(structure: NetworkStructure, x: Array) -> dict[int, float]:
+    """Mean square of each slip behind the inputs, by input as in `slips_of`."""
+    return {i: float(np.mean(slip**2)) for i, slip in slips_of(structure, x).items()}
+
+
 def spaced_by(structure: NetworkStructure, x: Array, squares: Mapping[int, float]) -> Array:
-    """`spacing` for rows out of many, with the mean square of each slip over all of them."""
+    """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there.
+
+    ``squares`` holds the mean square of each slip over all rows, of which x may be a part.
+    """
     spaced = x.copy()
     for i, slip in slips_of(structure, x).items():
         size = float(np.sqrt(squares[i])) or 1.0
         scaled: Array = slip / (_NARROW * size)
         spaced[i] = np.arcsinh(scaled)
     return spaced
+
+
+def slips_for(structure: NetworkStructure, scaling: Scaling, squares: Mapping[int, float]) -> Slips:
+    """The slips over their root mean square as linear functions of a network's normalised inputs."""
+    slope = np.zeros((len(squares), len(structure.inputs)))
+    if structure.device == "single":
+        slope[0, 1] = 1.0
+    else:
+        slope[:, 1:3] = (1.0, -1.0), (-1.0, -1.0)
+    slope /= np.sqrt([[square or 1.0] for square in squares.values()])
+    return Slips(slope * scaling.scale, slope @ scaling.offset)
 
 
 @dataclass(frozen=True)
@@ -157,17 +172,22 @@ def learn(
     seed: int = 0,
     polish: bool = False,
     workers: int = 1,
-    spaced: Array | None = None,
+    squares: Mapping[int, float] | None = None,
 ) -> tuple[dict[str, Array], Stop, int]:
     """Tables of weights for inputs x (inputs, n) and effort y (n,), how the solver ended, and its steps.
 
-    ``spaced`` is what the grids of compression are over in place of the inputs.
+    ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
     """
     unit, target = scaling.inputs(x), (y - scaling.effort_offset) / scaling.effort_scale
-    chosen = _learn_fnn if structure.kind == "fnn" else _learn_rbfn
+    spaced = None if squares is None else spaced_by(structure, x, squares)
     threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
     with threadpool_limits(1):  # the matrices are small: more threads would only wait for each other
-        return chosen(unit, target, structure, seed, polish, workers, spaced)
+        if structure.kind == "rbfn":
+            return _learn_rbfn(unit, target, structure, seed, polish, spaced)
+        schedule = schedule_for(structure.hidden, polish)
+        slips = None if squares is None else slips_for(structure, scaling, squares)
+        found = train(unit, target, structure.hidden, seed, schedule, workers, spaced, slips)
+        return fnn_tables(found, x.shape[0], structure), found.stop, found.steps
 
 
 def require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
@@ -212,13 +232,6 @@ def _no_effort(where: str) -> CheckError:
     )
 
 
-def _learn_fnn(
-    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
-) -> tuple[dict[str, Array], Stop, int]:
-    found = train(x, y, structure.hidden, seed, schedule_for(structure.hidden, polish), workers, by)
-    return fnn_tables(found, x.shape[0], structure), found.stop, found.steps
-
-
 def fnn_tables(found: Trained, inputs: int, structure: NetworkStructure) -> dict[str, Array]:
     """Tables of an FNN from its weight vector."""
     sizes = (inputs, *structure.hidden, 1)
@@ -227,7 +240,7 @@ def fnn_tables(found: Trained, inputs: int, structure: NetworkStructure) -> dict
 
 
 def _learn_rbfn(
-    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, workers: int, by: Array | None
+    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
     cells = {level: compress(x, y, level, by) for level in rbfn_levels(structure, polish)}
     found = centres_on(cells, structure, seed)

@@ -35,6 +35,7 @@ from erclutch.fit.networks import (
     require_rows,
     require_varied,
     scaling_for,
+    slips_for,
     slips_of,
     spaced_by,
 )
@@ -213,7 +214,8 @@ def _learn(
     if structure.kind == "fnn":
         schedule = schedule_for(structure.hidden)
         cells = rows.cells(sorted(schedule.levels), extent, scaling, squares)
-        found = train_on(cells, structure.hidden, seed, schedule, workers)
+        slips = slips_for(structure, scaling, squares)
+        found = train_on(cells, structure.hidden, seed, schedule, workers, slips)
         return fnn_tables(found, extent.low.size, structure), found.stop, found.steps
     centres = centres_on(rows.cells(rbfn_levels(structure), extent, scaling, squares), structure, seed)
     stretches = ((scaling.inputs(x), _target(block.effort, scaling), None) for block, x in rows.each())

@@ -1,0 +1,78 @@
+"""Where the training of an FNN starts: random weights that know where the effort of such devices bends.
+
+An effort turns over within a narrow band round each slip's zero, and random weights take many steps to get that steep.
+So a share of the first layer's neurons starts as transitions along the slips, of random width; the other neurons and
+layers start after Nguyen and Widrow (1990, doi 10.1109/IJCNN.1990.137819). The output layer is linear: its weights are
+those of least squares on the rows.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.backprop import Rows
+
+Array = NDArray[np.float64]
+
+_SHARE = 0.55  # of the first layer's neurons that start as transitions, about: as many for each slip
+_WIDTHS = (0.01, 0.4)  # of transitions, over the slip's root mean square
+_FIELD = 0.7  # standard deviation of a transition's weight of the field
+_RIDGE = 1e-4  # of the least squares, over the number of rows: neurons that start alike do not cancel
+
+
+@dataclass(frozen=True)
+class Slips:
+    """Slips over their root mean square as linear functions of normalised inputs x: slope x + offset.
+
+    Attributes:
+        slope: shape (slips, inputs); the first input is the field.
+        offset: shape (slips,).
+    """
+
+    slope: Array
+    offset: Array
+
+
+def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips | None = None) -> Array:
+    """Random weights for inputs within -1 and 1, with transitions along the slips if these are given."""
+    parts: list[Array] = []
+    for layer, (before, after) in enumerate(itertools.pairwise(sizes[:-1])):
+        w, b = _spread(rng, before, after)
+        if layer == 0 and slips is not None:
+            _transitions(rng, slips, w, b)
+        parts += [w.ravel(), b]
+    scale = 1.0 / np.sqrt(sizes[-2])
+    return np.concatenate([*parts, rng.uniform(-scale, scale, sizes[-2]), np.zeros(1)])
+
+
+def _spread(rng: np.random.Generator, before: int, after: int) -> tuple[Array, Array]:
+    """Weights whose transitions lie evenly over the inputs (Nguyen and Widrow)."""
+    w = rng.uniform(-1.0, 1.0, (after, before))
+    reach = 0.7 * after ** (1.0 / before)
+    w *= reach / np.linalg.norm(w, axis=1, keepdims=True)
+    return w, reach * np.linspace(-1.0, 1.0, after) * np.sign(w[:, 0]) if after > 1 else np.zeros(1)
+
+
+def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> None:
+    """Make the first neurons transitions at zero slip, slip after slip, each of a width of its own."""
+    count = slips.offset.size * round(_SHARE * b.size / slips.offset.size)
+    narrow, wide = _WIDTHS
+    width = narrow * (wide / narrow) ** rng.uniform(size=count)
+    which = np.arange(count) % slips.offset.size
+    w[:count] = slips.slope[which] / width[:, None]
+    w[:count, 0] += _FIELD * rng.standard_normal(count)
+    b[:count] = slips.offset[which] / width
+
+
+def with_best_output(rows: Rows, theta: Array) -> Array:
+    """The same weights with those of the output layer by least squares on the rows."""
+    total = rows.output_gram(rows.at(theta))
+    square, slope = total[:-1, :-1], total[:-1, -1]
+    square[np.diag_indices_from(square)] += _RIDGE * rows.y.size
+    best = np.linalg.solve(square, slope).astype(np.float64, copy=False)
+    return np.concatenate([theta[: -slope.size], best])
