@@ -12,6 +12,7 @@ Needs scikit-learn: ``pip install erclutch[sklearn]``.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, cast
 
 import numpy as np
@@ -121,15 +122,15 @@ class LawRegressor(RegressorMixin, BaseEstimator):
         return tags
 
 
-class _Network(RegressorMixin, BaseEstimator):
+class _Network(RegressorMixin, BaseEstimator, ABC):
     """What the networks share: normalisation, training, prediction on any columns."""
 
     seed: int
     polish: bool
     n_jobs: int | None
 
-    def _structure(self) -> NetworkStructure:
-        raise NotImplementedError
+    @abstractmethod
+    def _structure(self) -> NetworkStructure: ...
 
     def fit(self, X: Any, y: Any) -> _Network:
         """Train the weights by least squares.

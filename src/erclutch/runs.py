@@ -19,10 +19,7 @@ import importlib.metadata
 import json
 import os
 import platform
-import shutil
-import tempfile
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -36,6 +33,7 @@ from erclutch.errors import RunError
 from erclutch.model import TIMES, TorqueModel, digest_of
 from erclutch.saved import Model, load_model
 from erclutch.signals import Recording
+from erclutch.whole_folder import whole_folder
 
 RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
@@ -69,49 +67,13 @@ def write_run(
     """
     target = Path(folder)
     may_write(target, force)
-    with whole_folder(target) as partial:
+    with whole_folder(target, unwritable) as partial:
         _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
     return target
 
 
-@contextmanager
-def whole_folder(target: Path) -> Generator[Path, None, None]:
-    """A folder to fill that gets its name once it is whole; whatever goes wrong before leaves nothing.
-
-    Raises:
-        RunError: it cannot be written.
-    """
-    try:
-        partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
-    except OSError as error:
-        raise _unwritable(target, error) from error
-    try:
-        partial.chmod(0o755)
-        yield partial
-        _put(partial, target)
-    except OSError as error:
-        raise _unwritable(target, error) from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _put(partial: Path, target: Path) -> None:
-    """Move a whole run to its name; an old one of that name is only deleted once the new one is there."""
-    if not target.exists():
-        os.replace(partial, target)
-        return
-    old = Path(tempfile.mkdtemp(prefix=f".{target.name}.old-", dir=target.parent)) / target.name
-    shutil.move(target, old)
-    try:
-        os.replace(partial, target)
-    except BaseException:
-        shutil.move(old, target)
-        raise
-    finally:
-        shutil.rmtree(old.parent, ignore_errors=True)
-
-
-def _unwritable(target: Path, error: OSError) -> RunError:
+def unwritable(target: Path, error: OSError) -> RunError:
+    """The error of a run's folder that cannot be written."""
     return RunError(
         f"the run cannot be written: {error.strerror or error}",
         where=str(target),

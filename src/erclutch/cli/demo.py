@@ -93,9 +93,10 @@ def _run(out: Path, seconds: float, seed: int) -> None:
     from erclutch.logs import read
     from erclutch.report.page import write_report
     from erclutch.rig.scenarios import prepare
-    from erclutch.runs import read_run, whole_folder, write_run
+    from erclutch.runs import read_run, unwritable, write_run
+    from erclutch.whole_folder import whole_folder
 
-    with whole_folder(out) as folder:
+    with whole_folder(out, unwritable) as folder:
         with _step("1 of 3  Collecting", "random fields on one clutch at a time, random motor torque (section III-B)"):
             log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
             recording = read(log, device="coaxial")

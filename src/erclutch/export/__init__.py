@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.export.check import Check
-from erclutch.export.folder import finish, may_write, read_export, whole
+from erclutch.export.folder import finish, may_write, read_export, unwritable
 from erclutch.export.program import Options, Program, program_of
 from erclutch.export.rounding import refuse_noise
 from erclutch.export.targets import TARGETS, target
+from erclutch.whole_folder import whole_folder
 
 __all__ = ["TARGETS", "Check", "Options", "Program", "export_model", "program_of", "verify_export"]
 
@@ -42,7 +43,7 @@ def export_model(
     may_write(folder, force)
     program = program_of(model, asked)
     refuse_noise(program)
-    with whole(folder, force) as partial:
+    with whole_folder(folder, unwritable) as partial:
         chosen.write(program, partial)
         finish(program, asked, to, partial)
     return folder

@@ -8,10 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
-import tempfile
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -24,28 +21,6 @@ from erclutch.saved import load_model
 
 SCHEMA = 1
 KIND = "erclutch export"
-
-
-@contextmanager
-def whole(folder: Path, force: bool) -> Generator[Path]:
-    """A new folder to fill; it gets its name when the block ends well and is removed otherwise.
-
-    Raises:
-        ExportError: the folder is there and may not be replaced, or cannot be written.
-    """
-    may_write(folder, force)
-    try:
-        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.partial-", dir=folder.parent))
-    except OSError as error:
-        raise _unwritable(folder, error) from error
-    try:
-        partial.chmod(0o755)
-        yield partial
-        _put(partial, folder)
-    except OSError as error:
-        raise _unwritable(folder, error) from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def may_write(folder: Path, force: bool) -> None:
@@ -66,22 +41,8 @@ def may_write(folder: Path, force: bool) -> None:
         raise ExportError("there is an export already", where=str(folder), remedy="Give --out another name, or --force")
 
 
-def _put(partial: Path, folder: Path) -> None:
-    if not folder.exists():
-        os.replace(partial, folder)
-        return
-    old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old-", dir=folder.parent)) / folder.name
-    os.replace(folder, old)
-    try:
-        os.replace(partial, folder)
-    except BaseException:
-        os.replace(old, folder)
-        raise
-    finally:
-        shutil.rmtree(old.parent, ignore_errors=True)
-
-
-def _unwritable(folder: Path, error: OSError) -> ExportError:
+def unwritable(folder: Path, error: OSError) -> ExportError:
+    """The error of an export's folder that cannot be written."""
     return ExportError(
         f"the export cannot be written: {error.strerror or error}",
         where=str(folder),
