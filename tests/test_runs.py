@@ -191,7 +191,7 @@ def test_a_parent_that_cannot_be_written(
     def locked(**_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(runs.tempfile, "mkdtemp", locked)
+    monkeypatch.setattr("tempfile.mkdtemp", locked)
     message = error_of(lambda: write_run(tmp_path / "run", compared, [recording]))
     assert "run: the run cannot be written: Permission denied. Give --out a folder" in message
     assert list(tmp_path.iterdir()) == []
@@ -243,7 +243,7 @@ def test_a_failed_move_keeps_the_old_run(
     def broken(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr(runs.os, "replace", broken)
+    monkeypatch.setattr("os.replace", broken)
     with pytest.raises((RunError, KeyboardInterrupt)):
         write_run(run, compared, [recording], force=True)
     assert run.exists()
