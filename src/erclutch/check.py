@@ -17,6 +17,9 @@ from erclutch.errors import CheckError
 
 Array = NDArray[np.float64]
 
+#: Subject of the finding that the rows held out have a single field.
+ONE_FIELD = "one field"
+
 _FEWEST_ROWS = 50
 _CELLS = 12
 
@@ -59,6 +62,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _sign(train),
         lambda: _saturation(train),
         lambda: _quantised(train),
+        lambda: _one_field(train, data, test),
         lambda: _coverage(train, data, test),
         lambda: _zero_field(train),
         lambda: _unlike(data),
@@ -107,7 +111,8 @@ def _both_fields(data: Dataset) -> Finding | None:
     if not both:
         return None
     message = f"both clutches are under field in {both} rows ({both / data.rows:.1%})"
-    return Finding("warning", "fields", message, "The models assume one at a time (section III of the paper)")
+    remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
+    return Finding("warning", "fields", message, remedy)
 
 
 def _sign(train: Dataset) -> Finding | None:
@@ -129,7 +134,7 @@ def _saturation(train: Dataset) -> Finding | None:
         share = float(np.mean(np.equal(train.effort, end)))
         if share > 0.005:
             message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
-            return Finding("warning", "effort", message, "Leave those rows out, or use a sensor with more range")
+            return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
     return None
 
 
@@ -141,6 +146,19 @@ def _quantised(train: Dataset) -> Finding | None:
             message = f"the slip takes only {levels.size} values, {step:g} apart: a differenced encoder"
             return Finding("warning", "slip", message, "Map the position and try --derivative kalman or savgol")
     return None
+
+
+def _one_field(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
+    """Rows held out at a single field cannot rank models of what a field does."""
+    held = np.concatenate([e.field[test] for e in data.elements])
+    reach = 1e-6 * max(float(np.abs(e.field).max()) for e in data.elements)
+    if not held.size or np.ptp(held) > reach or all(np.ptp(e.field) <= reach for e in train.elements):
+        return None
+    unit = f" {data.units.field}" if data.units.field not in ("", "?") else ""
+    message = (
+        f"all rows held out have the same field, {held[0]:g}{unit}, so they do not test how the effort depends on it"
+    )
+    return Finding("warning", ONE_FIELD, message, "Hold out rows at several fields with --test")
 
 
 def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
@@ -155,7 +173,10 @@ def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding
     if share < 0.01:
         return None
     message = f"{share:.1%} of the test rows have a field and slip that no training row comes near"
-    return Finding("warning", "coverage", message, "Figures there are inter- or extrapolated; log that region too")
+    remedy = (
+        "Figures there are inter- or extrapolated: log those fields and slips too, or hold out other rows with --test"
+    )
+    return Finding("warning", "coverage", message, remedy)
 
 
 def _unlike(data: Dataset) -> Finding | None:
@@ -168,7 +189,7 @@ def _unlike(data: Dataset) -> Finding | None:
         odd = np.flatnonzero((sizes > 30.0 * usual) | (sizes < usual / 300.0))
         if odd.size and usual > 0:
             message = f"the {name} of {data.sources[odd[0]]} is {sizes[odd[0]]:.3g}, that of the usual log {usual:.3g}"
-            return Finding("warning", name, message, "Check its unit")
+            return Finding("warning", name, message, f"Check the unit of the {name}")
     return None
 
 

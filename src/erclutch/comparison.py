@@ -11,11 +11,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.check import Finding, check, steady_command
+from erclutch.check import ONE_FIELD, Finding, check, steady_command
 from erclutch.dataset import Dataset, blocks, hold_out
 from erclutch.dynamics import DynamicsForm
 from erclutch.errors import SettingError
 from erclutch.evaluate import (
+    TOLERATED,
     Figure,
     Score,
     block_rows,
@@ -52,7 +53,8 @@ class Settings:
         models: specifications of laws; "all" is the ladder, "paper" the laws of the paper's tables.
         lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
             law if the data ask for it.
-        test: share of each log, its end, that is held out; or patterns of the names of logs that are.
+        test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
+            another); or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
         offset: a constant effort; None: as for friction.
@@ -149,7 +151,7 @@ _NO_LAG = Finding(
     "note",
     "dynamics",
     "the field never changes within a stretch of the training rows, so no lag between command and field can be told",
-    "Models are fitted without one; log with a switching field to identify it",
+    "Log with a switching field to identify a lag; models are fitted without one here",
 )
 
 #: Called with the number of fits done, the number there are, and what was just done.
@@ -186,6 +188,8 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
         outcomes += _second_time_constant(train, outcomes, settings, report)
     outcomes += fit_networks(train, networks, outcomes, chosen, report)
     entries = _score_all(data, train, test, outcomes, settings)
+    if any(finding.subject == ONE_FIELD for finding in findings):
+        entries = _judged_by_training(entries)
     best, recommended = recommend(
         {e.name: e.test for e in entries},
         {e.name: e.excess for e in entries},
@@ -362,6 +366,23 @@ def _score_all(
             )
         )
     return sorted(entries, key=lambda e: e.test.rmse.value)
+
+
+def _judged_by_training(entries: Sequence[Entry]) -> list[Entry]:
+    """Laws that miss the fields of the training rows, where the rows held out have but one, are not recommended."""
+    laws = [e for e in entries if e.sound and not e.outcome.weights]
+    if not laws:
+        return list(entries)
+    best = min(laws, key=lambda e: e.train.rmse.value)
+
+    def judged(entry: Entry) -> Entry:
+        more = entry.train.rmse.value / best.train.rmse.value - 1.0
+        if entry.outcome.weights or not more > TOLERATED:
+            return entry
+        note = f"errs on the training rows by {more:.0%} more than {best.name}, which rows held out at one field hide"
+        return replace(entry, sound=False, notes=(*entry.notes, note))
+
+    return [judged(entry) for entry in entries]
 
 
 def _cross_validate(train: Dataset, outcome: AnyOutcome, settings: Settings) -> tuple[float, ...]:

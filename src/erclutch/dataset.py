@@ -22,6 +22,11 @@ from erclutch.signals import Recording
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+#: Share of the RMS slip below which a row is at rest.
+_AT_REST = 0.02
+#: Share of the largest field by which a field may change and still be called constant.
+_STEADY = 1e-6
+
 
 @dataclass(frozen=True)
 class Dataset:
@@ -63,6 +68,12 @@ class Dataset:
         """Seconds recorded, gaps left out."""
         t = self.clock.time
         return float(sum(t[s.stop - 1] - t[s.start] for s in self.clock.spans))
+
+    @property
+    def at_rest(self) -> Mask:
+        """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,)."""
+        slips = np.array([e.slip for e in self.elements])
+        return np.max(np.abs(slips), axis=0) < _AT_REST * float(np.sqrt(np.mean(slips**2)))
 
     def take(self, mask: Mask) -> Dataset:
         """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
@@ -227,7 +238,8 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
 
     Args:
         dataset: the rows.
-        test: a share above 0 and below 0.9 (of each log: its last rows), or shell patterns such as ``*0x5A.txt``.
+        test: a share above 0 and below 0.9 (of each log: its last rows; of a log that was taken at one field after
+            another, of each stretch), or shell patterns such as ``*0x5A.txt``.
 
     Returns:
         Mask (n,), true for test rows.
@@ -239,9 +251,14 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if isinstance(test, Real):
         share = float(test)
         if not 0 < share < 0.9:
-            raise SettingError(f"a test share of {share}", remedy="Give a share above 0 and below 0.9, for example 0.3")
-        for start, stop in dataset.source_rows:
-            mask[start + round((1 - share) * (stop - start)) : stop] = True
+            raise SettingError(
+                f"a test share of {share}",
+                where="--test",
+                remedy="Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'",
+            )
+        for log in dataset.source_rows:
+            for start, stop in constant_stretches(dataset, *log) or [log]:
+                mask[start + round((1 - share) * (stop - start)) : stop] = True
         return mask
     patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
     for pattern in patterns:
@@ -256,6 +273,19 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if mask.all():
         raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
     return mask
+
+
+def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[int, int]]:
+    """Stretches of a log that was taken at one constant field after another; empty for any other log.
+
+    The end of such a log is a field that no earlier row has, so a share of it is held out of each stretch.
+    """
+    spans = [(s.start, s.stop) for s in dataset.clock.spans if start <= s.start and s.stop <= stop]
+    fields = [e.field for e in dataset.elements]
+    reach = _STEADY * max(float(np.abs(f).max()) for f in fields)
+    steady = all(np.ptp(f[a:b]) <= reach for f in fields for a, b in spans)
+    several = any(np.ptp(f[start:stop]) > reach for f in fields)
+    return spans if steady and several else []
 
 
 def blocks(dataset: Dataset, count: int) -> list[Mask]:

@@ -191,6 +191,9 @@ def information_criteria(cost: float, rows: int, independent: float, parameters:
     }
 
 
+#: Share of rows at rest from which figures over those in motion are given too.
+MANY_AT_REST = 0.1
+
 #: A simpler model is worth this much more error; docs/decisions/0004-recommendation.md.
 TOLERATED = 0.05
 

@@ -143,7 +143,7 @@ def run_to_dict(
         "units": {"effort": data.units.effort, "field": data.units.field, "slip": data.units.slip},
         "logs": [
             {"name": r.name, "sha256": r.digest, "rows": r.rows, "segments": len(r.segments), "period_s": r.period}
-            | {"origin": r.origin}
+            | {"origin": r.origin, "mapping": list(r.mapping) if r.mapping else None}
             for r in recordings
         ],
         "notes": list(data.notes),

@@ -72,6 +72,7 @@ class Recording:
         origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
         extras: further inputs for networks, as logged: name -> samples, shape (n,).
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
+        mapping: name and SHA-256 of the mapping file that said which column is which, if there was one.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Recording:
     origin: str = ""
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
+    mapping: tuple[str, str] | None = None
 
     @property
     def rows(self) -> int:

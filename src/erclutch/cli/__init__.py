@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
@@ -32,7 +33,7 @@ _COMMANDS = {
     "live": "Estimate, control, record and watch at 1 kHz, on the digital TWIN or on your rig.",
     "experiment": "Run the paper's online experiments with the live loop: figures 7 to 13.",
     "flowcurve": "Fit laws of shear stress to flow curves.",
-    "export": "Write a model for a controller: C99, Python.",
+    "export": "Write a model for a controller: C99, C++, Python, ONNX, FMU, Simulink, MuJoCo.",
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
@@ -55,7 +56,7 @@ erclutch COMMAND --help tells all about a command.
 
 
 @app.default
-def first(*words: str) -> int:
+def first(*words: Annotated[str, Parameter(show=False)]) -> int:
     """Say what to do first."""
     if words:
         import difflib

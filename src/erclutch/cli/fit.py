@@ -47,7 +47,8 @@ def fit(
         models: Names from `erclutch laws` and networks, for example --models bingham hem/square fnn-16 rbfn-50; 'paper'
             stands for those of its tables, 'all' (default) for all laws, fnn-16 and rbfn-10.
         lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
-        test: Held out: a share (the end of each log), or a pattern of logs' names, more than once. Default: 0.3.
+        test: Held out: a share (the end of each log, or of each stretch where every stretch has its own constant field),
+            or a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.
@@ -150,6 +151,8 @@ def print_comparison(comparison: Comparison) -> None:
     screen = show.console()
     held = int(comparison.test.sum())
     screen.print(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out", markup=False)
+    if which := show.held_out(comparison):
+        screen.print(which, markup=False)
     for finding in comparison.findings:
         screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
     screen.print()
@@ -158,5 +161,7 @@ def print_comparison(comparison: Comparison) -> None:
         screen.print(line, style="dim", markup=False)
     screen.print()
     screen.print(show.verdict(comparison), style="bold", markup=False)
+    if moving := show.at_rest(comparison):
+        screen.print(moving, markup=False)
     screen.print()
     screen.print(show.parameters(comparison.entry(comparison.recommended).outcome))

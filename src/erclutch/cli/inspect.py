@@ -11,6 +11,7 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import ErclutchError, SettingError
 
 if TYPE_CHECKING:
+    from erclutch.dataset import Dataset
     from erclutch.logs import Table
     from erclutch.signals import Array, Recording
 
@@ -60,23 +61,61 @@ def inspect(
         for name, values in raw.columns.items()
     ]
     screen.print(show.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
-    for note in raw.notes:
-        screen.print(f"  {note}", markup=False)
+    if raw.clock is not None:
+        screen.print(f"  {_dates(raw.clock_name, raw.clock)}", markup=False)
     if recording is None:
+        for note in raw.notes:
+            screen.print(f"  {note}", markup=False)
         screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
         return
     screen.print("\n".join(show.recording_lines([recording], most=50)), markup=False)
+    data = reading.dataset([recording])
     ranges = [
         [name, recording.units[name] or "1", *(show.number(v) for v in _figures(values)[:3])]
         for name, values in recording.signals.items()
     ]
+    if "position" in recording.signals and "slip" not in recording.signals:
+        slips = (show.number(v) for v in _figures(data.elements[0].slip)[:3])
+        ranges.append(["slip (derived)", data.units.slip or "1", *slips])
     screen.print(show.table("Signals", ["name", "unit", "smallest", "largest", "mean"], ranges, left=2))
-    elements = reading.dataset([recording]).elements
-    for i, element in enumerate(elements):
-        name = f" of CH{i + 1}" if len(elements) > 1 else ""
-        screen.print(show.coverage(element.field, element.slip, name), markup=False)
+    if len(recording.segments) > 1:
+        screen.print(_segments(recording, data))
+    units = (data.units.field, data.units.slip)
+    for i, element in enumerate(data.elements):
+        name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
+        screen.print(show.coverage(element.field, element.slip, name, units), markup=False)
     for path in drawn:
         screen.print(f"drawn: {path}", markup=False, soft_wrap=True)
+
+
+def _dates(name: str, clock: Array) -> str:
+    """What a column of dates holds, and its pauses: they say how many stretches the log has."""
+    import numpy as np
+
+    steps = np.diff(clock)
+    pauses = int(np.count_nonzero(steps > 1.5 * np.median(steps))) if steps.size else 0
+    many = f", {pauses} pause{'s' if pauses > 1 else ''}" if 0 < pauses <= 0.1 * steps.size else ""
+    return f"column {name} holds dates and times over {clock[-1] - clock[0]:.4g} s{many}"
+
+
+def _segments(recording: Recording, data: Dataset, most: int = 12) -> object:
+    """The segments between gaps, with the field of each."""
+    import numpy as np
+
+    from erclutch.cli import show
+
+    def row(number: int, start: int, stop: int) -> list[str]:
+        fields = np.concatenate([e.field[start:stop] for e in data.elements])
+        low, high = show.number(float(fields.min())), show.number(float(fields.max()))
+        at = recording.time[start], recording.time[stop - 1]
+        times = [show.number(float(t), 5) for t in at]
+        return [str(number), f"{stop - start:,}", *times, low if low == high else f"{low} .. {high}"]
+
+    spans = data.clock.spans
+    rows = [row(k, s.start, s.stop) for k, s in enumerate(spans[:most], start=1)]
+    field = show.with_unit("field", data.units.field)
+    title = "Segments between gaps" + (f", the first {most} of {len(spans)}" if len(spans) > most else "")
+    return show.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
 
 
 def _draw(

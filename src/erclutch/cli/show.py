@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from erclutch.evaluate import TOLERATED
+from erclutch.dataset import constant_stretches
+from erclutch.evaluate import MANY_AT_REST, TOLERATED
 from erclutch.signals import Array
 
 if TYPE_CHECKING:
@@ -33,11 +35,23 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text
     return made
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number to a few digits, infinities and gaps as words."""
+def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
+    """A number to a few digits, infinities and gaps as words; an exponent only where it cannot be read without.
+
+    Args:
+        value: the number.
+        digits: significant ones.
+        zeros: whether zeros at the end stay, so that a column's points stand under one another.
+    """
     if np.isnan(value):
         return "-"
-    return ("inf" if value > 0 else "-inf") if np.isinf(value) else f"{value:.{digits}g}"
+    if np.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    text = f"{value:#.{digits}g}" if zeros else f"{value:.{digits}g}"
+    if 1.0 <= abs(float(text)) < 1e6:
+        # What has more digits before the point than asked for is not 1.81e+03 but 1810.
+        return f"{float(text):.0f}" if "e" in text else text.removesuffix(".")
+    return text
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -60,11 +74,19 @@ def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]
     if made:
         some = "" if all(r.origin for r in recordings) else " (some of the logs)"
         lines.append(f"{' and '.join(made)} data{some}: made by a computer, not a measurement")
-    notes = dict.fromkeys(note for r in recordings for note in r.notes)
-    lines += [f"  {note}" for note in list(notes)[: most * 2]]
+    notes = notes_of(recordings)
+    lines += [f"  {note}" for note in notes[: most * 2]]
     if len(notes) > most * 2:
         lines.append(f"  ... {len(notes) - most * 2} notes more; erclutch inspect shows all of one log")
     return lines
+
+
+def notes_of(recordings: Sequence[Recording]) -> list[str]:
+    """What was said while reading, each once; what is true of one log of several bears its name."""
+    said = Counter(note for r in recordings for note in r.notes)
+    names = {note: r.name for r in recordings for note in r.notes}
+    own = {note for note, times in said.items() if times == 1 and len(recordings) > 1}
+    return [f"{names[note]}: {note}" if note in own else note for note in sorted(said, key=lambda n: n in own)]
 
 
 def _band(figure: Figure) -> str:
@@ -73,7 +95,7 @@ def _band(figure: Figure) -> str:
 
 def _percent(figure: Figure) -> str:
     value, low, high = (100.0 * v for v in figure.to_list())
-    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e4 else "far worse"
+    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e3 else "far worse"
 
 
 def ranking(comparison: Comparison, width: int) -> Table:
@@ -83,13 +105,13 @@ def ranking(comparison: Comparison, width: int) -> Table:
         "": ["*" if e.name == comparison.recommended else "" for e in comparison.entries],
         "model": [e.name for e in comparison.entries],
         "par.": [str(e.outcome.parameters) for e in comparison.entries],
-        with_unit("test RMSE", unit): [number(e.test.rmse.value) for e in comparison.entries],
+        with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in comparison.entries],
         "95 % band": [_band(e.test.rmse) for e in comparison.entries],
         "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in comparison.entries],
         "of std": [f"{100 * e.test.share.value:.1f} %" for e in comparison.entries],
-        "R2": [number(e.test.r2.value, 3) for e in comparison.entries],
+        "R2": [f"{e.test.r2.value:.3f}" for e in comparison.entries],
         "max error": [number(e.test.largest.value, 3) for e in comparison.entries],
-        "train RMSE": [number(e.train.rmse.value) for e in comparison.entries],
+        "train RMSE": [number(e.train.rmse.value, zeros=True) for e in comparison.entries],
         "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in comparison.entries],
     }
     if any(e.folds for e in comparison.entries):
@@ -117,13 +139,42 @@ def verdict(comparison: Comparison) -> str:
         return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
     if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
         return (
-            f"Recommended: {chosen.name}, the best model whose parameters the data identify. {best.name} is better "
-            f"but not to be trusted ({'; '.join(best.notes)}); the error is {_percent(chosen.excess)} over its own."
+            f"Recommended: {chosen.name}, the best model that can be trusted. {best.name} errs by less, but see its "
+            f"note above; {chosen.name} errs by {_percent(chosen.excess)} more."
         )
+    doubt = "" if best.sound else ", not to be trusted: see its note above"
     return (
         f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
-        f"the best one, {best.name} ({best.outcome.parameters} parameters): inside its 95 % band, "
+        f"the best one, {best.name} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
         f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
+    )
+
+
+def held_out(comparison: Comparison) -> str:
+    """Which rows were held out, where that is not the end of each log."""
+    test, data = comparison.settings.test, comparison.data
+    if not isinstance(test, float | int):
+        logs = [name for name, (a, b) in zip(data.sources, data.source_rows, strict=True) if comparison.test[a:b].all()]
+        more = f" and {len(logs) - 6} more" if len(logs) > 6 else ""
+        return f"held out: {', '.join(logs[:6])}{more}"
+    cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
+    if not cut:
+        return ""
+    return f"held out: the last {test:.0%} of each stretch between gaps, since each has a field of its own"
+
+
+def at_rest(comparison: Comparison) -> str:
+    """The error over rows in motion, where many of those held out are at rest."""
+    still = comparison.data.at_rest[comparison.test]
+    share = float(still.mean())
+    if share < MANY_AT_REST or share == 1.0:
+        return ""
+    chosen = comparison.entry(comparison.recommended)
+    error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
+    unit = comparison.data.units.effort.replace("?", "")
+    return (
+        f"{share:.0%} of the rows held out are at rest, where the effort is small and errors are: over those in motion "
+        f"{chosen.name} errs by {number(float(np.sqrt(np.mean(error**2))))} {unit}, not {number(chosen.test.rmse.value)}."
     )
 
 
@@ -158,7 +209,7 @@ def model_notes(entries: Sequence[Entry]) -> list[str]:
     return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]
 
 
-def coverage(field: Array, slip: Array, name: str) -> str:
+def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
     """Rows over field and slip as a picture of characters; empty where one of them is constant."""
     if np.ptp(field) == 0 or np.ptp(slip) == 0:
         return ""
@@ -166,7 +217,8 @@ def coverage(field: Array, slip: Array, name: str) -> str:
     columns = np.linspace(float(np.min(slip)), float(np.max(slip)), 61)
     counts: Array = np.histogram2d(field, slip, bins=[rows, columns])[0]
     steps = np.ceil(np.log1p(counts) / np.log1p(counts.max()) * (len(_SHADES) - 1)).astype(int)
-    lines = [f"Coverage{name}: rows over field (up) and slip (across); a dot is a cell without a row"]
+    up, across = with_unit("field", units[0]), with_unit("slip", units[1])
+    lines = [f"Coverage{name}: rows over {up} (up) and {across} (across); a dot is a cell without a row"]
     for row in reversed(range(8)):
         cells = "".join(
             "·" if count == 0 else _SHADES[step] for count, step in zip(counts[row], steps[row], strict=True)

@@ -138,3 +138,27 @@ def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
         power = np.abs(np.fft.rfft(piece, size)) ** 2
         total += np.fft.irfft(power, size)[: most + 1]
     return total / total[0] if total[0] > 0 else np.eye(1, most + 1)[0]
+
+
+def follows_acceleration(rows: RunRows, model: str) -> float:
+    """Share of the residual's power, over the rows held out, that is proportional to an element's acceleration.
+
+    A law of field and slip leaves it where effort runs around a loop over slip. The largest of a pair's two.
+    """
+    residual = rows.residual(model)
+    shares = [0.0]
+    for element in rows.data.elements:
+        rate = np.concatenate([_slope(element.slip, rows.data.clock.time, s) for s in rows.data.clock.spans])
+        a, e = rate[rows.test], residual[rows.test]
+        a, e = a - a.mean(), e - e.mean()
+        power = float(a @ a) * float(e @ e)
+        if power > 0.0:
+            shares.append(float(a @ e) ** 2 / power)
+    return max(shares)
+
+
+def _slope(values: Array, time: Array, span: Span) -> Array:
+    inside = slice(span.start, span.stop)
+    if span.stop - span.start < 3:
+        return np.zeros(span.stop - span.start)
+    return np.asarray(np.gradient(values[inside], time[inside]), dtype=np.float64)

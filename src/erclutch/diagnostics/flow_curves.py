@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from erclutch.model import TorqueModel
 from erclutch.run_rows import RunRows
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 _LEVELS, _CURVE, _DOTS = 5, 81, 160
 _SETTLED = 5.0  # time constants after which a field has settled
@@ -50,17 +51,25 @@ def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(found.values())
 
 
-def flow_curves(rows: RunRows, model: TorqueModel, element: int = 0) -> FlowCurves:
-    """Curves of a law and the rows near them."""
+def flow_curves(rows: RunRows, models: Sequence[TorqueModel], element: int = 0) -> list[FlowCurves]:
+    """Curves of laws on one element and the rows near them."""
     own = rows.data.elements[element]
     levels = _levels(np.abs(own.field))
-    ends = np.quantile(own.slip, (0.0005, 0.9995))
-    slip = _spaced(float(ends[0]), float(ends[1]))
-    curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
-    masks = _near(rows, model, element, levels)
-    effort = rows.data.effort - _others(rows, model, element)
-    dots = tuple(_thinned(own.slip[m], effort[m], ends) for m in masks)
-    return FlowCurves(model.name, element, levels, slip, curves, dots)
+    first, last = (float(v) for v in np.quantile(own.slip, (0.0005, 0.9995)))
+    slip = _spaced(first, last)
+    near: dict[int, list[Rows]] = {}  # by the rows in which a law's field settles
+    found: list[FlowCurves] = []
+    for model in models:
+        settling = _settling(rows, model)
+        if settling not in near:
+            near[settling] = [_thinned(own.slip, m, first, last) for m in _near(rows, settling, element, levels)]
+        curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
+        dots = tuple(
+            np.column_stack([own.slip[k], rows.data.effort[k] - _others(rows, model, element, k)])
+            for k in near[settling]
+        )
+        found.append(FlowCurves(model.name, element, levels, slip, curves, dots))
+    return found
 
 
 def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array:
@@ -72,12 +81,12 @@ def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array
     return model.steady(fields, slips)
 
 
-def _others(rows: RunRows, model: TorqueModel, element: int) -> Array:
-    """Effort that the law gives the other elements, without field, at the slips that they had."""
-    if model.structure.elements == 1:
-        return np.zeros(rows.data.rows)
-    nothing = np.zeros(rows.data.rows)
-    slips = [nothing if i == element else e.slip for i, e in enumerate(rows.data.elements)]
+def _others(rows: RunRows, model: TorqueModel, element: int, at: Rows) -> Array:
+    """Effort that the law gives the other elements, without field, at the slips that they had in some rows."""
+    nothing = np.zeros(at.size)
+    if model.structure.elements == 1 or not at.size:
+        return nothing
+    slips = [nothing if i == element else e.slip[at] for i, e in enumerate(rows.data.elements)]
     return model.steady([nothing] * len(slips), slips)
 
 
@@ -88,12 +97,12 @@ def _levels(strength: Array) -> Array:
     return np.linspace(0.0, float(np.quantile(strength, 0.98)), _LEVELS)
 
 
-def _near(rows: RunRows, model: TorqueModel, element: int, levels: Array) -> list[NDArray[np.bool_]]:
+def _near(rows: RunRows, settling: int, element: int, levels: Array) -> list[NDArray[np.bool_]]:
     """Rows whose field is near each level and has been there long enough for the lag to be over."""
     fields = [np.abs(e.field) for e in rows.data.elements]
     largest = max(float(f.max()) for f in fields) or 1.0
     slack = min(0.04 * largest, 0.3 * float(np.diff(levels).min())) if levels.size > 1 else 0.04 * largest
-    settled = _still(fields[element], _settling(rows, model), 2.0 * slack)
+    settled = _still(fields[element], settling, 2.0 * slack)
     for i, other in enumerate(fields):
         if i != element:
             settled &= other <= slack
@@ -139,11 +148,13 @@ def _spaced(low: float, high: float) -> Array:
     return reach * np.sinh(even) / np.sinh(3.0)
 
 
-def _thinned(slip: Array, effort: Array, ends: Array) -> Array:
-    inside = np.flatnonzero((slip >= ends[0]) & (slip <= ends[1]))
-    if inside.size > _DOTS:
-        # Evenly over the slip, not over time: most rows lie near zero.
-        order = inside[np.argsort(slip[inside], kind="stable")]
-        targets = np.linspace(slip[order[0]], slip[order[-1]], _DOTS)
-        inside = np.unique(order[np.clip(np.searchsorted(slip[order], targets), 0, order.size - 1)])
-    return np.column_stack([slip[inside], effort[inside]])
+def _thinned(slip: Array, mask: NDArray[np.bool_], first: float, last: float) -> Rows:
+    """Rows of a mask, few enough to be seen one by one."""
+    inside = np.flatnonzero(mask)
+    inside = inside[(slip[inside] >= first) & (slip[inside] <= last)]
+    if inside.size <= _DOTS:
+        return inside
+    # Evenly over the slip, not over time: most rows lie near zero.
+    order = inside[np.argsort(slip[inside], kind="stable")]
+    targets = np.linspace(slip[order[0]], slip[order[-1]], _DOTS)
+    return np.unique(order[np.clip(np.searchsorted(slip[order], targets), 0, order.size - 1)])

@@ -99,9 +99,11 @@ def read_export(folder: str | Path) -> Exported:
     try:
         body = json.loads((place / "export.json").read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise ExportError(
-            f"not an export: {error}", where=str(place), remedy="Give a folder that erclutch export wrote"
-        ) from error
+        what = error.strerror if isinstance(error, OSError) and error.strerror else error
+        remedy = "Give a folder that erclutch export wrote"
+        if (place / "run.json").is_file():
+            remedy = f"This is a run: erclutch export {place} makes one"
+        raise ExportError(f"not an export: export.json: {what}", where=str(place), remedy=remedy) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
         raise ExportError("export.json is not that of an export", where=str(place), remedy="Export the model again")
     content = cast(dict[str, Any], body)

@@ -226,7 +226,7 @@ def program_of(model: Any, options: Options | None = None) -> Program:
         angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
     return Program(
-        name=_c_name(options.name, model.name),
+        name=c_name(model.name, options.name),
         model=model,
         digest=str(model.to_dict()["digest"]),
         precision=PRECISIONS[options.precision],
@@ -436,7 +436,12 @@ _KEYWORDS = (
 )
 
 
-def _c_name(wanted: str | None, model: str) -> str:
+def c_name(model: str, wanted: str | None = None) -> str:
+    """Prefix of all C names, and so the name of the C file: the one that is wanted, else made from the model's.
+
+    Raises:
+        ExportError: what is wanted will not do.
+    """
     if wanted is None:
         made = re.sub(r"[^a-z0-9]+", "_", model.lower()).strip("_")
         return made[:_LONGEST_NAME].rstrip("_")

@@ -13,32 +13,40 @@ from erclutch.errors import CheckError
 from erclutch.figures.parts import Numbers, titled
 from erclutch.model import TorqueModel
 
-_ACROSS, _MOST = 3, 12
+_MOST = 12
 
 
-def panels(material: Material) -> list[TorqueModel]:
-    """The laws that are drawn: the best form of each, at most twelve."""
+def laws(material: Material) -> list[TorqueModel]:
+    """The laws that are drawn, the best form of each: as many as twelve panels hold."""
     models = [material.models[name] for name in law_names(material.body)]
-    return [m for m in models if isinstance(m, TorqueModel)][:_MOST]
+    return [m for m in models if isinstance(m, TorqueModel)][: _MOST // len(material.rows.data.elements)]
+
+
+def _across(material: Material) -> int:
+    """Panels in a row: a law's two clutches stand beside each other."""
+    return 2 if len(material.rows.data.elements) > 1 else 3
 
 
 def height(material: Material) -> float:
     """Height that the panels need, in inches."""
-    return 0.35 + 1.35 * math.ceil(max(len(panels(material)), 1) / _ACROSS)
+    panels = max(len(laws(material)), 1) * len(material.rows.data.elements)
+    return 0.35 + 1.35 * math.ceil(panels / _across(material))
 
 
 def draw_flow_curves(figure: Any, material: Material) -> Numbers:
-    """A panel a law: curves in a settled field, dots where the log has such rows. First clutch of a pair.
+    """A panel a law: curves in a settled field, dots where the log has such rows. Of a pair both clutches.
 
     Raises:
         CheckError: the run holds no law.
     """
-    models = panels(material)
+    models = laws(material)
     if not models:
         raise CheckError("the run holds no law", where=str(material.run.folder), remedy="Fit laws too: --models all")
-    found = [flow_curves(material.rows, m) for m in models]
-    down = math.ceil(len(found) / _ACROSS)
-    axes: Any = figure.subplots(down, min(_ACROSS, len(found)), sharex=True, sharey=True, squeeze=False)
+    groups = [flow_curves(material.rows, models, k) for k in range(len(material.rows.data.elements))]
+    found = [curves for law in zip(*groups, strict=True) for curves in law]
+    across = min(_across(material), len(found))
+    down = math.ceil(len(found) / across)
+    axes: Any = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     shades = _shades(found[0].fields.size)
     for axis, curves in zip(axes.flat, found, strict=False):
         _panel(axis, material, curves, shades)
@@ -53,15 +61,14 @@ def draw_flow_curves(figure: Any, material: Material) -> Numbers:
         last.tick_params(labelbottom=True)
     labels = [material.field.of(float(f), 2) for f in found[0].fields]
     handles = axes.flat[0].get_lines()[-len(labels) :]
-    title = f"field {material.element_name(0)}".strip()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), title=title, handlelength=1.4)
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), title="field", handlelength=1.4)
     rows = [
-        (c.model, float(f), float(w), float(t))
+        (c.model, c.element + 1, float(f), float(w), float(t))
         for c in found
         for f, line in zip(c.fields, c.effort, strict=True)
         for w, t in zip(c.slip, line, strict=True)
     ]
-    return Numbers(["model", "field", "slip", "effort"], rows)
+    return Numbers(["model", "element", "field", "slip", "effort"], rows)
 
 
 def _shades(count: int) -> list[Any]:
@@ -77,7 +84,8 @@ def _panel(axis: Any, material: Material, curves: FlowCurves, shades: list[Any])
     for shade, effort in zip(shades, curves.effort, strict=True):
         axis.plot(curves.slip * sx, effort * sy, color=shade)
     chosen = curves.model == material.recommended
-    axis.set_title(curves.model, loc="left", fontweight="bold" if chosen else "normal", fontsize=7)
+    title = f"{curves.model} {material.element_name(curves.element)}".strip()
+    axis.set_title(title, loc="left", fontweight="bold" if chosen else "normal", fontsize=7)
 
 
 def _limits(axis: Any, material: Material, found: list[FlowCurves]) -> None:

@@ -103,6 +103,11 @@ def short_equation(law: Law) -> Any:
     return _short(equation(law))
 
 
+def short_terms(law: Law) -> list[Any]:
+    """The same, gain times column, in the law's own order."""
+    return [_short(gain * column) for gain, column in _terms(law)]
+
+
 def equation_text(law: Law) -> str:
     """The equation as one line of text, powers as ``^``."""
     return str(short_equation(law)).replace("**", "^")

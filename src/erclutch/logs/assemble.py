@@ -91,7 +91,7 @@ def assemble_rows(
     bad_time = _bad_stamps(draft, chosen, invalid)
     clock = _clock(draft, chosen, rows[~bad_time])
     bad = _invalid_rows(draft, invalid)
-    return _recording(draft, clock, rows[~bad_time], bad)
+    return _recording(draft, clock, rows[~bad_time], bad, chosen.file)
 
 
 def _signals_of(device: DeviceName) -> set[str]:
@@ -152,7 +152,7 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
             given[key] = (number, unit, "from the file's name")
     for key, text in chosen.constants.items():
         if "," in text:
-            _take_steps(draft, key, text)
+            _take_steps(draft, key, text, chosen.source)
         else:
             given[key] = (*_quantity(draft, key, text), chosen.source)
     allowed = _signals_of(draft.device)
@@ -174,7 +174,7 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
             draft.notes.append(f"{key} <- constant {text} ({source})")
 
 
-def _take_steps(draft: _Draft, key: str, text: str) -> None:
+def _take_steps(draft: _Draft, key: str, text: str, source: str) -> None:
     """A signal that is constant in each segment: one number after another, the unit behind the last (``0, 1 A``)."""
     *earlier, last = text.split(",")
     final, unit = _quantity(draft, key, last)
@@ -184,7 +184,7 @@ def _take_steps(draft: _Draft, key: str, text: str) -> None:
     factor, si = units.conversion(unit, SIGNALS[key], key, draft.table.name) if unit else (1.0, "?")
     draft.stepped[key] = tuple(number * factor for number in numbers)
     draft.signals[key], draft.units[key] = np.full(draft.table.rows, numbers[0] * factor), si
-    draft.notes.append(f"{key} <- {text.strip()}, one number a segment (given)")
+    draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({source})")
 
 
 def _quantity(draft: _Draft, key: str, text: str) -> tuple[float, str | None]:
@@ -197,9 +197,11 @@ def _quantity(draft: _Draft, key: str, text: str) -> tuple[float, str | None]:
 def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.intp], stops: NDArray[np.intp]) -> None:
     for key, numbers in draft.stepped.items():
         if len(numbers) != starts.size:
+            rows = [f"{n:,}" for n in stops - starts]
+            listed = f"{', '.join(rows[:8])}{', ...' if len(rows) > 8 else ''}"
             raise MappingError(
-                f"{len(numbers)} numbers for {key} and {starts.size} segments between gaps",
-                remedy="Give one number for each; erclutch inspect shows the segments",
+                f"{len(numbers)} numbers for {key} and {starts.size} segments between gaps, of {listed} rows",
+                remedy="Give one number for each",
                 where=draft.table.name,
             )
         signals[key] = _frozen(np.repeat(np.array(numbers), (stops - starts).astype(np.int64)))
@@ -389,7 +391,11 @@ def _same_as_before(table: Table, time: str, rows: NDArray[np.int64]) -> NDArray
 
 
 def _recording(
-    draft: _Draft, clock: timing.Clock, rows: NDArray[np.int64], bad: NDArray[np.bool_]
+    draft: _Draft,
+    clock: timing.Clock,
+    rows: NDArray[np.int64],
+    bad: NDArray[np.bool_],
+    mapping: tuple[str, str] | None,
 ) -> tuple[Recording, NDArray[np.int64]]:
     """Take the rows that are left and cut the segments where rows are missing."""
     kept = rows[clock.keep]
@@ -420,6 +426,7 @@ def _recording(
         origin=draft.table.origin,
         extras=MappingProxyType(extras),
         notes=(*draft.notes, *clock.notes),
+        mapping=mapping,
     )
     return recording, kept[fine]
 

@@ -24,6 +24,7 @@ before it turns the sign (``-F [N]``). What the command line says wins over the 
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -71,6 +72,7 @@ class ColumnMap:
         invalid: "error" or "drop" for values that are not finite.
         inputs: further columns that networks may take as inputs.
         source: who said so, for the notes.
+        file: name and SHA-256 of the mapping file that had a say, if one had.
     """
 
     columns: Mapping[str, ColumnChoice] = field(default_factory=dict[str, ColumnChoice])
@@ -83,6 +85,7 @@ class ColumnMap:
     invalid: str | None = None
     inputs: tuple[ColumnChoice, ...] = ()
     source: str = "given"
+    file: tuple[str, str] | None = None
 
     @classmethod
     def from_labels(cls, labels: Mapping[str, str | int], **others: Any) -> ColumnMap:
@@ -104,12 +107,13 @@ class ColumnMap:
         """
         path = Path(path)
         try:
-            values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+            content = path.read_bytes()
+            values = tomllib.loads(content.decode("utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
             raise MappingError(
                 f"the mapping file cannot be read ({error})", remedy="Correct it", where=path.name
             ) from error
-        return cls.from_dict(values, path.name)
+        return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], source: str = "given") -> ColumnMap:
@@ -156,6 +160,7 @@ class ColumnMap:
             invalid=self.invalid or base.invalid,
             inputs=self.inputs or base.inputs,
             source=self.source if base == ColumnMap() else base.source,
+            file=self.file or base.file,
         )
 
 

@@ -22,29 +22,37 @@ class FlowSection(Section):
 
     def fill(self, material: Material) -> dict[str, Any] | None:
         """See `Section.fill`."""
-        found = curves_of(material)
-        if not found:
+        groups = [curves_of(material, k) for k in range(len(material.rows.data.elements))]
+        if not groups[0]:
             return None
-        dots = np.concatenate([d[:, 1] for c in found for d in c.dots if d.size] or [np.array([0.0])])
-        low, high = _reach(material, found, dots)
         return {
-            "plots": [
-                {"name": c.model, "svg": _drawn(material, c, low, high), "chosen": c.model == material.recommended}
-                for c in found
+            "groups": [
+                {"element": material.element_name(k), "plots": _plots(material, group)}
+                for k, group in enumerate(groups)
             ],
             "levels": [
                 material.field.of(float(f), 2) if material.field.unit else f"E = {material.field.of(float(f), 2)}"
-                for f in found[0].fields
+                for f in groups[0][0].fields
             ],
-            "element": material.element_name(0),
-            "dots": dots.size > 1,
+            "pair": len(groups) > 1,
+            "dots": any(d.size for group in groups for c in group for d in c.dots),
         }
+
+
+def _plots(material: Material, found: list[FlowCurves]) -> list[dict[str, Any]]:
+    """A small plot a law, all of one element with the same axes."""
+    dots = np.concatenate([d[:, 1] for c in found for d in c.dots if d.size] or [np.array([0.0])])
+    low, high = _reach(material, found, dots)
+    return [
+        {"name": c.model, "svg": _drawn(material, c, low, high), "chosen": c.model == material.recommended}
+        for c in found
+    ]
 
 
 def curves_of(material: Material, element: int = 0) -> list[FlowCurves]:
     """Flow curves of all laws of a run."""
     models = [material.models[name] for name in law_names(material.body)]
-    return [flow_curves(material.rows, m, element) for m in models if isinstance(m, TorqueModel)]
+    return flow_curves(material.rows, [m for m in models if isinstance(m, TorqueModel)], element)
 
 
 def _reach(material: Material, found: list[FlowCurves], dots: Any) -> tuple[float, float]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
 from typing import Any, ClassVar
 
 from markupsafe import Markup
 
+from erclutch.device import DeviceName
 from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.text import Scale, number, span, unit_text
+from erclutch.laws import law_from_name
 from erclutch.model import TorqueModel
 from erclutch.report.section import Section
 from erclutch.report.symbols import plain_symbol, symbol
@@ -37,13 +40,12 @@ class ParametersSection(Section):
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
     model = material.models[entry["name"]]
     fit = entry["fit"]
-    # SymPy takes its time: the others are a command away (erclutch laws).
     chosen = entry["name"] == material.recommended
     return {
         "name": entry["name"],
         "title": entry["title"],
-        "equation": equation_of(model) if chosen and isinstance(model, TorqueModel) else "",
-        "reference": _reference(material, model) if chosen and isinstance(model, TorqueModel) else "",
+        "equation": equation_of(model) if isinstance(model, TorqueModel) else "",
+        "reference": _reference(material, model) if isinstance(model, TorqueModel) else "",
         "source": model.structure.law.source if isinstance(model, TorqueModel) else "",
         "rows": [_parameter(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
@@ -74,27 +76,60 @@ def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
 
 def _reference(material: Material, model: TorqueModel) -> str:
     """What E and w are over in the equation."""
+    pair = "of one clutch, numbered by the parameters' last index; " if len(material.rows.data.elements) > 1 else ""
+    fluid = (
+        " in the fluid, which follows the command after the lag below," if model.structure.dynamics != "none" else ""
+    )
     return (
-        f"E is the field over {material.field.of(model.reference.field, 4)}, w the slip over "
-        f"{material.slip.of(model.reference.slip, 4)}; the table's numbers are in the log's own units."
+        f"{pair}E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over "
+        f"{material.slip.of(model.reference.slip, 4)}; the table's numbers have their own units."
     )
 
 
 def equation_of(model: TorqueModel) -> Markup:
-    """The law's effort for w > 0 as MathML, made from the function that is fitted."""
-    law = model.structure.law
-    if law.name.startswith("rbfm"):
-        return _RBFM
+    """The effort for w > 0 as MathML, made from the function that is fitted, a term a formula so that lines may break.
+
+    Friction and offset, which are not the law's, stand at its end.
+    """
+    structure = model.structure
+    law = structure.law
+    terms = list(_KERNELS if law.name.startswith("rbfm") else _terms_of(structure.specification, structure.device))
+    if structure.friction:
+        terms.append(_FRICTION if law.forward else _TURNING_FRICTION)
+    if structure.offset:
+        terms.append(_OFFSET)
+    head = Markup("<mi>T</mi><mo>=</mo>")
+    pieces = [
+        (head if k == 0 else Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')) + term
+        for k, term in enumerate(terms)
+    ]
+    return Markup(" ").join(Markup("<math><mrow>{}</mrow></math>").format(piece) for piece in pieces)
+
+
+@cache
+def _terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
     symbolic: Any = import_module("erclutch.laws.symbolic")
     printing: Any = import_module("sympy.printing.mathml")
-    body = printing.mathml(symbolic.short_equation(law), printer="presentation")
-    return Markup('<math display="block"><mrow><mi>T</mi><mo>=</mo>') + Markup(body) + Markup("</mrow></math>")
+    law = law_from_name(specification, device)
+    return tuple(Markup(printing.mathml(term, printer="presentation")) for term in symbolic.short_terms(law))
+
+
+_TURNING_FRICTION = Markup(
+    "<msub><mi>T</mi><mi>f</mi></msub><mi>tanh</mi><mo>(</mo><mfrac><mi>w</mi><msub><mi>w</mi><mi>s</mi></msub></mfrac>"
+    "<mo>)</mo>"
+)
+_FRICTION = Markup("<msub><mi>T</mi><mi>f</mi></msub>")
+_OFFSET = Markup("<msub><mi>T</mi><mn>0</mn></msub>")
 
 
 #: The sum over kernels as the paper prints it; written out it would fill the page.
-_RBFM = Markup(
-    '<math display="block"><mrow><mi>T</mi><mo>=</mo><msub><mi>T</mi><mi>y</mi></msub><mi>y</mi><mo>(</mo><mi>E</mi>'
-    "<mo>)</mo><mi>sgn</mi><mi>w</mi><mo>+</mo><mi>w</mi><munder><mo>∑</mo><mi>i</mi></munder><msub><mi>k</mi><mi>i</mi></msub>"
-    "<mi>exp</mi><mo>(</mo><mo>−</mo><mfrac><msup><mrow><mo>(</mo><mi>E</mi><mo>−</mo><msub><mi>μ</mi><mi>i</mi></msub>"
-    "<mo>)</mo></mrow><mn>2</mn></msup><mrow><mn>2</mn><msup><mi>σ</mi><mn>2</mn></msup></mrow></mfrac><mo>)</mo></mrow></math>"
+_KERNELS = (
+    Markup(
+        "<msub><mi>T</mi><mi>y</mi></msub><mi>y</mi><mo>(</mo><mi>E</mi><mo>)</mo><mi>sgn</mi><mo>(</mo><mi>w</mi><mo>)</mo>"
+    ),
+    Markup(
+        "<mi>w</mi><munder><mo>∑</mo><mi>i</mi></munder><msub><mi>k</mi><mi>i</mi></msub><mi>exp</mi><mo>(</mo><mo>−</mo>"
+        "<mfrac><msup><mrow><mo>(</mo><mi>E</mi><mo>−</mo><msub><mi>μ</mi><mi>i</mi></msub><mo>)</mo></mrow><mn>2</mn>"
+        "</msup><mrow><mn>2</mn><msup><mi>σ</mi><mn>2</mn></msup></mrow></mfrac><mo>)</mo>"
+    ),
 )

@@ -171,6 +171,8 @@ def _last(material: Material) -> Any:
     out.put(f"{origin['means']} {origin['rows']}.")
     if origin["command"]:
         out.put(f"To repeat it: {origin['command']}")
+    for found in origin["mappings"][:5]:
+        out.put(f"{found['name']}: mapping file, SHA-256 {found['sha256']}", 7.0)
     for log in origin["logs"][:20]:
         out.put(f"{log['name']}: {log['origin']}, {log['rows']} rows, {log['rate']}, SHA-256 {log['sha256']}", 7.0)
     out.put("Settings: " + ", ".join(f"{k} {v}" for k, v in origin["settings"]))

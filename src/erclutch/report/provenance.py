@@ -35,6 +35,7 @@ class Provenance(Section):
                 for log in body["logs"]
             ],
             "means": BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
+            "mappings": _mappings(body),
             "notes": body["notes"],
             "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
             "reading": [(key, setting_text(value)) for key, value in reading.items()],
@@ -43,6 +44,12 @@ class Provenance(Section):
             "digest": body["digest"],
             "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",
         }
+
+
+def _mappings(body: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Mapping files that said which column is which, each once."""
+    found = dict.fromkeys(tuple(log["mapping"]) for log in body["logs"] if log.get("mapping"))
+    return [{"name": name, "sha256": sha256} for name, sha256 in found]
 
 
 def setting_text(value: Any) -> str:

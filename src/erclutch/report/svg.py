@@ -97,7 +97,16 @@ class Plot:
                 continue
             words.append(f"{'L' if pen else 'M'}{a:.1f} {b:.1f}")
             pen = True
-        self.parts.append(f'<path class="{css}" d="{"".join(words)}"/>')
+        drawn = f'<path class="{css}" d="{"".join(words)}"/>'
+        over = np.any(py < _TOP - 1.0) or np.any(py > self.height - _BOTTOM + 1.0)
+        self.parts.append(self._cut(drawn) if over else drawn)
+
+    def _cut(self, drawn: str) -> str:
+        """What leaves the axes, cut off there: an inner drawing hides what is outside of it."""
+        x, y, width = _LEFT - 1, _TOP - 1, self.width - _LEFT - _RIGHT + 2
+        height = self.height - _TOP - _BOTTOM + 2
+        box = f"{x:.0f} {y:.0f} {width:.0f} {height:.0f}"
+        return f'<svg x="{x:.0f}" y="{y:.0f}" width="{width:.0f}" height="{height:.0f}" viewBox="{box}">{drawn}</svg>'
 
     def dots(self, x: Array, y: Array, css: str, size: float = 1.6) -> None:
         """Dots inside the axes."""

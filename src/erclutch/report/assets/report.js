@@ -239,12 +239,12 @@
     const plots = [];
     const AXIS = 58;
     const marks = (u, splits, axis, space, step) => splits.map((v) => (v === null ? "" : digits(v, step)));
-    const axes = (title) => {
+    const axes = (title, height) => {
       const font = "11px system-ui, sans-serif", colour = () => css("--mut");
       const grid = { stroke: () => css("--line"), width: 1 };
       return [
         { stroke: colour, font, grid: { show: false }, ticks: { stroke: () => css("--line"), size: 4 }, size: 26, values: marks },
-        { stroke: colour, font, grid, ticks: { show: false }, size: AXIS, values: marks, label: title, labelSize: 14, labelFont: font, labelGap: 0 },
+        { stroke: colour, font, grid, ticks: { show: false }, size: AXIS, space: height < 130 ? 17 : 30, values: marks, label: title, labelSize: 14, labelFont: font, labelGap: 0 },
       ];
     };
     function tint(u) {
@@ -263,7 +263,7 @@
         scales: { x: { time: false }, y: { range: (u, low, high) => { const s = 0.06 * (high - low) || Math.abs(high) * 0.1 || 1; return [low - s, high + s]; } } },
         cursor: { sync: { key: "traces", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 } },
         legend: { show: false },
-        axes: axes(title),
+        axes: axes(title, height),
         series: [{}, ...lines.map(([colour, dash, width]) => ({ stroke: () => css(colour), dash, width, spanGaps: false, points: { show: false } }))],
         hooks: {
           drawClear: [tint],
