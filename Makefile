@@ -104,7 +104,7 @@ $(LOCKED): requirements.lock $(MOVED)
 	  echo "$$found has no venv module. Install it (Debian, Ubuntu: apt install python3-venv), then run make again." >&2; \
 	  exit 1; \
 	fi; \
-	echo "Setting up $(VENV) with $$("$$found" -V) (once, about a minute) ..." >&2; \
+	echo "Setting up $(VENV) with $$("$$found" -V) (once, two or three minutes) ..." >&2; \
 	"$$found" -m venv --clear $(VENV)
 	@$(PIP) install --require-hashes $(PIP_FLAGS) -r requirements.lock
 	@printf '%s\n' "$(CURDIR)" > $@

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from erclutch.check import Finding, check, steady_command
+from erclutch.check import ONE_FIELD, Finding, check, steady_command
 from erclutch.dataset import Dataset, hold_out
 from erclutch.device import Element, Units
 from erclutch.dynamics import Clock, Span
@@ -196,3 +196,18 @@ def test_whether_the_command_ever_moves() -> None:
     assert not steady_command(steps)
     clock = Clock(data.clock.time, (Span(0, N // 2, 1e-3), Span(N // 2, N, 1e-3)))
     assert steady_command(replace(steps, clock=clock))  # each log at its own field
+
+
+def test_one_field_held_out_tests_no_field() -> None:
+    data = good()
+    field = data.elements[0].field.copy()
+    field[-(N * 3 // 10) - 1 :] = 500.0
+    finding = only(tuple(f for f in findings(changed(data, field=field)) if f.subject == ONE_FIELD))
+    assert "the same field, 500 V" in finding.message
+
+
+def test_a_pair_s_sign_is_turned_by_its_own_option() -> None:
+    one = good()
+    pair = replace(one, device="coaxial", elements=(one.elements[0], one.elements[0]), effort=-one.effort)
+    (sign,) = (f for f in findings(pair) if f.subject == "sign")
+    assert "--T '-T [N*m]'" in sign.remedy

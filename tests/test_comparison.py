@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from erclutch.check import ONE_FIELD
 from erclutch.comparison import Comparison, Settings, compare, structures_for
 from erclutch.dataset import Dataset, blocks, build_dataset
 from erclutch.device import Element, Units
@@ -15,7 +16,7 @@ from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit import fit_structure
 from erclutch.laws import LADDER
-from erclutch.logs import read
+from erclutch.logs import read, recording_from_arrays
 from erclutch.model import TorqueModel
 from erclutch.synthetic import write_synthetic_log
 
@@ -237,3 +238,29 @@ def test_notes_name_bounds_and_what_is_not_identified(data: Dataset) -> None:
     outcome = found.entries[0].outcome
     assert outcome.rank < outcome.unknowns
     assert any("not identified" in note or "trade off" in note for note in found.entries[0].notes)
+
+
+def test_rows_held_out_at_one_field_recommend_no_switch() -> None:
+    """A switch that is right at the one field held out is wrong at the others, which the training rows tell."""
+    t = np.arange(6000) / 1000
+    currents = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+    parts = [(level, 0.5 * 1000 * level) for level in currents] + [(0.5, 500.0)]
+    logs = [
+        recording_from_arrays(
+            {
+                "field": np.full(t.size, level),
+                "slip": 0.1 * np.sin(9 * t + k),
+                "effort": size * np.tanh(50 * np.sin(9 * t + k)) + 20 * np.sin(t * 70 + k) * (level != 0.5),
+            },
+            rate=1000.0,
+            units={"field": "A", "slip": "m/s", "effort": "N"},
+            name=f"log{k}",
+        )
+        for k, (level, size) in enumerate(parts)
+    ]
+    found = compare(build_dataset(logs), Settings(models=("on-off", "bingham"), test=("log5",)))
+    switch = found.entry("on-off")
+    assert any(finding.subject == ONE_FIELD for finding in found.findings)
+    assert not switch.sound
+    assert "errs on the training rows by" in switch.notes[-1]
+    assert found.recommended == "bingham"

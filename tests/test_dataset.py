@@ -266,3 +266,28 @@ def test_blocks_put_each_row_into_one(rows: int, count: int) -> None:
 def test_fewer_than_two_blocks(count: int) -> None:
     with pytest.raises(SettingError):
         blocks(build_dataset(recording(100)), count)
+
+
+def _steps(fields: Sequence[float], each: int = 100) -> Recording:
+    """One constant field after another, with a gap between."""
+    n = each * len(fields)
+    signals = {"field": np.repeat(np.array(fields), each), "slip": np.sin(np.arange(n) / 7), "effort": np.ones(n)}
+    return recording(n, segments=[(k * each, (k + 1) * each) for k in range(len(fields))], signals=signals)
+
+
+def test_a_share_of_each_stretch_where_each_has_its_own_field() -> None:
+    """The end of the log alone would be a field that training never sees."""
+    mask = hold_out(build_dataset(_steps([0.0, 0.5, 1.0])), 0.3)
+    np.testing.assert_array_equal(np.flatnonzero(mask), [*range(70, 100), *range(170, 200), *range(270, 300)])
+
+
+def test_gaps_at_one_field_are_no_stretches_of_their_own() -> None:
+    mask = hold_out(build_dataset(_steps([0.5, 0.5])), 0.3)
+    np.testing.assert_array_equal(np.flatnonzero(mask), range(140, 200))
+
+
+def test_rows_at_rest() -> None:
+    slip = np.r_[np.zeros(30), np.full(60, 2.0), np.full(10, 0.01)]
+    signals = {"field": np.ones(100), "slip": slip, "effort": slip}
+    still = build_dataset(recording(100, signals=signals)).at_rest
+    np.testing.assert_array_equal(np.flatnonzero(still), [*range(30), *range(90, 100)])

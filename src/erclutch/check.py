@@ -121,8 +121,9 @@ def _sign(train: Dataset) -> Finding | None:
     power = sum(float(np.mean(centred * e.slip * _weight(e.field))) for e in train.elements)
     if power >= 0:
         return None
+    sign = "--T '-T [N*m]'" if train.device == "coaxial" else "--effort '-F [N]'"
     message = "effort opposes slip on average, so the device would deliver energy"
-    return Finding("warning", "sign", message, "Turn a sign, for example --effort '-F [N]'")
+    return Finding("warning", "sign", message, f"Turn a sign, for example {sign}")
 
 
 def _weight(field: Array) -> Array:

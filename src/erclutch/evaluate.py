@@ -191,6 +191,9 @@ def information_criteria(cost: float, rows: int, independent: float, parameters:
     }
 
 
+#: Error as a share of the standard deviation from which a model explains next to nothing.
+NEXT_TO_NOTHING = 0.95
+
 #: Share of rows at rest from which figures over those in motion are given too.
 MANY_AT_REST = 0.1
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -504,3 +506,42 @@ def test_a_run_with_a_changed_file(runs: Path, monkeypatch: pytest.MonkeyPatch) 
         assert "table.csv: changed after the run. Restore the file, or fit the log again." in said
     said = refused_here("compare", "one", "two", cwd=runs, monkeypatch=monkeypatch)
     assert "predictions.parquet: cannot be read: No such file or directory" in said
+
+
+def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
+    """Inspect lists its stretches and the speed that it derived; fit holds out the end of each and says so."""
+    rows = ["t [s],x [mm],F [N]"]
+    for k in range(3):
+        times = [k * 5 + i / 500 for i in range(500)]
+        rows += [f"{t:.3f},{5 * math.sin(9 * t):.5f},{(k + 1) * math.tanh(9 * math.cos(9 * t)):.5f}" for t in times]
+    (tmp_path / "steps.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    more = ("--position", "x [mm]", "--effort", "F [N]", "--constant", "field=0, 0.5, 1 A")
+    seen = good("inspect", "steps.csv", *more, cwd=tmp_path)
+    assert "slip (derived)" in seen
+    assert "Segments between gaps" in seen
+    assert re.search(r"3\s+500\s+10\s+10\.998\s+1\s", seen)
+    assert "field [A]" in seen
+    fitted = good("fit", "steps.csv", *more, "--models", "bingham", cwd=tmp_path)
+    assert "held out: the last 30% of each stretch" in fitted
+
+
+def test_verify_of_a_run_says_how_to_export_it(runs: Path) -> None:
+    failed = refused("verify", "one", cwd=runs)
+    assert "erclutch export one" in failed
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "zeros", "text"),
+    [
+        (1810.0, 3, False, "1810"),
+        (123.0296, 4, False, "123"),
+        (123.0296, 4, True, "123.0"),
+        (0.0038, 4, True, "0.003800"),
+        (39799.6, 4, False, "39800"),
+        (0.00001234, 3, False, "1.23e-05"),
+    ],
+)
+def test_numbers_of_the_terminal(value: float, digits: int, zeros: bool, text: str) -> None:
+    from erclutch.cli.show import number
+
+    assert number(value, digits, zeros=zeros) == text

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from erclutch.dataset import Dataset
 from erclutch.device import Element, Units
-from erclutch.diagnostics.correlation import autocorrelation, held_out_spans, spectrum
+from erclutch.diagnostics.correlation import autocorrelation, follows_acceleration, held_out_spans, spectrum
 from erclutch.diagnostics.error_map import error_maps
 from erclutch.diagnostics.parity import distributions, parity
 from erclutch.diagnostics.shown import shown_models
@@ -281,3 +281,13 @@ def test_the_running_largest(values: list[float], width: int) -> None:
     width = min(width, array.size)
     expected = [array[max(0, k - width + 1) : k + 1].max() for k in range(array.size)]
     assert _running_largest(array, width).tolist() == expected
+
+
+def test_a_loop_over_slip_is_told_from_noise() -> None:
+    t = np.arange(6000) / RATE
+    slip = np.sin(20 * t)
+    loop = np.cos(20 * t)
+    quiet = rows_of(slip * 0 + 1, slip, slip + 0.3 * noise(t.size), {"m": slip})
+    memory = rows_of(slip * 0 + 1, slip, slip + loop + 0.3 * noise(t.size), {"m": slip})
+    assert follows_acceleration(quiet, "m") < 0.05
+    assert follows_acceleration(memory, "m") == pytest.approx(0.5 / 0.59, abs=0.05)

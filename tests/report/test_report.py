@@ -9,6 +9,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Callable
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -254,3 +255,99 @@ def test_ticks_are_round_and_inside(low: float, high: float) -> None:
 def test_logarithmic_ticks() -> None:
     assert Axis(0.2, 2000.0, log=True).ticks(6) == pytest.approx([1, 10, 100, 1000])
     assert len(Axis(30.0, 90.0, log=True).ticks(6)) >= 1
+
+
+def test_the_next_step_is_the_controller(material: Material, tmp_path: Path) -> None:
+    """The file that the report names is the one that an export of the recommended model has."""
+    from erclutch.export import export_model
+    from erclutch.report.verdict import Verdict
+
+    steps = Verdict().fill(material)["next"]
+    (step,) = (s for s in steps if s["code"].startswith("erclutch export"))
+    assert step["code"] == f"erclutch export {material.run.folder.name} --precision float32"
+    (file,) = re.findall(r"(\S+\.c),", step["text"])
+    folder, name = file.split("/")
+    export_model(material.run.model(), tmp_path / folder)
+    assert (tmp_path / folder / name).is_file()
+
+
+def test_each_law_has_its_equation(html: str, material: Material) -> None:
+    laws = [e["name"] for e in material.body["ranking"] if not e["fit"]["weights"]]
+    assert len(laws) > 1
+    for name in laws:
+        (equation,) = re.findall(rf'aria-label="Equation of {re.escape(name)}">(.*?)</div>', html, re.DOTALL)
+        symbols = unescape(re.sub(r"<[^>]+>", "", equation))
+        for p in material.run.entry(name)["fit"]["parameters"]:
+            if p["name"] in ("T_y", "eta", "T_f", "T_0"):
+                assert p["name"].replace("_", "").replace("eta", "η") in symbols
+
+
+def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
+    from erclutch.comparison import Settings, compare
+    from erclutch.dataset import build_dataset
+    from erclutch.logs import read
+    from erclutch.runs import write_run
+    from erclutch.synthetic import write_synthetic_log
+
+    log = tmp_path / "log.csv"
+    write_synthetic_log(log, 3.0)
+    toml = tmp_path / "log.toml"
+    toml.write_text('[columns]\nfield = "field [V]"\n', encoding="utf-8")
+    recording = read(log)
+    found = compare(build_dataset(recording), Settings(models=("bingham",), lag="none"))
+    run = write_run(tmp_path / "run", found, [recording], reading={})
+    html = report_html(material_of(read_run(run)))
+    assert "The same log, mapping file and this command" in html
+    assert hashlib.sha256(toml.read_bytes()).hexdigest() in html
+    assert "All by default" not in html
+
+
+@pytest.mark.parametrize("still", [0.0, 0.3])
+def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
+    """Where many rows held out are at rest, the figure over the others stands beside that over all."""
+    from erclutch.comparison import Settings, compare
+    from erclutch.dataset import build_dataset
+    from erclutch.logs import recording_from_arrays
+    from erclutch.report.verdict import Verdict
+    from erclutch.runs import write_run
+
+    rng = np.random.default_rng(0)
+    n = 4000
+    slip = 3.0 * np.sin(np.arange(n) / 50)
+    slip[n - int(0.3 * still * n) :] = 0.0
+    field = np.repeat(rng.choice([0.0, 1.0, 2.0], n // 100), 100)
+    effort = field * np.tanh(slip / 0.3) + rng.normal(size=n) * np.abs(slip)
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    found = compare(build_dataset(log), Settings(models=("bingham",), lag="none"))
+    made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
+    moving = found.test & ~found.data.at_rest
+    rmse = float(np.sqrt(np.mean((effort - found.entries[0].predicted)[moving] ** 2)))
+    values = Verdict().fill(made)
+    assert (f"in motion {made.effort.of(rmse)}" in values["facts"][0][2]) == (still > 0.1)
+    assert any("at rest" in text and made.effort.of(rmse) in text for text in values["worries"]) == (still > 0.1)
+
+
+def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
+    from erclutch.comparison import Settings, compare
+    from erclutch.dataset import build_dataset
+    from erclutch.logs import recording_from_arrays
+    from erclutch.report.flow_curves import FlowSection
+    from erclutch.runs import write_run
+
+    t = np.arange(4000) / 1000
+    command = 0.4 * np.sin(5 * t)
+    signals = {
+        "E1": np.maximum(command, 0.0),
+        "E2": np.maximum(-command, 0.0),
+        "theta_dot": 40.0 + 10 * np.sin(9 * t),
+        "alpha_dot": np.sin(3 * t),
+        "T": command * 0.3 + 0.001 * np.sin(50 * t),
+    }
+    units = {"E1": "", "E2": "", "theta_dot": "rad/s", "alpha_dot": "rad/s", "T": "N*m"}
+    log = recording_from_arrays(signals, units, rate=1000.0, device="coaxial")
+    found = compare(build_dataset(log, device="coaxial"), Settings(models=("bingham/forward",), lag="none"))
+    made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
+    values = FlowSection().fill(made)
+    assert values is not None
+    assert [(g["element"], len(g["plots"])) for g in values["groups"]] == [("CH1", 1), ("CH2", 1)]

@@ -47,8 +47,8 @@ def fit(
         models: Names from `erclutch laws` and networks, for example --models bingham hem/square fnn-16 rbfn-50; 'paper'
             stands for those of its tables, 'all' (default) for all laws, fnn-16 and rbfn-10.
         lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
-        test: Held out: a share (the end of each log, or of each stretch where every stretch has its own constant field),
-            or a pattern of logs' names, more than once. Default: 0.3.
+        test: Held out: a share (the end of each log, or of each stretch where each has one field of its own), or
+            a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from erclutch.dataset import constant_stretches
-from erclutch.evaluate import MANY_AT_REST, TOLERATED
+from erclutch.evaluate import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
 from erclutch.signals import Array
 
 if TYPE_CHECKING:
@@ -128,7 +128,16 @@ def ranking(comparison: Comparison, width: int) -> Table:
 
 
 def verdict(comparison: Comparison) -> str:
-    """The recommendation as a sentence."""
+    """The recommendation in a sentence or two."""
+    share = comparison.entry(comparison.recommended).test.share.value
+    if not share > NEXT_TO_NOTHING:
+        return _recommended(comparison)
+    return (
+        f"{_recommended(comparison)} But it explains next to nothing: a constant would err by {1 / share:.0%} of that."
+    )
+
+
+def _recommended(comparison: Comparison) -> str:
     best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
     unit = comparison.data.units.effort.replace("?", "")
     if len(comparison.entries) == 1:
@@ -172,9 +181,10 @@ def at_rest(comparison: Comparison) -> str:
     chosen = comparison.entry(comparison.recommended)
     error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
     unit = comparison.data.units.effort.replace("?", "")
+    moving, overall = (number(v, zeros=True) for v in (float(np.sqrt(np.mean(error**2))), chosen.test.rmse.value))
     return (
-        f"{share:.0%} of the rows held out are at rest, where the effort is small and errors are: over those in motion "
-        f"{chosen.name} errs by {number(float(np.sqrt(np.mean(error**2))))} {unit}, not {number(chosen.test.rmse.value)}."
+        f"{share:.0%} of the rows held out are at rest, where effort and errors are small: over those in motion "
+        f"{chosen.name} errs by {moving} {unit}, not {overall}."
     )
 
 

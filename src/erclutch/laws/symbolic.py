@@ -103,9 +103,9 @@ def short_equation(law: Law) -> Any:
     return _short(equation(law))
 
 
-def short_terms(law: Law) -> list[Any]:
-    """The same, gain times column, in the law's own order."""
-    return [_short(gain * column) for gain, column in _terms(law)]
+def short_terms(law: Law) -> list[tuple[Any, Any]]:
+    """The same as gains and their columns, in the law's own order."""
+    return [(gain, _short(column)) for gain, column in _terms(law)]
 
 
 def equation_text(law: Law) -> str:

@@ -108,10 +108,10 @@ def _lead(material: Material, after: AfterSwitch | None, lagged: list[Mapping[st
     if lagged and without:
         a, b = lagged[0]["test"]["rmse"][0], without[0]["test"]["rmse"][0]
         if a and b:
-            change = f"{percent(1 - a / b, 2)} less" if a < b else f"{percent(a / b - 1, 2)} more"
+            change = f"{percent(1 - a / b, 2)} smaller" if a < b else f"{percent(a / b - 1, 2)} larger"
             parts.append(
                 f"The best model with a lag ({lagged[0]['name']}) errs by {material.effort.of(a)}, the best without "
-                f"({without[0]['name']}) by {material.effort.of(b)}: a lag gives {change}."
+                f"({without[0]['name']}) by {material.effort.of(b)}: with a lag the error is {change}."
             )
     elif not lagged:
         parts.append("No model of this run has a lag.")

@@ -111,7 +111,13 @@ def _terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
     symbolic: Any = import_module("erclutch.laws.symbolic")
     printing: Any = import_module("sympy.printing.mathml")
     law = law_from_name(specification, device)
-    return tuple(Markup(printing.mathml(term, printer="presentation")) for term in symbolic.short_terms(law))
+
+    def written(gain: Any, column: Any) -> Markup:
+        body = Markup(printing.mathml(column, printer="presentation"))
+        fenced = Markup("<mo>(</mo>{}<mo>)</mo>").format(body) if column.is_Add else body
+        return Markup(printing.mathml(gain, printer="presentation")) + fenced
+
+    return tuple(written(gain, column) for gain, column in symbolic.short_terms(law))
 
 
 _TURNING_FRICTION = Markup(

@@ -11,7 +11,7 @@ from erclutch.diagnostics.correlation import follows_acceleration
 from erclutch.diagnostics.error_map import error_maps
 from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.text import count, number, percent, span
-from erclutch.evaluate import MANY_AT_REST, TOLERATED, independent_rows
+from erclutch.evaluate import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
 from erclutch.export.program import c_name
 from erclutch.report.section import Section
 
@@ -134,6 +134,7 @@ def worries(material: Material) -> list[str]:
     found = [f"{_capital(f['message'])}." for f in body["findings"]]
     found += [f"{material.recommended}: {note}." for note in entry["notes"]]
     looks = (
+        _empty(entry),
         _rest(material),
         _blind(material),
         _gap(material, entry),
@@ -151,6 +152,14 @@ def worries(material: Material) -> list[str]:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+def _empty(entry: Mapping[str, Any]) -> str:
+    """Even the best of models may say nothing."""
+    share = entry["test"]["share"][0]
+    if share is None or share <= NEXT_TO_NOTHING:
+        return ""
+    return "It explains next to nothing of the rows held out: a constant would do about as well."
 
 
 def _rest(material: Material) -> str:
