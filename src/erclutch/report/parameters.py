@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from importlib import import_module
 from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from erclutch.device import DeviceName
 from erclutch.diagnostics.material import Material
 from erclutch.diagnostics.text import Scale, number, span, unit_text
-from erclutch.laws import law_from_name
 from erclutch.model import TorqueModel
+from erclutch.report.equations import terms_of
 from erclutch.report.section import Section
 from erclutch.report.symbols import plain_symbol, symbol
 
@@ -93,7 +90,7 @@ def equation_of(model: TorqueModel) -> Markup:
     """
     structure = model.structure
     law = structure.law
-    terms = list(_KERNELS if law.name.startswith("rbfm") else _terms_of(structure.specification, structure.device))
+    terms = list(_KERNELS if law.name.startswith("rbfm") else terms_of(structure.specification, structure.device))
     if structure.friction:
         terms.append(_FRICTION if law.forward else _TURNING_FRICTION)
     if structure.offset:
@@ -104,20 +101,6 @@ def equation_of(model: TorqueModel) -> Markup:
         for k, term in enumerate(terms)
     ]
     return Markup(" ").join(Markup("<math><mrow>{}</mrow></math>").format(piece) for piece in pieces)
-
-
-@cache
-def _terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
-    symbolic: Any = import_module("erclutch.laws.symbolic")
-    printing: Any = import_module("sympy.printing.mathml")
-    law = law_from_name(specification, device)
-
-    def written(gain: Any, column: Any) -> Markup:
-        body = Markup(printing.mathml(column, printer="presentation"))
-        fenced = Markup("<mo>(</mo>{}<mo>)</mo>").format(body) if column.is_Add else body
-        return Markup(printing.mathml(gain, printer="presentation")) + fenced
-
-    return tuple(written(gain, column) for gain, column in symbolic.short_terms(law))
 
 
 _TURNING_FRICTION = Markup(
