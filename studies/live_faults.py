@@ -145,8 +145,8 @@ def bad_number(sensor: str, value: float) -> Finding:
     lasting[sensor][1000:] = value
     zero = zero_after(run_core(one_by_one(lasting)), 1000)
     must_stop = sensor != "torque"  # no command depends on the torque meter
-    passed = seen == 10 and trips == 0 and sound(frames) and (zero == 17 if must_stop else zero == -1)
-    ends = "zero after 17 ms" if must_stop else "control goes on"
+    passed = seen == 10 and trips == 0 and sound(frames) and (zero == 13 if must_stop else zero == -1)
+    ends = "zero after 13 ms" if must_stop else "control goes on"
     return Finding(
         f"{sensor} is {value}", 10, f"10 invalid, no trip; lasting: {ends}", f"{seen}, {trips}; {zero} ms", passed
     )
@@ -210,11 +210,11 @@ def burst(length: int) -> Finding:
     tripped = count(frames, "trip") > 0
     zero = zero_after(frames, 1000)
     held = bool(np.all(field1[1000:1005] == field1[999]))
-    falling = bool(np.all(np.diff(field1[1004 : 1000 + min(length, 18)]) < 0))
+    falling = bool(np.all(np.diff(field1[1004 : 1000 + min(length, 14)]) < 0))
     passed = (
-        tripped == (length >= 21) and (zero == 17 if tripped else zero == -1) and held and falling and sound(frames)
+        tripped == (length >= 21) and (zero == 13 if tripped else zero == -1) and held and falling and sound(frames)
     )
-    wanted = "hold 5, reduce, zero at the 18th, stay" if length >= 21 else "hold 5, reduce, then on as before"
+    wanted = "hold 5, reduce, zero at the 14th, stay" if length >= 21 else "hold 5, reduce, then on as before"
     return Finding(f"burst of {length} lost", length, wanted, f"trip {tripped}, zero after {zero} ms", passed)
 
 

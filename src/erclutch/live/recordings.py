@@ -129,7 +129,7 @@ class Recordings:
             raise RecordingError(
                 f"the folder of recordings cannot be made: {error.strerror or error}",
                 where=str(self.folder),
-                remedy="Give another with --recordings",
+                remedy="Give another with --folder",
             ) from error
         if not os.access(self.folder, os.W_OK):
             raise RecordingError("it cannot be written", where=str(self.folder), remedy="Give another folder")

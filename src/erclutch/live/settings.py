@@ -22,6 +22,8 @@ from erclutch.errors import SettingError
 Array = NDArray[np.float64]
 
 MOST_PROGRAMS = 32
+#: Periods from zero field to the trip; ``ERC_ZERO_BEFORE_TRIP``.
+ZERO_BEFORE_TRIP = 7
 _MAGIC, _VERSION = 0x47435245, 1
 
 
@@ -113,8 +115,8 @@ class LoopSettings:
         k_p, k_d: gains of equation (23), field per rad and per rad/s.
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
         late_trip: a wake-up so late [s] trips.
-        hold, trip: steps in a row without a good sample until the command is reduced, and until it is zero for good; it
-            is zero three steps before that.
+        hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good; it
+            is zero `ZERO_BEFORE_TRIP` periods before that.
         programs: what can be run; the first runs at the start.
     """
 
@@ -148,9 +150,10 @@ class LoopSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise SettingError(f"{name} is {value}", remedy="Give 0 for none, or a number above 0")
-        if not (0 <= self.hold <= self.trip - 4 and self.trip <= 21):
+        if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
             raise SettingError(
-                f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold <= trip - 4 and trip <= 21"
+                f"hold {self.hold} and trip {self.trip} samples",
+                remedy=f"Give 0 <= hold < trip - {ZERO_BEFORE_TRIP} and trip <= 21",
             )
         if not 1e-4 <= self.period <= 1:
             raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
