@@ -313,22 +313,25 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.live.orders import Order
 
-    tripped, warn_at = "", time.monotonic() + _PATIENCE
-    while session.running:
+    said, warn_at = "", time.monotonic() + _PATIENCE
+
+    def look(said: str) -> str:
         watch.poll()
+        reason = watch.reader.trip_reason
+        if reason not in ("", said):
+            output.print(f"fields are held at zero: {reason}", style="red", markup=False, soft_wrap=True)
+        return reason
+
+    while session.running and session.rig_running and not told:
+        said = look(said)
         if warn_at and time.monotonic() > warn_at:
             warn_at = 0.0
             if not watch.reader.sensor_seq:
                 output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
-        if told or not session.rig_running:
-            session.order(Order.STOP)
-            session.wait(2.0)
-            break
-        reason = watch.reader.trip_reason
-        if reason != tripped and reason:
-            output.print(f"fields are held at zero: {reason}", style="red", markup=False, soft_wrap=True)
-        tripped = reason
         time.sleep(_POLL)
+    session.order(Order.STOP)  # told to, or the rig is gone
+    session.wait(2.0)
+    look(said)
 
 
 def _figures(session: Session, watch: Watch) -> dict[str, Any]:

@@ -115,8 +115,8 @@ class LoopSettings:
         k_p, k_d: gains of equation (23), field per rad and per rad/s.
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
         late_trip: a wake-up so late [s] trips.
-        hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good; it
-            is zero `ZERO_BEFORE_TRIP` periods before that.
+        hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
+            it is zero `ZERO_BEFORE_TRIP` periods before that.
         programs: what can be run; the first runs at the start.
     """
 
