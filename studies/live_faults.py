@@ -33,8 +33,10 @@ from erclutch.live.build import build, loop_program
 from erclutch.live.core import Core
 from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, RingReader, State, make_ring, ring_folder
 from erclutch.live.orders import Order, order_bytes
+from erclutch.live.recordings import Recordings
 from erclutch.live.sample import SAMPLE
 from erclutch.live.settings import ZERO_BEFORE_TRIP, LoopSettings, Mode, Program, Shape, config_of
+from erclutch.logs import read_table
 from erclutch.rig.interface import Command, Measurement
 from erclutch.rig.packet import SensorPacket, pack_sensors
 from erclutch.rig.process import start_rig
@@ -42,6 +44,7 @@ from erclutch.rig.server import WATCHDOG_TIME, RigServer
 
 MODEL = Path(__file__).resolve().parents[1] / "tests" / "live" / "bingham.c"
 CRASHING = MODEL.with_name("crashing.c")
+WALL_CLOCK = MODEL.with_name("wall_clock.c")
 MODEL_FILE = MODEL.with_name("model.json")
 DIGEST = "0" * 63 + "1"
 #: Far away, so that the field stands at its limit as long as all is well.
@@ -118,7 +121,12 @@ def one_by_one(samples: Any) -> list[Any]:
 
 def count(frames: Any, event: str) -> int:
     """Steps with an event."""
-    return int(np.count_nonzero(frames["events"] & EVENT_BITS[event]))
+    return count_of(frames["events"], event)
+
+
+def count_of(events: Any, event: str) -> int:
+    """How many of some words have the bit of an event."""
+    return int(np.count_nonzero(events.astype(np.uint32) & np.uint32(EVENT_BITS[event])))
 
 
 def sound(frames: Any) -> bool:
@@ -424,6 +432,7 @@ class Spy:
 class Running:
     """A loop in its own process, its rig in a thread of this one."""
 
+    ring: Path
     loop: subprocess.Popen[bytes]
     spy: Spy
     server: RigServer
@@ -491,7 +500,7 @@ def running(
         )
         reader = RingReader(ring)
         try:
-            yield Running(loop, spy, server, reader)
+            yield Running(ring, loop, spy, server, reader)
         finally:
             loop.kill()
             loop.communicate()
@@ -571,6 +580,45 @@ def stopped(seconds: float) -> Finding:
     said = f"{state.name.lower()}, field {'on' if on else f'zero after {1e3 * wait:.1f} ms'}"
     wanted = "zero within 20 ms, tripped" if long else "on"
     return Finding(f"SIGSTOP for {1e3 * seconds:.0f} ms", 1, wanted, said, passed, certain)
+
+
+@contextlib.contextmanager
+def preloaded(source: Path) -> Iterator[None]:
+    """Processes that are started meanwhile have a library of ours before the system's."""
+    library = build(f"{source.stem}.so", [source], shared=True)
+    loop_program()
+    compiled_model()  # compilers are not to be among them
+    os.environ["LD_PRELOAD"] = str(library)
+    try:
+        yield
+    finally:
+        del os.environ["LD_PRELOAD"]
+
+
+def wall_clock_jumps(samples: int = 1500) -> Finding:
+    """The wall clock of the loop and of the recorder jumps by two hours, there and back, ten times a second."""
+    ask = "import time; t = [time.sleep(0.01) or time.time() for _ in range(40)]; print(max(t) - min(t))"
+    with preloaded(WALL_CLOCK), running(MODEL, "--orders", "0") as now, tempfile.TemporaryDirectory() as folder:
+        moved = float(subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout)
+        recordings = Recordings(now.ring, folder)
+        recordings.start("jumps")
+        recordings.wait_for_frames(30.0)
+        assert now.loop.stdin is not None
+        os.write(now.loop.stdin.fileno(), order_bytes(Order.RESET))  # to start a process held up the rig's thread
+        now.ready()
+        head = now.reader.head
+        until(lambda: now.reader.head > head + samples, 30.0)
+        recordings.stop()
+        kept, reader = read_table(recordings.files[0]).columns, now.reader
+        on, why, held_up = reader.state is State.RUNNING, reader.trip_reason, now.held_up()
+    gaps = int((np.diff(kept["seq"]) - 1).sum())
+    # Deadlines, from the stamps: a whole number of periods apart, and as many as there are steps and missed ones.
+    periods = np.diff(kept["time_ns"] - kept["lateness_ns"]) / 1e6
+    whole = bool((np.abs(periods - np.rint(periods)) < 1e-3).all() and (periods > 0.5).all() and periods.max() < 1e3)
+    jumps, jumped = int(moved > 7000.0), count_of(kept["events"], "clock-jump")
+    certain = bool(jumps) and gaps == 0 and len(kept["seq"]) > samples and whole and jumped == 0 and (on or held_up)
+    said = f"{gaps} missing of {len(kept['seq'])}, stamps in step: {whole}, loop {why or 'on'}"
+    return Finding("wall clock jumps", round(samples / 100), "nothing changes", said, certain and on, certain)
 
 
 def orphaned() -> Finding:
@@ -745,6 +793,7 @@ WHOLE: dict[str, Callable[[], Finding]] = {
     "orders-gone": orders_gone,
     "orders-noise": noise_as_orders,
     "crash": crashed,
+    "wall-clock": wall_clock_jumps,
     "models": lambda: bad_models(10_000),
 }
 

@@ -123,9 +123,13 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     seen.until(f"Math.min(...({_INK})()) > 150")
     samples = page.evaluate("erclutch.samples")
     seen.until(f"erclutch.samples > {samples + 500}")
-    assert seen.text("#picture .value").startswith("E 0.")
-    before = page.get_attribute("#picture .table", "transform")
-    seen.until(f"document.querySelector('#picture .table').getAttribute('transform') !== '{before}'")
+    # The picture: fields as they are, a table that moves, and pixels of both.
+    picture = page.evaluate("erclutch.picture")
+    assert [text[:4] for text in picture["texts"][:2]] == ["E 0.", "E 0."]
+    assert picture["texts"][2].endswith(" mm")
+    page.evaluate("window.before = document.querySelector('#picture canvas').toDataURL()")
+    seen.until(f"erclutch.picture.table !== {picture['table']}")
+    seen.until("document.querySelector('#picture canvas').toDataURL() !== window.before")
     assert seen.errors == []
     own = (f"http://127.0.0.1:{seen.observers.page.access.port}/", "ws://127.0.0.1:")  # type: ignore[union-attr]
     assert [url for url in seen.requests if not url.startswith(own)] == []
