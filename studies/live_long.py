@@ -86,7 +86,7 @@ def accelerated(hours: float) -> None:
 def real_time(minutes: float) -> None:
     """Loop, rig and recorder as users run them; a trip is reset, and counted.
 
-    Memory is read from a warm-up on, 60 s or a tenth of the time.
+    Memory is read after 90 s or a tenth of the time: by then each page of the ring (65 s) has been seen by its reader.
     """
     rig = default_rig()
     settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
@@ -99,7 +99,7 @@ def real_time(minutes: float) -> None:
     ):
         with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
             observers.record(True)
-            watch, warm = Watch(session.reader()), time.monotonic() + min(60.0, 6.0 * minutes)
+            watch, warm = Watch(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
             while session.running:
                 watch.poll()
                 time.sleep(0.1)

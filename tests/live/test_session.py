@@ -378,6 +378,22 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     assert said in str(caught.value)
 
 
+def test_the_loop_in_python_says_what_it_does_not_run(tmp_path: Path) -> None:
+    from erclutch.cli import app
+    from erclutch.model import digest_of
+    from erclutch.saved import load_model
+
+    model = json.loads((HERE / "model.json").read_text())
+    del model["digest"]
+    lagging = {**model, "dynamics": "lag", "shape": {**model["shape"], "delay": 0.001, "tau": 0.002}}
+    path = tmp_path / "lagging.json"
+    path.write_text(json.dumps({**lagging, "digest": digest_of(lagging)}))
+    assert load_model(path).structure.dynamics == "lag"
+    with pytest.raises(ErclutchError, match=r"dynamics \(lag\): only the loop in C runs that") as caught:
+        app(["live", "--headless", "--python-loop", "--model", str(path)], exit_on_error=False)
+    assert "pip install 'erclutch[compiler]'" in str(caught.value)
+
+
 def test_a_rig_that_does_not_answer() -> None:
     done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
     assert done.returncode == 3

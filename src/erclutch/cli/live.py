@@ -140,7 +140,7 @@ def live(
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters = _parameters(rig)
         what, program = _rig(rig, reading, folder)
-        chosen = None if no_model else _model(model, rig, parameters, reading, output)
+        chosen = None if no_model else _model(model, rig, loop, parameters, reading, output)
         settings = _settings(parameters, control, reading, chosen is not None, program, rig)
         options = Options(loop.seconds, loop.priority, loop.cpu, loop.python_loop, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
@@ -207,17 +207,23 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Pr
 
 
 def _model(
-    path: Path | None, rig: RigOptions, parameters: RigParameters, reading: LogOptions, output: Console
+    path: Path | None,
+    rig: RigOptions,
+    loop: LoopOptions,
+    parameters: RigParameters,
+    reading: LogOptions,
+    output: Console,
 ) -> LiveModel | None:
     from erclutch.live.model import live_model
 
     if path is not None:
-        return live_model(path, "single" if rig.rig == "replay" and reading.device == "single" else "coaxial")
+        device = "single" if rig.rig == "replay" and reading.device == "single" else "coaxial"
+        return live_model(path, device, python=loop.python_loop)
     if rig.rig != "twin":
         return None
     from erclutch.cli.twin_model import twin_model
 
-    return live_model(twin_model(parameters, output), "coaxial")
+    return live_model(twin_model(parameters, output), "coaxial", python=loop.python_loop)
 
 
 def _settings(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
@@ -48,6 +48,13 @@ class Shape(IntEnum):
 _REPEAT, _BY_SAMPLE, _RELATIVE = 1, 2, 4
 
 
+def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted: str, where: str = "") -> None:
+    """A number of an object has to be finite and allowed."""
+    value = getattr(owner, name)
+    if not (math.isfinite(value) and allowed(value)):
+        raise SettingError(f"{name} is {value}", where=where, remedy=f"Give {wanted}")
+
+
 @dataclass(frozen=True)
 class Program:
     """A trajectory or predefined sequence, and what is controlled by it.
@@ -82,12 +89,11 @@ class Program:
     meaning: str = ""
 
     def __post_init__(self) -> None:
-        numbers = (self.amplitude, self.frequency, self.offset, self.motor_torque, self.soft)
-        if not all(map(math.isfinite, numbers)) or self.frequency < 0 or self.soft < 0:
-            raise SettingError(
-                f"program {self.name!r} with {numbers}",
-                remedy="Give finite numbers, and frequency and soft limit not below 0",
-            )
+        where = f"program {self.name!r}"
+        for name in ("amplitude", "offset", "motor_torque"):
+            _require(self, name, lambda value: True, "a finite number", where)
+        for name in ("frequency", "soft"):
+            _require(self, name, lambda value: value >= 0, "0 or a number above", where)
         if (self.shape is Shape.TABLE) != (self.table is not None):
             raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
         if self.table is not None and (self.table.ndim != 2 or self.table.shape[1] != 3 or not len(self.table)):
@@ -143,13 +149,11 @@ class LoopSettings:
 
     def __post_init__(self) -> None:
         for name in ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise SettingError(f"{name} is {value}", remedy="Give a number above 0")
+            _require(self, name, lambda value: value > 0, "a number above 0")
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise SettingError(f"{name} is {value}", remedy="Give 0 for none, or a number above 0")
+            _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
+        for name in ("k_p", "k_d", "torque_p", "torque_i"):
+            _require(self, name, lambda value: True, "a finite number")
         if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
             raise SettingError(
                 f"hold {self.hold} and trip {self.trip} samples",
