@@ -162,7 +162,9 @@ def page_kills(times: int) -> dict[str, Any]:
             while page.evaluate("erclutch.samples") == drawn and time.monotonic() < moment + 20:
                 page.wait_for_timeout(10)
             back.append(time.monotonic() - moment)
-        quiet = page.evaluate("document.getElementById('banner').hidden")
+        banner = page.evaluate(
+            "document.getElementById('banner').hidden ? '' : document.getElementById('banner-text').textContent"
+        )
         browser.close()
         counts = RingReader(live.ring)
         head, restarts, stalls = counts.head, watched.page.restarts, counts.counts["overrun"]
@@ -176,7 +178,7 @@ def page_kills(times: int) -> dict[str, Any]:
         "server started again": restarts,
         "page shows new samples again, s after a kill: median, largest": [float(np.median(back)), max(back)],
         "page that did not come back within 20 s": sum(wait >= 20 for wait in back),
-        "no banner at the end": quiet,
+        "banner at the end": banner,
         "the loop runs": alive,
         "steps of the loop, wake-ups late by a period": [head, stalls],
         "frames in the recording, missing in between": [int(kept.size), int((np.diff(kept) - 1).sum())],
