@@ -440,7 +440,8 @@ class Running:
 
     def ready(self, steps: int = 30) -> None:
         """Wait until the field is on."""
-        if until(lambda: self._steady(steps), 5.0):
+        until(lambda: self._steady(steps) or self.reader.state is State.TRIPPED, 30.0)
+        if self._steady(steps):
             return
         said = self.loop.stderr.read() if self.loop.poll() is not None and self.loop.stderr else b""
         raise NeverReadyError(f"the loop does not run: {said!r}, {self.reader.trip_reason or 'not tripped'}")

@@ -399,6 +399,18 @@ def test_another_recorder_goes_on_where_one_was_killed(tmp_path: Path, start_loo
     assert not list(tmp_path.glob("*.partial"))
 
 
+def test_a_recording_that_ends_at_once_is_whole(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+    """Its process may not even run yet: the ring keeps the frames for it."""
+    loop = start_loop()
+    recordings = Recordings(loop.path, tmp_path)
+    first = loop.head
+    recordings.start("short")
+    loop.writer.put(state=State.STOPPED)
+    recordings.stop()
+    (path,) = recordings.files
+    assert first <= sequence(path)[0] <= loop.head
+
+
 def test_a_folder_that_cannot_be_made(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(RecordingError, match="the folder of recordings cannot be made"):
