@@ -213,6 +213,9 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.until("document.getElementById('banner').hidden")
     seen.loop.stop()
     seen.until("document.getElementById('banner').textContent.includes('No frame from the loop')")
+    painted = seen.page.evaluate("erclutch.painted")  # what is shown goes on by the page's clock, but never beyond data
+    seen.page.wait_for_timeout(500)
+    assert seen.page.evaluate("erclutch.painted") == painted
 
 
 def test_it_comes_back_after_its_server(seen: Seen) -> None:
