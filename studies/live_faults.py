@@ -522,8 +522,10 @@ def killed(times: int) -> Finding:
     rng = random.Random(8)
     waits: list[float] = []
     certain = True
-    for _ in range(times):
-        with running() as now:
+    for _ in range(3 * times):  # a busy machine may trip a loop before it is killed: that one does not count
+        if len(waits) == times:
+            break
+        with running() as now, contextlib.suppress(NeverReadyError):
             now.ready()
             time.sleep(rng.uniform(0.0, 0.02))
             now.loop.kill()
@@ -531,8 +533,8 @@ def killed(times: int) -> Finding:
             now.zero()
             waits.append(now.spy.zero_since(moment))
             certain &= now.server.counts["watchdog"] > 0 and now.spy.steps_with_field() <= WATCHDOG_STEPS
-    passed = certain and max(waits) <= 0.020 + SLACK
-    return Finding("kill -9 of the loop", times, "zero within 20 ms", _spread(waits), passed, certain)
+    passed = certain and len(waits) == times and max(waits) <= 0.020 + SLACK
+    return Finding("kill -9 of the loop", len(waits), "zero within 20 ms", _spread(waits), passed, certain)
 
 
 def _spread(waits: list[float]) -> str:
@@ -700,10 +702,12 @@ def rig_killed(times: int) -> Finding:
         samples = good_samples(60_000)
         angles = Path(name) / "angles.npy"
         np.save(angles, np.column_stack([samples[n] for n in ("theta", "alpha", "torque")]))
-        for _ in range(times):
+        for _ in range(3 * times):  # as above
+            if len(waits) == times:
+                break
             spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42}
             rig, port = start_rig(spec)
-            with running(port=port) as now:
+            with running(port=port) as now, contextlib.suppress(NeverReadyError):
                 now.ready()
                 time.sleep(rng.uniform(0.0, 0.02))
                 rig.kill()
@@ -716,10 +720,11 @@ def rig_killed(times: int) -> Finding:
                 lost = frames["events"] & EVENT_BITS["sample-lost"] != 0
                 fresh = np.flatnonzero(~lost[: on[-1] + 1])  # steps with a sample, before zero
                 certain &= tripped and now.loop.poll() is None and int(on[-1] - fresh[-1]) <= STEPS_WITH_FIELD
+            rig.kill()
             rig.communicate()
     said = f"{_spread(waits)}; tripped and running: {certain}"
-    passed = certain and max(waits) <= 0.020 + SLACK
-    return Finding("kill -9 of the rig", times, "zero within 20 ms, loop goes on", said, passed, certain)
+    passed = certain and len(waits) == times and max(waits) <= 0.020 + SLACK
+    return Finding("kill -9 of the rig", len(waits), "zero within 20 ms, loop goes on", said, passed, certain)
 
 
 def bad_configurations(number: int) -> Finding:

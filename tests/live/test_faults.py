@@ -69,12 +69,14 @@ def test_damaged_models() -> None:
 
 @pytest.mark.slow
 def test_kill_of_the_loop() -> None:
-    _holds(lambda: study.killed(10))
+    found = study.killed(10)
+    assert (found.injected, found.holds) == (10, True), found
 
 
 @pytest.mark.slow
 def test_kill_of_the_rig() -> None:
-    _holds(lambda: study.rig_killed(5))
+    found = study.rig_killed(5)
+    assert (found.injected, found.holds) == (5, True), found
 
 
 @pytest.mark.slow
