@@ -141,7 +141,7 @@ def _sentences(name: str, trace: Trace) -> list[str]:
 
     said = [
         f"online estimate against the compiled model offline: {trace.compiled_off:.1e} N m at most; "
-        f"against NumPy, inside the training range: {trace.numpy_off:.1e} N m"
+        f"against NumPy, where inside the training range and not limited: {trace.numpy_off:.1e} N m"
     ]
     if name == "tracking":
         from erclutch.experiments.online import lines, tracking_error, trial

@@ -20,7 +20,7 @@ from erclutch.device import Element
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
 from erclutch.export.compiled import CompiledModel
-from erclutch.export.program import OUTSIDE
+from erclutch.export.program import LIMITED, OUTSIDE
 from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.frame import EVENT_BITS
 from erclutch.live.session import LiveModel, Options, ServedRig, Session
@@ -133,8 +133,8 @@ class Trace:
         other_alpha: the other encoder's alpha in rad, and the estimate with it; None where it was not read.
         warming: of the clutches at the end, in K; nan where nobody knows.
         compiled_off: largest difference of the online estimate from the compiled model run offline, in N m.
-        numpy_off: and from the model in NumPy, over samples inside the training range: beyond it the compiled model
-            holds its inputs.
+        numpy_off: and from the model in NumPy, over samples inside the training range whose estimate is not limited: the
+            compiled model holds its inputs to the one and its effort to the other.
     """
 
     name: str
@@ -339,7 +339,7 @@ def _traced(
         compared = other, _offline(saved[0], frames, speed)
     known = np.isfinite(online)
     off = float(np.max(np.abs(again - online)[known]))
-    inside = known & (frames["flags"] & OUTSIDE == 0)
+    inside = known & (frames["flags"] & (OUTSIDE | LIMITED) == 0)
     numpy_off = float(np.max(np.abs(_offline(saved[0], frames, alpha_dot) - online)[inside], initial=0.0))
     return Trace(name, frames, estimates, compared, warming, off, numpy_off)
 
