@@ -133,8 +133,8 @@ class Trace:
         other_alpha: the other encoder's alpha in rad, and the estimate with it; None where it was not read.
         warming: of the clutches at the end, in K; nan where nobody knows.
         compiled_off: largest difference of the online estimate from the compiled model run offline, in N m.
-        numpy_off: and from the model in NumPy, over samples inside the training range whose estimate is not limited: the
-            compiled model holds its inputs to the one and its effort to the other.
+        numpy_off: and from the model in NumPy, over samples inside the training range with an effort not limited:
+            the compiled model holds its inputs to the one and its effort to the other.
     """
 
     name: str
