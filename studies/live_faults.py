@@ -605,13 +605,15 @@ def wall_clock_jumps(samples: int = 1500) -> Finding:
         moved = float(subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout)
         recordings = Recordings(now.ring, folder)
         recordings.start("jumps")
-        recordings.wait_for_frames(30.0)
-        assert now.loop.stdin is not None
-        os.write(now.loop.stdin.fileno(), order_bytes(Order.RESET))  # to start a process held up the rig's thread
-        now.ready()
-        head = now.reader.head
-        until(lambda: now.reader.head > head + samples, 30.0)
-        recordings.stop()
+        try:
+            recordings.wait_for_frames(30.0)
+            assert now.loop.stdin is not None
+            os.write(now.loop.stdin.fileno(), order_bytes(Order.RESET))  # to start a process held up the rig's thread
+            now.ready()
+            head = now.reader.head
+            until(lambda: now.reader.head > head + samples, 30.0)
+        finally:
+            recordings.stop()
         kept, reader = read_table(recordings.files[0]).columns, now.reader
         on, why, held_up = reader.state is State.RUNNING, reader.trip_reason, now.held_up()
     gaps = int((np.diff(kept["seq"]) - 1).sum())
