@@ -115,9 +115,9 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     seen.until("document.getElementById('lateness').textContent.includes('p50 31 µs')")
     assert "?token=" not in page.url
     assert seen.text("#origin") == "TWIN"
-    assert seen.text("#state") == "running tracking"
+    seen.until("document.getElementById('state').textContent === 'running tracking'")
     assert "fnn-16" in seen.text("#model")
-    assert seen.text("#coverage") == "inside"
+    seen.until("document.getElementById('coverage').textContent === 'inside'")
     # Each chart has ink in the colours of its lines.
     assert len(page.evaluate(_INK)) == 4
     seen.until(f"Math.min(...({_INK})()) > 150")
