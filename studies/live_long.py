@@ -9,6 +9,7 @@ The accelerated twin takes internal steps of 1/3 ms in place of 0.05 ms; what is
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import tempfile
 import time
@@ -18,12 +19,14 @@ from typing import Any
 import numpy as np
 
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.frame import EVENTS
+from erclutch.live.frame import EVENTS, State
 from erclutch.live.observers import Observers
+from erclutch.live.orders import Order
 from erclutch.live.programs import standard_programs, starting_with
 from erclutch.live.session import TWIN, Options, Session
 from erclutch.live.settings import LoopSettings
 from erclutch.live.watch import Watch
+from erclutch.logs import read_table
 from erclutch.rig.parameters import default_rig
 
 STRETCH = 60_000
@@ -81,42 +84,63 @@ def accelerated(hours: float) -> None:
 
 
 def real_time(minutes: float) -> None:
-    """Loop, rig and recorder as users run them."""
+    """Loop, rig and recorder as users run them; a trip is reset, and counted.
+
+    Memory is read after 90 s or a tenth of the time: by then each page of the ring (65 s) has been seen by its reader.
+    """
     rig = default_rig()
     settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
+    first: dict[str, float] = {}
     last: dict[str, float] = {}
+    load = os.getloadavg()
     with (
         tempfile.TemporaryDirectory() as name,
         Session(TWIN, settings, model_of(rig), Options(60.0 * minutes)) as session,
     ):
         with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
             observers.record(True)
-            watch, first = Watch(session.reader()), {}
-            began = time.monotonic()
+            watch, warm = Watch(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
             while session.running:
                 watch.poll()
-                if not first and time.monotonic() - began > 60.0:
-                    first = {which: resident(pid) for which, pid in session.pids.items()}
                 time.sleep(0.1)
-                if session.running:
-                    last = {which: resident(pid) for which, pid in session.pids.items()}
+                last = memory(session, observers) or last
+                if watch.reader.state is State.TRIPPED:
+                    session.order(Order.RESET)
+                if not first and time.monotonic() > warm:
+                    first = last
             watch.poll()
-            time.sleep(1.0)
             observers.record(False)
-            recorded = observers.recordings.progress
-        report(minutes, watch, {which: f"{last[which] - size:+.2f} MB" for which, size in first.items()})
-        if recorded is not None:
-            print(f"recording: {recorded.frames} frames, {recorded.lost} lost, {recorded.size / 1e6:.1f} MB")
+            kept = np.concatenate([read_table(path).columns["seq"] for path in observers.recordings.files])
+        report(minutes, watch)
+        head = watch.reader.head
+        for process, size in first.items():
+            print(
+                f"resident memory of the {process} in MB: {size:.2f} at first, {last[process] - size:+.2f} at the end"
+            )
+        print(
+            f"recording: {kept.size} frames of the loop's {head}, first {kept[0]:.0f}, last {kept[-1]:.0f}, "
+            f"missing in between {int((np.diff(kept) - 1).sum())}"
+        )
+        print("load of the machine before and after:", *(f"{x[0]:.1f}" for x in (load, os.getloadavg())))
 
 
-def report(minutes: float, watch: Watch, grown: dict[str, str]) -> None:
-    """Print what was measured."""
+def memory(session: Session, observers: Observers) -> dict[str, float]:
+    """Resident memory of each process in MB; empty as soon as one of them ends."""
+    recorder = observers.recordings.pid
+    pids = {**session.pids, **({} if recorder is None else {"recorder": recorder})}
+    with contextlib.suppress(OSError):
+        found = {process: resident(pid) for process, pid in pids.items()}
+        return found if len(found) == 3 and all(found.values()) else {}
+    return {}
+
+
+def report(minutes: float, watch: Watch) -> None:
+    """Print what the loop did."""
     counts = {event: n for event, n in watch.reader.counts.items() if n}
     late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]
     print(f"TWIN, {minutes:g} min real time, {watch.reader.realtime}: {watch.frames} frames read")
     print(f"missed {watch.missed}, lost by the observer {watch.reader.lost}, events {counts}")
     print(f"lateness us p50 {late[0]:.0f} p99 {late[1]:.0f} p99.9 {late[2]:.0f} largest {late[3]:.0f}")
-    print(f"resident memory since the first minute: {grown}")
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
     python studies/page.py frames      a session with the page open in headless Chromium and a recording running
     python studies/page.py kills       kill -9 of the recorder at 100 random times, each followed by another recorder
+    python studies/page.py page-kills  kill -9 of the page's server at 100 random times, the page open in the browser
     python studies/page.py disk        a recording onto a disk of 1 MB (a file system in memory; needs root)
 
 ``frames`` also prints how often a page with nothing but one canvas is redrawn in the same browser on the same machine:
@@ -68,8 +69,7 @@ def frames(seconds: float) -> dict[str, Any]:
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as (live, watched), sync_playwright() as pw:
-        browser = pw.chromium.launch(executable_path="/usr/bin/chromium", args=_FLAGS)
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        browser, page = window(pw)
         page.set_content("<canvas width=1100 height=700></canvas>")
         page.evaluate(_CANVAS)
         page.wait_for_timeout(3000)
@@ -141,6 +141,57 @@ def kills(times: int) -> dict[str, Any]:
     }
 
 
+def page_kills(times: int) -> dict[str, Any]:
+    """The page's server is killed; its session, its recording and the browser have to come through."""
+    from playwright.sync_api import sync_playwright
+
+    random = np.random.default_rng(0)
+    back: list[float] = []
+    with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as (live, watched), sync_playwright() as pw:
+        browser, page = window(pw)
+        page.goto(watched.url)
+        assert watched.page is not None
+        for _ in range(times):
+            page.wait_for_timeout(float(random.uniform(0.0, 500.0)))
+            before = page.evaluate("erclutch.connections")
+            moment = time.monotonic()
+            os.kill(watched.page.pid, signal.SIGKILL)
+            state = f"erclutch.connections > {before} && erclutch.samples"
+            while not (drawn := page.evaluate(state)) and time.monotonic() < moment + 20:
+                page.wait_for_timeout(10)
+            while page.evaluate("erclutch.samples") == drawn and time.monotonic() < moment + 20:
+                page.wait_for_timeout(10)
+            back.append(time.monotonic() - moment)
+        banner = page.evaluate(
+            "document.getElementById('banner').hidden ? '' : document.getElementById('banner-text').textContent"
+        )
+        browser.close()
+        counts = RingReader(live.ring)
+        head, restarts, stalls = counts.head, watched.page.restarts, counts.counts["overrun"]
+        counts.close()
+        alive = live.running
+        watched.record(False)
+        kept = np.concatenate([read_table(path).columns["seq"] for path in watched.recordings.files])
+    return {
+        "origin": "TWIN",
+        "kills": times,
+        "server started again": restarts,
+        "page shows new samples again, s after a kill: median, largest": [float(np.median(back)), max(back)],
+        "page that did not come back within 20 s": sum(wait >= 20 for wait in back),
+        "banner at the end": banner,
+        "the loop runs": alive,
+        "steps of the loop, wake-ups late by a period": [head, stalls],
+        "frames in the recording, missing in between": [int(kept.size), int((np.diff(kept) - 1).sum())],
+        "load of the machine": os.getloadavg()[0],
+    }
+
+
+def window(playwright: Any) -> tuple[Any, Any]:
+    """A browser and an empty page in it."""
+    browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=_FLAGS)
+    return browser, browser.new_page(viewport={"width": 1440, "height": 900})
+
+
 def disk() -> dict[str, Any]:
     """A disk of 1 MB, full after some 10 s."""
     said: list[str] = []
@@ -174,11 +225,16 @@ def disk() -> dict[str, Any]:
 def main() -> None:
     """Print what was asked for as JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["frames", "kills", "disk"])
+    parser.add_argument("what", choices=["frames", "kills", "page-kills", "disk"])
     parser.add_argument("--seconds", type=float, default=30.0, help="of frames")
     parser.add_argument("--times", type=int, default=100, help="of kills")
     given = parser.parse_args()
-    found = {"frames": lambda: frames(given.seconds), "kills": lambda: kills(given.times), "disk": disk}[given.what]()
+    found = {
+        "frames": lambda: frames(given.seconds),
+        "kills": lambda: kills(given.times),
+        "page-kills": lambda: page_kills(given.times),
+        "disk": disk,
+    }[given.what]()
     sys.stdout.write(json.dumps(found, indent=1) + "\n")
 
 

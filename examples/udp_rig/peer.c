@@ -6,7 +6,7 @@
  *     erclutch live --rig udp --address 127.0.0.1:5005 --session 42 --program tracking-slow
  *
  * It answers each command with its next sample; without commands it goes on by its own clock, and its watchdog sets the
- * fields to zero after 19 ms.
+ * fields to zero after 15 ms.
  */
 #define _GNU_SOURCE
 #include "erc_packet.h"
@@ -22,7 +22,7 @@
 #include <time.h>
 
 #define PERIOD_NS 1000000u
-#define WATCHDOG_NS 19000000u
+#define WATCHDOG_NS 15000000u
 
 static uint64_t now_ns(void) {
     struct timespec now;

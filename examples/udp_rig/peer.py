@@ -4,7 +4,7 @@
     erclutch live --rig udp --address 127.0.0.1:5005 --session 42 --program tracking-slow
 
 It answers each command with its next sample; without commands it goes on by its own clock, and its watchdog sets the
-fields to zero after 19 ms.
+fields to zero after 15 ms.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-PERIOD, WATCHDOG = 0.001, 0.019
+PERIOD, WATCHDOG = 0.001, 0.015
 BODY = struct.Struct("<IIQQdddI8x")  # and a CRC-32 of these 60 bytes
 SENSORS, COMMAND = 0x31535245, 0x31435245
 

@@ -97,3 +97,13 @@ def test_experiments_that_cannot_be(words: dict[str, Any], ready: Any) -> None:
     name = words.pop("name")
     with pytest.raises(SettingError):
         run(name, model, saved, default_rig(), **words)
+
+
+def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    from erclutch.cli import app, experiment
+
+    asked: list[Any] = []
+    monkeypatch.setattr(experiment, "_run", lambda *given: asked.append(given))
+    app(["experiment", "all", "--real-time"], exit_on_error=False)
+    assert asked[0][0] == [n for n in EXPERIMENTS if n != "encoders"]
+    assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out

@@ -247,6 +247,27 @@ def test_orders() -> None:
     assert core.order(Order.STOP)
 
 
+@pytest.mark.parametrize("kind", [Core, SoftCore])
+def test_periods_that_were_slept_through_count(kind: type[Core] | type[SoftCore]) -> None:
+    """The schedule without samples is one of time: hold 5, zero at the 14th period, tripped at the 21st."""
+    samples, settings = moving(), LoopSettings(programs=(Program("push", Mode.TRACK, amplitude=1000.0),))
+    core = kind(settings)
+    run(core, samples[:100])
+
+    def after(tick: int) -> tuple[float, int]:
+        frame = core.step(samples[:0], tick)[1]
+        return float(frame["field1"]), int(frame["events"])
+
+    assert after(104) == (0.5, EVENT_BITS["sample-lost"] | EVENT_BITS["hold"])  # the fifth period without one
+    field, events = after(108)
+    assert 0.0 < field < 0.5
+    assert events & EVENT_BITS["degrade"]
+    field, events = after(113)
+    assert field == 0.0
+    assert not events & EVENT_BITS["trip"]
+    assert after(120)[1] & EVENT_BITS["trip"]
+
+
 def test_both_cores_give_the_same_frames(bingham: Path) -> None:
     rng = np.random.default_rng(1)
     table = np.column_stack([rng.uniform(-0.1, 0.7, (300, 2)), rng.uniform(-2, 2, 300)])
@@ -277,6 +298,7 @@ def test_both_cores_give_the_same_frames(bingham: Path) -> None:
         return other.inverse(inputs, wanted), other.flags
 
     first, second = Core(chosen, bingham), SoftCore(copy, step, inverse)
+    tick = -1
     samples, frames, soft_frames = moving(4000), np.zeros(4000, FRAME), np.zeros(4000, FRAME)
     samples["theta"] = np.mod(samples["theta"], 2 * np.pi)
     for k in range(4000):
@@ -292,8 +314,9 @@ def test_both_cores_give_the_same_frames(bingham: Path) -> None:
             first.stop()
             second.stop()
         late = int(rng.choice([0, 1000, 1_200_000, 25_000_000], p=[0.5, 0.49, 0.008, 0.002]))
-        command, frame = first.step(now, k, late_ns=late)
-        soft_command, soft_frame = second.step(now, k, late_ns=late)
+        tick += int(rng.choice([1, 2, 8], p=[0.98, 0.018, 0.002]))
+        command, frame = first.step(now, tick, late_ns=late)
+        soft_command, soft_frame = second.step(now, tick, late_ns=late)
         frames[k], soft_frames[k] = frame, soft_frame
         assert command["flags"] == soft_command["flags"]
     for name in FRAME.names or ():
@@ -327,7 +350,7 @@ def _spoilt(samples: Any, k: int, rng: Any) -> Any:
     "changes",
     [
         {"trip": 22},
-        {"hold": 18},
+        {"hold": 14},
         {"field_limit": 0.0},
         {"period": 0.0},
         {"period": 5.0},
@@ -355,7 +378,7 @@ def test_the_core_checks_again() -> None:
         ("field_limit", np.nan),
         ("k_p", np.inf),
         ("trip_samples", 22),
-        ("hold_samples", 18),
+        ("hold_samples", 14),
         ("programs", 33),
         ("program", 1),
         ("theta_wrap", -1.0),

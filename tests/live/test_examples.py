@@ -36,12 +36,24 @@ def _free_port() -> int:
         return int(found.getsockname()[1])
 
 
+def _taken(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError:
+            return True
+    return False
+
+
 @contextmanager
 def peer(words: list[str]) -> Iterator[int]:
     port = _free_port()
     with subprocess.Popen([*words, str(port), "42"]) as process:
-        time.sleep(0.3)
         try:
+            limit = time.monotonic() + 30.0
+            while not _taken(port):
+                assert time.monotonic() < limit, "the peer does not listen"
+                time.sleep(0.02)
             yield port
         finally:
             process.kill()
@@ -52,8 +64,19 @@ def _with_peer(words: list[str]) -> tuple[RingReader, Any]:
         rig = UdpRig("peer", "127.0.0.1", port, 42)
         with Session(rig, LoopSettings(programs=(SINE,), late_trip=5.0), None, Options(seconds=3.0)) as session:
             reader = session.reader()
+            while session.running:
+                if reader.state is State.TRIPPED:
+                    session.order(Order.RESET)
+                time.sleep(0.01)
             assert session.wait(20.0) == 0
             return reader, reader.read()
+
+
+def _tracked(frames: Any, settling: int = 800) -> Any:
+    """Frames that follow on so many without a trip: it takes that long to follow the reference."""
+    running = np.isfinite(frames["reference"]).astype(int)
+    before = np.convolve(running, np.ones(settling, int))[: len(frames)]
+    return frames[before == settling]
 
 
 @pytest.mark.slow
@@ -66,14 +89,13 @@ def test_the_loop_tracks_with_a_peer(language: str) -> None:
         words = [str(program)]
     else:
         words = [sys.executable, str(PEERS / "peer.py")]
-    for _ in range(3):  # a peer at normal priority that a busy machine holds up for 20 ms trips the loop, as it should
+    for _ in range(3):  # a machine that holds the peer up for 20 ms trips the loop: it is reset, and follows anew
         reader, frames = _with_peer(words)
-        if reader.counts["trip"] == 0:
+        settled = _tracked(frames)
+        if len(settled) > 1000:  # one period of the reference
             break
-    else:
-        pytest.fail(f"three trips in three runs, the last for {reader.trip_reason}")
     assert reader.info.origin == "HARDWARE"
-    settled = frames[1000:-50]
+    assert len(settled) > 1000, reader.counts
     together = np.corrcoef(settled["reference"], settled["alpha"])[0, 1]
     assert together > 0.9
     assert 3.0 < np.ptp(settled["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
@@ -111,8 +133,8 @@ def test_loop_under_sanitizers(bingham: Path) -> None:
         assert loop.stdin is not None
         reader, seq = RingReader(ring), 0
         try:
-            until = time.monotonic() + 3.0
-            while time.monotonic() < until and loop.poll() is None:
+            limit = time.monotonic() + 60.0
+            while (reader.head < 2500 or seq < 2000) and time.monotonic() < limit and loop.poll() is None:
                 time.sleep(0.0005)
                 try:
                     _, sender = rig.recvfrom(100)

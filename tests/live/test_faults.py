@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import shutil
 import sys
@@ -26,16 +27,17 @@ def _study() -> ModuleType:
 
 
 study = _study()
-vars(study)["SLACK"] = 0.010  # the rig is a thread of this process, which shares the machine with other tests
 
 
-def _passes(fault: Callable[[], Any]) -> None:
-    """A machine that was busy elsewhere for 20 ms is no fault of the loop: three tries, and the last one tells."""
-    found = fault()
+def _holds(fault: Callable[[], Any]) -> None:
+    """What no delay of the machine excuses; times are the study's. A trip before the fault is tried again."""
     for _ in range(2):
-        if not found.passed:
+        with contextlib.suppress(study.NeverReadyError):
             found = fault()
-    assert found.passed, found
+            break
+    else:
+        found = fault()
+    assert found.holds, found
 
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc")
@@ -57,7 +59,7 @@ def test_loss_over_a_minute(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in study.WHOLE if name != "models"])
 def test_injected_into_the_whole_loop(name: str) -> None:
-    _passes(study.WHOLE[name])
+    _holds(study.WHOLE[name])
 
 
 def test_damaged_models() -> None:
@@ -67,12 +69,14 @@ def test_damaged_models() -> None:
 
 @pytest.mark.slow
 def test_kill_of_the_loop() -> None:
-    _passes(lambda: study.killed(10))
+    found = study.killed(10)
+    assert (found.injected, found.holds) == (10, True), found
 
 
 @pytest.mark.slow
 def test_kill_of_the_rig() -> None:
-    _passes(lambda: study.rig_killed(5))
+    found = study.rig_killed(5)
+    assert (found.injected, found.holds) == (5, True), found
 
 
 @pytest.mark.slow

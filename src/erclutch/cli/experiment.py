@@ -37,7 +37,8 @@ def experiment(
         out: Folder for the figures and their numbers.
         seconds: Length in place of the experiment's own.
         seed: Of the commands and the noise.
-        real_time: The loop and the twin each in its process, at 1 kHz, instead of as fast as they go.
+        real_time: The loop and the twin each in its process, at 1 kHz, instead of as fast as they go. All but encoders:
+            a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
     """
     from erclutch.cli import show
@@ -52,6 +53,10 @@ def experiment(
     unknown = [n for n in names if n not in EXPERIMENTS]
     if unknown:
         raise SettingError(f"there is no experiment {unknown[0]!r}", remedy=f"Choose one of {', '.join(EXPERIMENTS)}")
+    if real_time and name == "all":
+        left_out = [n for n in names if EXPERIMENTS[n].encoders]
+        names = [n for n in names if n not in left_out]
+        output.print(f"left out, for it does not run in real time: {', '.join(left_out)}", markup=False)
     _run(names, model, out, seconds, seed, real_time, rig_file, output)
 
 
@@ -136,7 +141,7 @@ def _sentences(name: str, trace: Trace) -> list[str]:
 
     said = [
         f"online estimate against the compiled model offline: {trace.compiled_off:.1e} N m at most; "
-        f"against NumPy, inside the training range: {trace.numpy_off:.1e} N m"
+        f"against NumPy, where inside the training range and not limited: {trace.numpy_off:.1e} N m"
     ]
     if name == "tracking":
         from erclutch.experiments.online import lines, tracking_error, trial

@@ -6,7 +6,7 @@ import json as json_text
 import signal
 import tempfile
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -127,27 +127,38 @@ def live(
         loop: How the loop runs.
         reading: How to read the log of a replay.
     """
+    from rich.console import Console
+
     from erclutch.cli import show
     from erclutch.live.session import Options, Session
     from erclutch.live.watch import Watch
 
-    output = show.console()
+    # With --json standard output is one JSON document: all that is for people goes to standard error.
+    output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else show.console()
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters = _parameters(rig)
         what, program = _rig(rig, reading, folder)
-        chosen = None if no_model else _model(model, rig, parameters, reading, output)
+        chosen = None if no_model else _model(model, rig, loop, parameters, reading, output)
         settings = _settings(parameters, control, reading, chosen is not None, program, rig)
         options = Options(loop.seconds, loop.priority, loop.cpu, loop.python_loop, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
         watch = Watch(session.reader())
-        if not loop.json:
-            _introduce(output, session, observers, chosen)
+        _introduce(output, session, observers, chosen)
         _follow(session, watch, told, output)
-        return _report(session, watch, observers, output, loop.json)
+        code = session.wait(5.0)
+        watch.poll()
+        if observers is not None:
+            observers.record(False)  # so that its note says that the file is whole
+        notes = () if observers is None else observers.notes
+        if loop.json:
+            print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": code}))
+        else:
+            _show(session, watch, notes, output)
+        return _ended(session, watch, code)
 
 
 def _checked(loop: LoopOptions) -> None:
@@ -196,17 +207,23 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Pr
 
 
 def _model(
-    path: Path | None, rig: RigOptions, parameters: RigParameters, reading: LogOptions, output: Console
+    path: Path | None,
+    rig: RigOptions,
+    loop: LoopOptions,
+    parameters: RigParameters,
+    reading: LogOptions,
+    output: Console,
 ) -> LiveModel | None:
     from erclutch.live.model import live_model
 
     if path is not None:
-        return live_model(path, "single" if rig.rig == "replay" and reading.device == "single" else "coaxial")
+        device = "single" if rig.rig == "replay" and reading.device == "single" else "coaxial"
+        return live_model(path, device, python=loop.python_loop)
     if rig.rig != "twin":
         return None
     from erclutch.cli.twin_model import twin_model
 
-    return live_model(twin_model(parameters, output), "coaxial")
+    return live_model(twin_model(parameters, output), "coaxial", python=loop.python_loop)
 
 
 def _settings(
@@ -302,57 +319,65 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.live.orders import Order
 
-    tripped, warn_at = "", time.monotonic() + _PATIENCE
-    while session.running:
+    said, warn_at = "", time.monotonic() + _PATIENCE
+
+    def look(said: str) -> str:
         watch.poll()
+        reason = watch.reader.trip_reason
+        if reason not in ("", said):
+            output.print(f"fields are held at zero: {reason}", style="red", markup=False, soft_wrap=True)
+        return reason
+
+    while session.running and session.rig_running and not told:
+        said = look(said)
         if warn_at and time.monotonic() > warn_at:
             warn_at = 0.0
             if not watch.reader.sensor_seq:
                 output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
-        if told or not session.rig_running:
-            session.order(Order.STOP)
-            session.wait(2.0)
-            break
-        reason = watch.reader.trip_reason
-        if reason != tripped and reason:
-            output.print(f"fields are held at zero: {reason}", style="red", markup=False)
-        tripped = reason
         time.sleep(_POLL)
-    watch.poll()
+    session.order(Order.STOP)  # told to, or the rig is gone
+    session.wait(2.0)
+    look(said)
 
 
-def _report(session: Session, watch: Watch, observers: Observers | None, output: Console, json: bool) -> int:
-    """Print what was seen; the exit code: 0, or 3 if the loop did not end in order."""
+def _figures(session: Session, watch: Watch) -> dict[str, Any]:
+    """What was seen, for scripts; times in us."""
+    shares = (0.5, 0.99, 0.999)
+    reader = watch.reader
+    return {
+        "origin": session.origin,
+        "frames": watch.frames,
+        "missed": watch.missed,
+        "lost_by_reader": reader.lost,
+        "lateness_us": [*watch.lateness.percentiles(shares), watch.lateness.largest],
+        "step_us": [*watch.step.percentiles(shares), watch.step.largest],
+        "events": {name: n for name, n in reader.counts.items() if n},
+        "realtime": reader.realtime,
+        "tripped": reader.trip_reason,
+    }
+
+
+def _show(session: Session, watch: Watch, notes: Sequence[str], output: Console) -> None:
+    """What was seen, for people."""
+    from erclutch.cli import show
+
+    seconds = watch.frames * watch.reader.info.period_ns * 1e-9
+    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.missed} deadlines missed"
+    output.print(show.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
+    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n)
+    output.print(", ".join(counts) or "no event", markup=False)
+    for note in notes:
+        output.print(note, markup=False, soft_wrap=True)
+
+
+def _ended(session: Session, watch: Watch, code: int | None) -> int:
+    """The exit code: 0, or 3 and the reason if the loop did not end in order."""
     from rich.console import Console
 
-    from erclutch.cli import show
     from erclutch.live.frame import State
 
-    code = session.wait(5.0)
-    fine = code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0
-    counts = {name: n for name, n in watch.reader.counts.items() if n}
-    if json:
-        shares = (0.5, 0.99, 0.999)
-        figures = {
-            "frames": watch.frames,
-            "missed": watch.missed,
-            "lost_by_reader": watch.reader.lost,
-            "lateness_us": [*watch.lateness.percentiles(shares), watch.lateness.largest],
-            "step_us": [*watch.step.percentiles(shares), watch.step.largest],
-            "events": counts,
-            "realtime": watch.reader.realtime,
-            "tripped": watch.reader.trip_reason,
-            "exit": code,
-        }
-        output.print(json_text.dumps(figures), markup=False, soft_wrap=True, highlight=False)
-    else:
-        seconds = watch.frames * watch.reader.info.period_ns * 1e-9
-        title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.missed} deadlines missed"
-        output.print(show.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
-        output.print(", ".join(f"{name}: {n}" for name, n in counts.items()) or "no event", markup=False)
-        for note in observers.notes if observers is not None else ():
-            output.print(note, markup=False, soft_wrap=True)
-    if not fine:
-        reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
-        Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
-    return 0 if fine else 3
+    if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
+        return 0
+    reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
+    Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
+    return 3

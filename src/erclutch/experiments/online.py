@@ -20,12 +20,12 @@ from erclutch.device import Element
 from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
 from erclutch.export.compiled import CompiledModel
-from erclutch.export.program import OUTSIDE
+from erclutch.export.program import LIMITED, OUTSIDE
 from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.frame import EVENT_BITS
 from erclutch.live.session import LiveModel, Options, ServedRig, Session
 from erclutch.live.settings import LoopSettings, Mode, Program, Shape
-from erclutch.rig.excitation import FieldSettings, field_sequence, half_sine_torque, torque_sequence
+from erclutch.rig.excitation import field_sequence, field_settings, half_sine_torque, torque_sequence
 from erclutch.rig.parameters import RigParameters
 from erclutch.rig.twin import PERIOD
 from erclutch.saved import Model
@@ -66,31 +66,25 @@ def _signed(field: Array, motor: Array) -> Array:
     return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), motor])
 
 
-def _excitation(rig: RigParameters, **changes: float) -> FieldSettings:
-    own = {key: rig.section("excitation")[key] for key in ("lowest", "highest", "peakedness", "sines", "alternating")}
-    given = {**own, "largest": rig.value("supply.command_limit"), "stretch": rig.value("excitation.stretch"), **changes}
-    return FieldSettings(**given)
-
-
 def _soft(rig: RigParameters) -> float:
     return _SOFT * rig.value("screw.half_stroke") * 2.0 * math.pi / rig.value("screw.lead")
 
 
 def _sine(rig: RigParameters, rows: int, seed: int) -> list[Program]:
     rng = np.random.default_rng(seed)
-    table = _signed(field_sequence(rows, rng, _excitation(rig, sines=1.0)), np.full(rows, _MOTOR))
+    table = _signed(field_sequence(rows, rng, field_settings(rig, sines=1.0)), np.full(rows, _MOTOR))
     return [Program("sine", Mode.FIELDS, Shape.TABLE, soft=_soft(rig), table=table)]
 
 
 def _square(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    rng, settings = np.random.default_rng(seed), _excitation(rig, sines=0.0)
+    rng, settings = np.random.default_rng(seed), field_settings(rig, sines=0.0)
     field = field_sequence(rows, rng, settings)
     table = _signed(field, torque_sequence(rows, rng, 0.05, 0.10, settings=settings))
     return [Program("square", Mode.FIELDS, Shape.TABLE, soft=_soft(rig), table=table)]
 
 
 def _held(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    rng, settings = np.random.default_rng(seed), _excitation(rig)
+    rng, settings = np.random.default_rng(seed), field_settings(rig)
     table = _signed(field_sequence(rows, rng, settings), torque_sequence(rows, rng, 0.05, 0.10, settings=settings))
     return [Program("zero-motion", Mode.FIELDS, Shape.TABLE, table=table)]
 
@@ -139,8 +133,8 @@ class Trace:
         other_alpha: the other encoder's alpha in rad, and the estimate with it; None where it was not read.
         warming: of the clutches at the end, in K; nan where nobody knows.
         compiled_off: largest difference of the online estimate from the compiled model run offline, in N m.
-        numpy_off: and from the model in NumPy, over samples inside the training range: beyond it the compiled model
-            holds its inputs.
+        numpy_off: and from the model in NumPy, over samples inside the training range with an effort not limited:
+            the compiled model holds its inputs to the one and its effort to the other.
     """
 
     name: str
@@ -225,7 +219,8 @@ def run(
         raise SettingError(f"{length:g} s", remedy=f"Give 1 to {_LONGEST:g} s")
     if real_time and experiment.encoders:
         raise SettingError(
-            "the packets of a rig carry one encoder", remedy="Run the comparison of encoders without --real-time"
+            f"experiment {name} in real time: a rig's packets carry one encoder's angle, and it compares two",
+            remedy="Run it without --real-time",
         )
     rows = round(length / PERIOD)
     programs = experiment.programs(rig, rows, seed)
@@ -344,7 +339,7 @@ def _traced(
         compared = other, _offline(saved[0], frames, speed)
     known = np.isfinite(online)
     off = float(np.max(np.abs(again - online)[known]))
-    inside = known & (frames["flags"] & OUTSIDE == 0)
+    inside = known & (frames["flags"] & (OUTSIDE | LIMITED) == 0)
     numpy_off = float(np.max(np.abs(_offline(saved[0], frames, alpha_dot) - online)[inside], initial=0.0))
     return Trace(name, frames, estimates, compared, warming, off, numpy_off)
 

@@ -12,21 +12,24 @@ from erclutch.device import DeviceName
 from erclutch.errors import SettingError
 from erclutch.live.build import cache_folder, find_compiler, note_whole, whole
 from erclutch.live.session import LiveModel
+from erclutch.live.soft_model import refuse_memory
 from erclutch.saved import load_model
 
 _INPUTS = {"coaxial": 4, "single": 2}
 
 
-def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) -> LiveModel:
+def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3, python: bool = False) -> LiveModel:
     """A saved model, ready for the loop.
 
     Args:
         path: its JSON file.
         device: of the rig.
         period: of the loop in s.
+        python: for the loop in Python, even if there is a compiler.
 
     Raises:
-        RunError: no model, or a damaged one. SettingError: of another device, or with further inputs.
+        RunError: no model, a damaged one, or one that the loop in Python does not run.
+        SettingError: of another device, or with further inputs.
         ExportError: it cannot be exported or compiled.
     """
     model = load_model(path)
@@ -37,7 +40,8 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) ->
             remedy="Give a model of the rig's device",
         )
     saved = Path(path).resolve()
-    if find_compiler() is None:  # the loop in Python takes the file itself
+    if python or find_compiler() is None:  # the loop in Python takes the file itself
+        refuse_memory(model)
         return LiveModel(None, model.name, str(model.to_dict()["digest"]), saved)
     from erclutch.export import Options, program_of
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
 from erclutch.live.settings import REST, Mode, Program, Shape
-from erclutch.rig.excitation import FieldSettings, field_sequence, half_sine_torque, torque_sequence
+from erclutch.rig.excitation import field_sequence, field_settings, half_sine_torque, torque_sequence
 from erclutch.rig.parameters import RigParameters
 
 Array = NDArray[np.float64]
@@ -34,63 +34,50 @@ def standard_programs(rig: RigParameters, *, model: bool, motor: float = _MOTOR,
         motor: constant motor torque in N m.
         seed: of the random sequences.
     """
-    turns = 2.0 * math.pi / rig.value("screw.lead")
-    height, soft = _AMPLITUDE * turns, _SOFT * rig.value("screw.half_stroke") * turns
+    programs = (REST, *_trackings(rig, motor), *_excitations(rig, motor, seed))
+    return (*programs, *_torques(motor)) if model else programs
+
+
+def _trackings(rig: RigParameters, motor: float) -> tuple[Program, ...]:
+    lead = rig.value("screw.lead")
+    height = 2.0 * math.pi * _AMPLITUDE / lead
+
+    def tracking(name: str, shape: Shape, share: float, frequency: float, meaning: str) -> Program:
+        relative = shape is Shape.SQUARE
+        return Program(
+            name, Mode.TRACK, shape, height * share, frequency, motor_torque=motor, relative=relative, meaning=meaning
+        )
+
+    mm = 1e3 * _AMPLITUDE
+    return (
+        tracking("tracking-slow", Shape.SINE, 1.0, 0.4, f"PD tracking of {mm:.0f} mm at 0.4 Hz, equation 23"),
+        tracking("tracking-fast", Shape.SINE, 0.2, 2.0, f"PD tracking of {0.2 * mm:.0f} mm at 2 Hz"),
+        tracking("step", Shape.SQUARE, 0.125, 0.5, f"PD tracking of steps of {0.25 * mm:.0f} mm about where it is"),
+    )
+
+
+def _excitations(rig: RigParameters, motor: float, seed: int) -> tuple[Program, ...]:
+    soft = _SOFT * rig.value("screw.half_stroke") * 2.0 * math.pi / rig.value("screw.lead")
+
+    def repeated(name: str, table: Array, soft: float, meaning: str) -> Program:
+        return Program(name, Mode.FIELDS, Shape.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
+
     sines, squares = _fields(rig, 1.0, motor, seed), _fields(rig, 0.0, None, seed)
-    lead = 1e3 * rig.value("screw.lead") / (2.0 * math.pi)
-    programs = [
-        REST,
-        Program(
-            *("tracking-slow", Mode.TRACK, Shape.SINE, height, 0.4),
-            motor_torque=motor,
-            meaning=f"PD tracking of {lead * height:.0f} mm at 0.4 Hz, equation 23",
-        ),
-        Program(
-            *("tracking-fast", Mode.TRACK, Shape.SINE, height / 5.0, 2.0),
-            motor_torque=motor,
-            meaning=f"PD tracking of {lead * height / 5:.0f} mm at 2 Hz",
-        ),
-        Program(
-            *("step", Mode.TRACK, Shape.SQUARE, height / 8.0, 0.5),
-            motor_torque=motor,
-            relative=True,
-            meaning=f"PD tracking of steps of {lead * height / 4:.0f} mm about where it is",
-        ),
-        Program(
-            *("sine", Mode.FIELDS, Shape.TABLE),
-            table=sines,
-            soft=soft,
-            repeat=True,
-            meaning="random sines of field at constant motor torque, IV-B",
-        ),
-        Program(
-            *("square", Mode.FIELDS, Shape.TABLE),
-            table=squares,
-            soft=soft,
-            repeat=True,
-            meaning="random squares of field and of motor torque, IV-B",
-        ),
-        Program(
-            *("zero-field", Mode.FIELDS, Shape.TABLE),
-            table=_half_sines(seed),
-            repeat=True,
-            meaning="no field, half sines of motor torque, IV-D",
-        ),
-    ]
-    if model:
-        programs += [
-            Program(
-                *("torque-sine", Mode.TORQUE, Shape.SINE, _TORQUE, 5.0),
-                motor_torque=motor,
-                meaning=f"torque control, {_TORQUE:g} N m at 5 Hz",
-            ),
-            Program(
-                *("torque-step", Mode.TORQUE, Shape.SQUARE, _TORQUE, 5.0),
-                motor_torque=motor,
-                meaning=f"torque control, steps between {_TORQUE:g} and -{_TORQUE:g} N m",
-            ),
-        ]
-    return tuple(programs)
+    return (
+        repeated("sine", sines, soft, "random sines of field at constant motor torque, IV-B"),
+        repeated("square", squares, soft, "random squares of field and of motor torque, IV-B"),
+        repeated("zero-field", _half_sines(seed), 0.0, "no field, half sines of motor torque, IV-D"),
+    )
+
+
+def _torques(motor: float) -> tuple[Program, ...]:
+    def torque(name: str, shape: Shape, meaning: str) -> Program:
+        return Program(name, Mode.TORQUE, shape, _TORQUE, 5.0, motor_torque=motor, meaning=meaning)
+
+    return (
+        torque("torque-sine", Shape.SINE, f"torque control, {_TORQUE:g} N m at 5 Hz"),
+        torque("torque-step", Shape.SQUARE, f"torque control, steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
+    )
 
 
 def starting_with(programs: Sequence[Program], name: str) -> tuple[Program, ...]:
@@ -114,16 +101,7 @@ def recorded(commands: Array) -> Program:
 def _fields(rig: RigParameters, sines: float, motor: float | None, seed: int) -> Array:
     """Random sines or squares of section IV-B: E1, E2, motor torque (None: random between 0.05 and 0.1 N m)."""
     rng = np.random.default_rng(seed)
-    own = rig.section("excitation")
-    settings = FieldSettings(
-        largest=rig.value("supply.command_limit"),
-        lowest=own["lowest"],
-        highest=own["highest"],
-        peakedness=own["peakedness"],
-        sines=sines,
-        alternating=own["alternating"],
-        stretch=own["stretch"],
-    )
+    settings = field_settings(rig, sines=sines)
     rows = 1000 * _SECONDS
     field = field_sequence(rows, rng, settings)
     torque = np.full(rows, motor) if motor is not None else torque_sequence(rows, rng, 0.05, 0.10, settings=settings)

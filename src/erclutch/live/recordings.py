@@ -92,6 +92,9 @@ class Recordings:
         started = self._running
         if started is None:
             return
+        limit = time.monotonic() + _END
+        while not self._begun(started) and started.process.poll() is None and time.monotonic() < limit:
+            time.sleep(0.01)  # on a busy machine it may not be there yet; the ring still holds its frames
         with contextlib.suppress(OSError):
             started.process.terminate()
         try:
@@ -129,7 +132,7 @@ class Recordings:
             raise RecordingError(
                 f"the folder of recordings cannot be made: {error.strerror or error}",
                 where=str(self.folder),
-                remedy="Give another with --recordings",
+                remedy="Give another with --folder",
             ) from error
         if not os.access(self.folder, os.W_OK):
             raise RecordingError("it cannot be written", where=str(self.folder), remedy="Give another folder")
@@ -146,6 +149,11 @@ class Recordings:
         os.set_blocking(process.stdout.fileno(), False)
         self._heard = b""
         self._running = Started(process, path, after, first)
+
+    def _begun(self, started: Started) -> bool:
+        """Whether the recorder has said something."""
+        self._listen(started)
+        return self.progress is not None and self.progress.path == str(started.path)
 
     def _listen(self, started: Started) -> None:
         """The last whole line that the recorder wrote."""
@@ -190,8 +198,7 @@ class Recordings:
         limit = time.monotonic() + seconds
         while time.monotonic() < limit and self._running is not None:
             self.poll()
-            now = self.progress
-            if self._running and now and now.frames and now.path == str(self._running.path):
+            if self._running and self._begun(self._running) and self.progress and self.progress.frames:
                 return True
             time.sleep(0.01)
         return False

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
@@ -22,6 +22,8 @@ from erclutch.errors import SettingError
 Array = NDArray[np.float64]
 
 MOST_PROGRAMS = 32
+#: Periods from zero field to the trip; ``ERC_ZERO_BEFORE_TRIP``.
+ZERO_BEFORE_TRIP = 7
 _MAGIC, _VERSION = 0x47435245, 1
 
 
@@ -44,6 +46,13 @@ class Shape(IntEnum):
 
 
 _REPEAT, _BY_SAMPLE, _RELATIVE = 1, 2, 4
+
+
+def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted: str, where: str = "") -> None:
+    """A number of an object has to be finite and allowed."""
+    value = getattr(owner, name)
+    if not (math.isfinite(value) and allowed(value)):
+        raise SettingError(f"{name} is {value}", where=where, remedy=f"Give {wanted}")
 
 
 @dataclass(frozen=True)
@@ -80,12 +89,11 @@ class Program:
     meaning: str = ""
 
     def __post_init__(self) -> None:
-        numbers = (self.amplitude, self.frequency, self.offset, self.motor_torque, self.soft)
-        if not all(map(math.isfinite, numbers)) or self.frequency < 0 or self.soft < 0:
-            raise SettingError(
-                f"program {self.name!r} with {numbers}",
-                remedy="Give finite numbers, and frequency and soft limit not below 0",
-            )
+        where = f"program {self.name!r}"
+        for name in ("amplitude", "offset", "motor_torque"):
+            _require(self, name, lambda value: True, "a finite number", where)
+        for name in ("frequency", "soft"):
+            _require(self, name, lambda value: value >= 0, "0 or a number above", where)
         if (self.shape is Shape.TABLE) != (self.table is not None):
             raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
         if self.table is not None and (self.table.ndim != 2 or self.table.shape[1] != 3 or not len(self.table)):
@@ -113,8 +121,8 @@ class LoopSettings:
         k_p, k_d: gains of equation (23), field per rad and per rad/s.
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
         late_trip: a wake-up so late [s] trips.
-        hold, trip: steps in a row without a good sample until the command is reduced, and until it is zero for good; it
-            is zero three steps before that.
+        hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
+            it is zero `ZERO_BEFORE_TRIP` periods before that.
         programs: what can be run; the first runs at the start.
     """
 
@@ -141,16 +149,15 @@ class LoopSettings:
 
     def __post_init__(self) -> None:
         for name in ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise SettingError(f"{name} is {value}", remedy="Give a number above 0")
+            _require(self, name, lambda value: value > 0, "a number above 0")
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise SettingError(f"{name} is {value}", remedy="Give 0 for none, or a number above 0")
-        if not (0 <= self.hold <= self.trip - 4 and self.trip <= 21):
+            _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
+        for name in ("k_p", "k_d", "torque_p", "torque_i"):
+            _require(self, name, lambda value: True, "a finite number")
+        if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
             raise SettingError(
-                f"hold {self.hold} and trip {self.trip} samples", remedy="Give 0 <= hold <= trip - 4 and trip <= 21"
+                f"hold {self.hold} and trip {self.trip} samples",
+                remedy=f"Give 0 <= hold < trip - {ZERO_BEFORE_TRIP} and trip <= 21",
             )
         if not 1e-4 <= self.period <= 1:
             raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gc
-import math
 import os
 import select
 import signal
@@ -27,9 +26,10 @@ from erclutch.live.orders import SIZE as ORDER_SIZE
 from erclutch.live.orders import read_order
 from erclutch.live.sample import SAMPLE
 from erclutch.live.settings import LoopSettings, settings_of
-from erclutch.live.soft_core import InverseFunction, SoftCore, StepFunction
+from erclutch.live.soft_core import SoftCore
+from erclutch.live.soft_model import SoftModel
 from erclutch.rig.packet import LAST, SIZE, CommandPacket, pack_command, unpack_sensors
-from erclutch.saved import Model, load_model
+from erclutch.saved import load_model
 
 WORD = "SOFT REAL TIME: the loop runs in Python, for want of a C compiler"
 _AT_ZERO = 5
@@ -79,73 +79,6 @@ class SoftRig:
                     break
                 return 0
         return EVENT_BITS["send-failed"]
-
-
-def model_functions(model: Model, settings: LoopSettings) -> tuple[StepFunction, InverseFunction | None]:
-    """A saved model, one row at a time.
-
-    Raises:
-        RunError: it has dynamics, past samples or further inputs, which the loop in Python does not run.
-    """
-    from erclutch.device import Element
-    from erclutch.dynamics import Clock, Span
-    from erclutch.networks.model import NetworkModel
-
-    structure: Any = model.structure
-    past = isinstance(model, NetworkModel) and bool(structure.past or structure.extras)
-    if structure.dynamics != "none" or past:
-        raise RunError(
-            f"{model.name} needs more than the present row, which the loop in Python does not have",
-            where=model.name,
-            remedy="Install a C compiler, or take a model without dynamics, past samples and further inputs",
-        )
-    clock = Clock(np.zeros(1), (Span(0, 1, settings.period),))
-    last = [0.0]
-    low, high = model.trained_on.field, model.trained_on.slip
-
-    def elements(inputs: Sequence[float]) -> tuple[Element, ...]:
-        if len(inputs) == 2:
-            pairs = [(inputs[0], inputs[1])]
-        else:
-            first, second, theta_dot, alpha_dot = inputs
-            pairs = [(first, theta_dot - alpha_dot), (second, -theta_dot - alpha_dot)]
-        return tuple(Element(np.array([f]), np.array([w])) for f, w in pairs)
-
-    def outside(rows: Sequence[Element]) -> bool:
-        pairs = [(float(e.field[0]), low) for e in rows] + [(float(e.slip[0]), high) for e in rows]
-        return any(not a - 0.01 * (b - a) <= x <= b + 0.01 * (b - a) for x, (a, b) in pairs)
-
-    def step(inputs: Sequence[float]) -> tuple[float, int]:
-        if not all(map(math.isfinite, inputs)):
-            return last[0], 2
-        rows = elements(inputs)
-        effort = model.effort(rows, clock)
-        value = float(effort[0])
-        last[0] = value if math.isfinite(value) else last[0]
-        both = len(rows) == 2 and inputs[0] > 0 and inputs[1] > 0
-        return last[0], (1 if outside(rows) else 0) | (4 if both else 0)
-
-    def inverse(inputs: Sequence[float], wanted: float) -> tuple[float, int]:
-        """Bisection over the signed field: the model's effort grows with it while the motor turns forward."""
-        limit = settings.field_limit
-
-        def effort(field: float) -> float:
-            pair = (max(field, 0.0), max(-field, 0.0), *inputs[2:]) if len(inputs) == 4 else (field, *inputs[1:])
-            return float(model.effort(elements(pair), clock)[0])
-
-        low_field, high_field = (-limit if len(inputs) == 4 else 0.0), limit
-        way = 1.0 if effort(high_field) >= effort(low_field) else -1.0
-        if not way * effort(low_field) <= way * wanted <= way * effort(high_field):
-            return (low_field if way * wanted < way * effort(low_field) else high_field), 16
-        for _ in range(12):  # 0.5 / 2^12: a tenth of a volt in 2000 V
-            middle = 0.5 * (low_field + high_field)
-            if way * effort(middle) < way * wanted:
-                low_field = middle
-            else:
-                high_field = middle
-        return 0.5 * (low_field + high_field), 0
-
-    return step, inverse
 
 
 class SoftLoop:
@@ -215,14 +148,18 @@ class SoftLoop:
         return False
 
 
-def main(words: Sequence[str]) -> int:
-    """Run until told to end; exit code 2 if it cannot start."""
+def _words(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="erclutch-loop")
     for name, count in (("config", 1), ("ring", 1), ("udp", 4), ("library", 2), ("model", 2), ("table", 1)):
         parser.add_argument(f"--{name}", nargs=count)
     for name, default in (("orders", -1), ("steps", 2**63), ("priority", 80), ("cpu", -1)):
         parser.add_argument(f"--{name}", type=int, default=default)
-    given = parser.parse_args(words)
+    return parser.parse_args(words)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run until told to end; exit code 2 if it cannot start."""
+    given = _words(words)
     parent = os.getppid()
     told: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
@@ -232,19 +169,16 @@ def main(words: Sequence[str]) -> int:
             raise RunError("a rig's library needs the loop in C", remedy="Install a C compiler")
         table = np.fromfile(given.table[0]).reshape(-1, 3) if given.table else np.zeros((0, 3))
         settings = settings_of(Path(given.config[0]).read_bytes(), table)
-        step: StepFunction | None = None
-        inverse: InverseFunction | None = None
-        if given.model:
-            step, inverse = model_functions(load_model(given.model[0]), settings)
+        model = SoftModel(load_model(given.model[0]), settings) if given.model else None
         ring = RingWriter(given.ring[0])
         rig = SoftRig(*given.udp)
     except ErclutchError as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    if step is not None and inverse is not None:  # imports and caches now, not in the first step
+    if model is not None:  # imports and caches now, not in the first step
         still = (0.0,) * (2 if settings.device == "single" else 4)
-        step(still)
-        inverse(still, 0.0)
+        model.step(still)
+        model.inverse(still, 0.0)
     with contextlib.suppress(AttributeError, OSError, ValueError):
         if given.priority > 0:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(given.priority))
@@ -252,7 +186,8 @@ def main(words: Sequence[str]) -> int:
     gc.collect()
     gc.freeze()
     gc.disable()
-    loop = SoftLoop(settings, SoftCore(settings, step, inverse), rig, ring, given.steps)
+    core = SoftCore(settings) if model is None else SoftCore(settings, model.step, model.inverse)
+    loop = SoftLoop(settings, core, rig, ring, given.steps)
     loop.run(lambda: bool(told) or os.getppid() != parent, given.orders)
     return 0
 

@@ -16,7 +16,7 @@ import numpy as np
 from erclutch.live.frame import EVENT_BITS, FRAME, State
 from erclutch.live.orders import Order
 from erclutch.live.sample import COMMAND
-from erclutch.live.settings import LoopSettings, Mode, Program, Shape, speed_filter
+from erclutch.live.settings import ZERO_BEFORE_TRIP, LoopSettings, Mode, Program, Shape, speed_filter
 
 _LARGEST_GAP = 1000
 _WARM_UP = 64
@@ -156,7 +156,7 @@ class SoftCore:
             encoder.predict(1)
         return events | self._lost_by, False
 
-    def _take(self, samples: Any) -> int:
+    def _take(self, samples: Any, periods: int) -> int:
         events, any_good = 0, False
         for sample in samples:
             seen, good = self._take_one(sample)
@@ -168,7 +168,7 @@ class SoftCore:
         if not events & (EVENT_BITS["sample-invalid"] | EVENT_BITS["glitch"]):
             events |= EVENT_BITS["sample-lost"]
             self._lost_by = EVENT_BITS["sample-lost"]
-        self.missing += 1
+        self.missing = min(self.missing + periods, 2**32 - 1)
         return events
 
     # --- control ------------------------------------------------------------------------------------------------------
@@ -338,7 +338,7 @@ class SoftCore:
         if self.missing == 0:
             self._asked, events = self._control(tick)
             return self._asked, events
-        hold, none = self.settings.hold, self.settings.trip - 3
+        hold, none = self.settings.hold, self.settings.trip - ZERO_BEFORE_TRIP
         share = 1.0 if self.missing <= hold else max(0.0, (none - self.missing) / (none - hold))
         first, second, motor = self._asked
         return (share * first, share * second, motor), EVENT_BITS["degrade" if share < 1.0 else "hold"]
@@ -350,10 +350,10 @@ class SoftCore:
 
     def step(self, samples: Any, tick: int, *, late_ns: int = 0, events: int = 0) -> tuple[Any, Any]:
         """One step; as `erclutch.live.core.Core.step`."""
-        self._tick = tick
+        periods, self._tick = max(tick - self._tick, 1), tick
         events |= self._pending
         self._pending = 0
-        events |= self._take(samples)
+        events |= self._take(samples, periods)
         if late_ns >= self._period_ns:
             events |= EVENT_BITS["overrun"]
         events |= self._trip_checks(late_ns, events)

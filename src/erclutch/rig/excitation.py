@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
+from erclutch.rig.parameters import RigParameters
 
 Array = NDArray[np.float64]
 
@@ -43,6 +44,13 @@ class FieldSettings:
                 f"frequencies {self.lowest:g} to {self.highest:g} Hz, amplitude {self.largest:g}",
                 remedy="Give a lowest frequency below the highest, and an amplitude above 0",
             )
+
+
+def field_settings(rig: RigParameters, **changes: float) -> FieldSettings:
+    """How a rig's field commands are drawn, with some of it changed."""
+    own = {key: rig.section("excitation")[key] for key in ("lowest", "highest", "peakedness", "sines", "alternating")}
+    whole = {"largest": rig.value("supply.command_limit"), "stretch": rig.value("excitation.stretch")}
+    return FieldSettings(**{**own, **whole, **changes})
 
 
 def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings, rate: float = 1000.0) -> Array:

@@ -14,7 +14,7 @@
 | 60 | uint32 | CRC-32 (zlib, Ethernet) of bytes 0 to 59 | the same |
 
 A rig answers each command with its next sample. If none comes for one and a half periods it goes on by its own clock,
-so a rig that only knows its own clock is one, too. No valid command for 20 ms: the rig sets its fields to zero.
+so a rig that only knows its own clock is one, too. No valid command for 15 ms: the rig sets its fields to zero.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from erclutch._version import __version__
 from erclutch.errors import SettingError
-from erclutch.rig.excitation import FieldSettings, field_sequence, half_sine_torque, torque_sequence
+from erclutch.rig.excitation import FieldSettings, field_sequence, field_settings, half_sine_torque, torque_sequence
 from erclutch.rig.kernel import OMEGA, SIZE
 from erclutch.rig.loop import LOGGED, TRUE, run_open, run_tracking
 from erclutch.rig.parameters import RigParameters, default_rig
@@ -62,11 +62,11 @@ def _constant(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
 
 def _own(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     settings = rig.section("excitation")
-    return torque_sequence(rows, rng, settings["motor_low"], settings["motor_high"], settings=_fields(rig, {}))
+    return torque_sequence(rows, rng, settings["motor_low"], settings["motor_high"], settings=field_settings(rig))
 
 
 def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
-    return torque_sequence(rows, rng, 0.05, 0.10, settings=_fields(rig, {}))
+    return torque_sequence(rows, rng, 0.05, 0.10, settings=field_settings(rig))
 
 
 def _half_sines(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
@@ -78,13 +78,6 @@ def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array
     size = torque_sequence(rows, rng, 0.04, 0.30, settings=FieldSettings(highest=20.0))
     side = torque_sequence(rows, rng, -1.0, 1.0, settings=FieldSettings(lowest=0.5, highest=5.0))
     return np.copysign(size, side)
-
-
-def _fields(rig: RigParameters, changes: Mapping[str, float]) -> FieldSettings:
-    """How the rig's field commands are drawn."""
-    own = {key: rig.section("excitation")[key] for key in ("lowest", "highest", "peakedness", "sines", "alternating")}
-    largest, stretch = rig.value("supply.command_limit"), rig.value("excitation.stretch")
-    return FieldSettings(**{**own, "largest": largest, "stretch": stretch, **changes})
 
 
 _EXCITED: Mapping[str, float] = {}
@@ -250,7 +243,7 @@ _Stepper = Callable[[Array, slice, Array, Array], None]
 def _open(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
     rng = np.random.default_rng(seed)
     zero = scenario.excitation is None
-    wanted = np.zeros(rows) if zero else field_sequence(rows, rng, _fields(rig, scenario.excitation or {}))
+    wanted = np.zeros(rows) if zero else field_sequence(rows, rng, field_settings(rig, **scenario.excitation or {}))
     motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
     parts, steps, guard = parts_of(rig), substeps(rig), np.zeros(2)
     if scenario.single:

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from erclutch.rig.interface import Command, Rig
 from erclutch.rig.packet import FAULT, LAST, SIZE, WATCHDOG, CommandPacket, SensorPacket, pack_sensors, unpack_command
 
-#: No valid command for so long: fields to zero [s]. One period short of 20 ms, so that they are zero by then.
-WATCHDOG_TIME = 0.019
+#: No valid command for so long: fields to zero [s]. Far enough from 20 ms for what the operating system is late by.
+WATCHDOG_TIME = 0.015
 _Address = tuple[str, int]
 
 

@@ -111,25 +111,25 @@ def seen(chromium: Any, start_loop: Callable[..., Any], tmp_path: Path) -> Gener
 
 def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     page = seen.page
-    page.wait_for_timeout(1500)
+    seen.until("erclutch.samples > 1500 && erclutch.painted > 5")
+    seen.until("document.getElementById('lateness').textContent.includes('p50 31 µs')")
     assert "?token=" not in page.url
     assert seen.text("#origin") == "TWIN"
-    assert seen.text("#state") == "running tracking"
+    seen.until("document.getElementById('state').textContent === 'running tracking'")
     assert "fnn-16" in seen.text("#model")
-    assert seen.text("#coverage") == "inside"
-    assert "p50 31 µs" in seen.text("#lateness")
+    seen.until("document.getElementById('coverage').textContent === 'inside'")
     # Each chart has ink in the colours of its lines.
-    ink = page.evaluate(_INK)
-    assert len(ink) == 4
-    assert min(ink) > 150
-    assert page.evaluate("erclutch.painted") > 5
+    assert len(page.evaluate(_INK)) == 4
+    seen.until(f"Math.min(...({_INK})()) > 150")
     samples = page.evaluate("erclutch.samples")
-    page.wait_for_timeout(1000)
-    assert page.evaluate("erclutch.samples") - samples > 500
-    assert seen.text("#picture .value").startswith("E 0.")
-    moved = [page.get_attribute("#picture .table", "transform")]
-    page.wait_for_timeout(300)
-    assert page.get_attribute("#picture .table", "transform") not in moved
+    seen.until(f"erclutch.samples > {samples + 500}")
+    # The picture: fields as they are, a table that moves, and pixels of both.
+    picture = page.evaluate("erclutch.picture")
+    assert [text[:4] for text in picture["texts"][:2]] == ["E 0.", "E 0."]
+    assert picture["texts"][2].endswith(" mm")
+    page.evaluate("window.before = document.querySelector('#picture canvas').toDataURL()")
+    seen.until(f"erclutch.picture.table !== {picture['table']}")
+    seen.until("document.querySelector('#picture canvas').toDataURL() !== window.before")
     assert seen.errors == []
     own = (f"http://127.0.0.1:{seen.observers.page.access.port}/", "ws://127.0.0.1:")  # type: ignore[union-attr]
     assert [url for url in seen.requests if not url.startswith(own)] == []
@@ -192,8 +192,8 @@ def test_recording_freezing_and_the_alarm(seen: Seen) -> None:
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + 20, steps=4)
     page.mouse.up()
-    page.wait_for_timeout(200)
-    assert page.evaluate("document.querySelector('.chart canvas').toDataURL()") != before
+    page.evaluate("url => window.before = url", before)
+    seen.until("document.querySelector('.chart canvas').toDataURL() !== window.before")
     page.click("#freeze")
     seen.loop.flags = 1
     seen.until("document.getElementById('coverage').textContent.startsWith('outside')")
@@ -213,6 +213,9 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.until("document.getElementById('banner').hidden")
     seen.loop.stop()
     seen.until("document.getElementById('banner').textContent.includes('No frame from the loop')")
+    painted = seen.page.evaluate("erclutch.painted")  # what is shown goes on by the page's clock, but never beyond data
+    seen.page.wait_for_timeout(500)
+    assert seen.page.evaluate("erclutch.painted") == painted
 
 
 def test_it_comes_back_after_its_server(seen: Seen) -> None:

@@ -278,32 +278,29 @@ def test_frames_and_state_arrive(site: Site) -> None:
         assert (hello["origin"], hello["model"], hello["motor_limit"]) == ("TWIN", "fnn-16", 0.95)
         assert [program["name"] for program in hello["programs"]] == list(LIMITS.programs)
         messages, seqs = 0, []
-        limit = time.monotonic() + 1.0
-        while time.monotonic() < limit:
-            message = client.recv(timeout=5)
+        while len(seqs) < 1000:
+            message = client.recv(timeout=10)
             if isinstance(message, bytes):
                 messages += 1
                 first = int(np.frombuffer(message, "<f8", 1, 16)[0])
                 seqs += range(first, first + (len(message) - 24) // 64)
         assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
-        assert len(seqs) > 700
-        assert messages > 25  # 60 a second where the machine is free; the study measures
+        assert messages > 5  # 60 a second where the machine is free: the study measures
         site.loop.events = EVENT_BITS["overrun"] | EVENT_BITS["trip"]
         lines = [line for status in texts(client, "status", 4) for line in status["lines"]]
         assert {(line["name"], line["level"]) for line in lines} >= {("overrun", "warning"), ("trip", "alarm")}
-        status = texts(client, "status")[0]
-        assert status["state"] == "running"
-        assert status["lateness"]["p50"] == pytest.approx(31, abs=2)
-        assert status["counts"] == {"overrun": 1, "trip": 1}
+        seen: list[Any] = []
+        assert wait_for(lambda: bool(seen.extend(texts(client, "status")) or seen[-1]["state"] == "running"))
+        assert seen[-1]["lateness"]["p50"] == pytest.approx(31, abs=2)
+        assert seen[-1]["counts"] == {"overrun": 1, "trip": 1}
 
 
 def test_a_loop_that_is_silent_is_said_to_be(own_site: Site) -> None:
     with own_site.connect() as client:
         own_site.loop.stop()
-        time.sleep(0.4)
-        assert texts(client, "status", 3)[-1]["state"] == "silent"
+        assert wait_for(lambda: texts(client, "status")[0]["state"] == "silent")
         own_site.loop.writer.put(state=State.STOPPED)
-        assert texts(client, "status", 3)[-1]["state"] == "stopped"
+        assert wait_for(lambda: texts(client, "status")[0]["state"] == "stopped")
 
 
 def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> bool:

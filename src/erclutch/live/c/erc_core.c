@@ -55,8 +55,9 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
     if (!isfinite(config->k_p) || !isfinite(config->k_d) || !isfinite(config->torque_p) || !isfinite(config->torque_i)) {
         return "a gain that is not finite";
     }
-    if (config->trip_samples < 4u || config->trip_samples > 21u || config->hold_samples > config->trip_samples - 4u) {
-        return "samples to hold and to trip that are not 0 <= hold <= trip - 4 and trip <= 21";
+    if (config->trip_samples <= ERC_ZERO_BEFORE_TRIP || config->trip_samples > 21u ||
+        config->hold_samples >= config->trip_samples - ERC_ZERO_BEFORE_TRIP) {
+        return "samples to hold and to trip that are not 0 <= hold < trip - 7 and trip <= 21";
     }
     if (config->programs < 1u || config->programs > ERC_PROGRAMS || config->program >= config->programs) {
         return "no program, too many, or a start with one that is not there";
@@ -154,10 +155,11 @@ void erc_core_stop(erc_core *core) {
     core->stopping = 1u;
 }
 
-/* Share of the last command that is left after steps without a sample: all, then less and less, none three steps
- * before the trip: the last good sample was up to two periods on its way, and 20 ms after a failure the field is zero. */
+/* Share of the last command that is left after periods without a sample: all, then less and less, then none some
+ * periods before the trip, so that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
 static double held_share(const erc_core *core) {
-    const double hold = (double)core->config.hold_samples, none = (double)core->config.trip_samples - 3.0;
+    const double hold = (double)core->config.hold_samples;
+    const double none = (double)(core->config.trip_samples - ERC_ZERO_BEFORE_TRIP);
     const double missing = (double)core->missing;
     return missing <= hold ? 1.0 : fmax(0.0, (none - missing) / (none - hold));
 }
@@ -214,10 +216,11 @@ static uint32_t estimate(erc_core *core, const double applied[3]) {
 void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t tick, uint64_t late_ns,
                    uint32_t events, erc_command *command, erc_frame *frame) {
     double ask[3] = {0.0, 0.0, 0.0}, out[3] = {0.0, 0.0, 0.0};
+    const uint64_t periods = tick > core->step ? tick - core->step : 1u;
     core->step = tick;
     events |= core->pending;
     core->pending = 0u;
-    events |= erc_sensors_take(core, samples, count);
+    events |= erc_sensors_take(core, samples, count, periods);
     if (late_ns >= core->config.period_ns) {
         events |= ERC_OVERRUN;
     }

@@ -29,7 +29,7 @@ typedef struct {
     erc_encoder theta, alpha;
     double torque;
     uint64_t sensor_seq, sensor_time, resync; /* resync: any sequence number is taken */
-    uint32_t missing;                         /* steps in a row without a good sample */
+    uint32_t missing;                         /* periods in a row without a good sample */
     uint32_t lost_by;                         /* event that made the latest one bad */
     uint32_t state, trip_reason, stopping, rig_seen, torque_seen;
     uint64_t step, program_tick;
@@ -64,8 +64,9 @@ uint32_t erc_core_config_size(void);
 
 /* --- parts of a step, one file each ------------------------------------------------------------------------------ */
 
-uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count); /* erc_sensors.c */
-uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]);                   /* erc_control.c */
+/* erc_sensors.c; periods: since the last step, more than one after an overrun. */
+uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods);
+uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]); /* erc_control.c */
 void erc_control_start(erc_core *core, uint32_t program, uint64_t tick);
 uint32_t erc_interlock(const erc_config *config, double previous, double alpha, double theta_dot, const double ask[3],
                        double out[3]); /* erc_interlock.c */

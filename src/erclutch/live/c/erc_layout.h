@@ -120,6 +120,8 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 #define ERC_CONFIG_MAGIC 0x47435245u /* "ERCG" */
 #define ERC_CONFIG_VERSION 1u
 #define ERC_PROGRAMS 32u
+/* Periods from zero field to the trip: room for what the system, the wire and the last good sample were late by. */
+#define ERC_ZERO_BEFORE_TRIP 7u
 
 enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3 };
 enum { ERC_CONSTANT = 0, ERC_SINE = 1, ERC_SQUARE = 2, ERC_TABLE = 3 };

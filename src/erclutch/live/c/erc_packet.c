@@ -49,58 +49,66 @@ static double get_double(const uint8_t *at) {
     return value;
 }
 
-/* magic 0, session 4, seq 8, time 16, three numbers 24, word 48, zero 52 .. 59, crc 60 */
-static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, uint64_t seq, uint64_t time_ns,
-                const double values[3], uint32_t word) {
+/* What samples and commands have in common: magic 0, session 4, seq 8, time 16, three numbers 24, word 48, zero 52 .. 59,
+ * crc 60. */
+typedef struct {
+    uint64_t seq, time_ns;
+    double values[3];
+    uint32_t word;
+} content;
+
+static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, content in) {
     memset(out, 0, ERC_PACKET_SIZE);
     put32(out, magic);
     put32(out + 4, session);
-    put64(out + 8, seq);
-    put64(out + 16, time_ns);
+    put64(out + 8, in.seq);
+    put64(out + 16, in.time_ns);
     for (unsigned i = 0; i < 3u; i++) {
-        put_double(out + 24 + 8u * i, values[i]);
+        put_double(out + 24 + 8u * i, in.values[i]);
     }
-    put32(out + 48, word);
+    put32(out + 48, in.word);
     put32(out + 60, erc_crc32(out, 60));
 }
 
-static int whole(const uint8_t *packet, size_t size, uint32_t magic, uint32_t session) {
-    return size == ERC_PACKET_SIZE && get32(packet) == magic && get32(packet + 4) == session &&
-           get32(packet + 60) == erc_crc32(packet, 60);
+static int get(const uint8_t *packet, size_t size, uint32_t magic, uint32_t session, content *out) {
+    if (size != ERC_PACKET_SIZE || get32(packet) != magic || get32(packet + 4) != session ||
+        get32(packet + 60) != erc_crc32(packet, 60)) {
+        return 0;
+    }
+    out->seq = get64(packet + 8);
+    out->time_ns = get64(packet + 16);
+    for (unsigned i = 0; i < 3u; i++) {
+        out->values[i] = get_double(packet + 24 + 8u * i);
+    }
+    out->word = get32(packet + 48);
+    return 1;
 }
 
 void erc_put_command(uint8_t out[ERC_PACKET_SIZE], uint32_t session, const erc_command *command) {
-    const double values[3] = {command->field1, command->field2, command->motor_torque};
-    put(out, ERC_COMMAND_MAGIC, session, command->seq, command->time_ns, values, command->flags);
+    const erc_command *c = command;
+    put(out, ERC_COMMAND_MAGIC, session,
+        (content){c->seq, c->time_ns, {c->field1, c->field2, c->motor_torque}, c->flags});
 }
 
 void erc_put_sample(uint8_t out[ERC_PACKET_SIZE], uint32_t session, const erc_sample *sample) {
-    const double values[3] = {sample->theta, sample->alpha, sample->torque};
-    put(out, ERC_SENSOR_MAGIC, session, sample->seq, sample->time_ns, values, sample->status);
+    const erc_sample *s = sample;
+    put(out, ERC_SENSOR_MAGIC, session, (content){s->seq, s->time_ns, {s->theta, s->alpha, s->torque}, s->status});
 }
 
 int erc_get_sample(const uint8_t *packet, size_t size, uint32_t session, erc_sample *sample) {
-    if (!whole(packet, size, ERC_SENSOR_MAGIC, session)) {
+    content in;
+    if (!get(packet, size, ERC_SENSOR_MAGIC, session, &in)) {
         return 0;
     }
-    sample->seq = get64(packet + 8);
-    sample->time_ns = get64(packet + 16);
-    sample->theta = get_double(packet + 24);
-    sample->alpha = get_double(packet + 32);
-    sample->torque = get_double(packet + 40);
-    sample->status = get32(packet + 48);
+    *sample = (erc_sample){in.seq, in.time_ns, in.values[0], in.values[1], in.values[2], in.word};
     return 1;
 }
 
 int erc_get_command(const uint8_t *packet, size_t size, uint32_t session, erc_command *command) {
-    if (!whole(packet, size, ERC_COMMAND_MAGIC, session)) {
+    content in;
+    if (!get(packet, size, ERC_COMMAND_MAGIC, session, &in)) {
         return 0;
     }
-    command->seq = get64(packet + 8);
-    command->time_ns = get64(packet + 16);
-    command->field1 = get_double(packet + 24);
-    command->field2 = get_double(packet + 32);
-    command->motor_torque = get_double(packet + 40);
-    command->flags = get32(packet + 48);
+    *command = (erc_command){in.seq, in.time_ns, in.values[0], in.values[1], in.values[2], in.word};
     return 1;
 }

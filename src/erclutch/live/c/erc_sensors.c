@@ -128,8 +128,8 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
     return events | core->lost_by;
 }
 
-/* All samples of a step. Counts steps in a row without a good one. */
-uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count) {
+/* All samples of a step. Counts periods in a row without a good one. */
+uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods) {
     uint32_t events = 0u;
     int good = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -143,8 +143,6 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
         events |= ERC_SAMPLE_LOST;
         core->lost_by = ERC_SAMPLE_LOST;
     }
-    if (core->missing < UINT32_MAX) {
-        core->missing++;
-    }
+    core->missing = periods < UINT32_MAX - core->missing ? core->missing + (uint32_t)periods : UINT32_MAX;
     return events;
 }

@@ -50,9 +50,9 @@ export class Charts {
     const head = document.createElement("h3");
     head.append(`${chart.title} [${chart.unit}]`);
     const values = chart.lines.map(([, label, variable]) => {
-      const key = document.createElement("span"), swatch = document.createElement("i"), value = document.createElement("span");
+      const key = document.createElement("span"), swatch = document.createElement("i"), box = document.createElement("span"), value = document.createElement("span");
       key.className = "key"; swatch.style.background = `var(${variable})`;
-      key.append(swatch, label, value); head.append(key);
+      box.append(value); key.append(swatch, label, box); head.append(key);
       return value;
     });
     const plot = document.createElement("div");

@@ -5,15 +5,31 @@ import { Picture } from "./picture.js";
 import { Store } from "./store.js";
 
 const $ = id => document.getElementById(id);
+const write = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
 const store = new Store();
 const charts = new Charts($("charts"), store);
 const picture = new Picture($("picture"));
 // Read by the tests of this page.
-const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0 };
+const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0, picture: null };
 
-let hello = null, status = null, shown = 5, frozen = null, dirty = false, socket = null, pause = 250, failures = 0;
+let hello = null, status = null, shown = 5, frozen = null, socket = null, pause = 250, failures = 0;
 let recording = false, over = false;
 const lines = new Map();
+
+// --- time ------------------------------------------------------------------------------------------------------------
+
+// Messages do not come in step with the screen. So what is shown runs by the page's own clock, a little behind the
+// newest sample: each redraw moves by the same time, and by none when nothing comes any more.
+const BEHIND = 0.035; // s
+
+const clock = {
+  lead: null, // of the loop's time over the page's, by the messages that were least on their way
+  heard(newest) {
+    const lead = newest - performance.now() / 1000;
+    this.lead = this.lead === null || lead > this.lead || lead < this.lead - 1 ? lead : this.lead - 0.002 * (this.lead - lead);
+  },
+  shown: now => clock.lead === null ? 0 : Math.min(store.now, now / 1000 + clock.lead - BEHIND),
+};
 
 // --- connection ------------------------------------------------------------------------------------------------------
 
@@ -44,7 +60,7 @@ function frames(buffer) {
   const before = store.taken;
   store.push(buffer, hello.period);
   tally.messages += 1; tally.samples += store.taken - before; tally.bytes += buffer.byteLength;
-  dirty = true;
+  clock.heard(store.now);
 }
 
 function heard(body) {
@@ -63,16 +79,16 @@ function say(text, level = "") { $("said").textContent = text; $("said").dataset
 
 function banner(text, reset = false) {
   $("banner").hidden = !text;
-  if ($("banner-text").textContent !== text) $("banner-text").textContent = text;
+  write("banner-text", text);
   $("reset").hidden = !reset;
 }
 
-function setState(state, text) { $("state").dataset.state = state; if ($("state").textContent !== text) $("state").textContent = text; }
+function setState(state, text) { $("state").dataset.state = state; write("state", text); }
 
 // --- what the session says -------------------------------------------------------------------------------------------
 
 function greet(body) {
-  if (hello && hello.session !== body.session) { store.clear(); freeze(false); }
+  if (hello && hello.session !== body.session) { store.clear(); clock.lead = null; freeze(false); }
   hello = body;
   lines.clear();
   $("origin").textContent = body.origin; $("origin").dataset.origin = body.origin;
@@ -102,8 +118,8 @@ function report() {
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
   if (lateness.count) {
-    $("lateness").textContent = `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)}`;
-    $("realtime").textContent = `missed ${status.counts.overrun ?? 0} · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`;
+    write("lateness", `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)}`);
+    write("realtime", `missed ${status.counts.overrun ?? 0} · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`);
     $("realtime").title = realtime;
   }
   drawHistogram(lateness.bars);
@@ -121,7 +137,7 @@ function reportRecording(body) {
   $("recording").hidden = !recording;
   if (recording) {
     const lost = body.lost ? ` · ${body.lost} lost` : "";
-    $("recorded").textContent = body.seconds === undefined ? "recording" : `${body.seconds.toFixed(1)} s · ${(body.size / 1e6).toFixed(1)} MB${lost}`;
+    write("recorded", body.seconds === undefined ? "recording" : `${body.seconds.toFixed(0)} s · ${(body.size / 1e6).toFixed(1)} MB${lost}`);
     $("recorded").title = body.path ?? "";
   }
 }
@@ -163,7 +179,7 @@ function drawLines() {
 
 // --- drawing ---------------------------------------------------------------------------------------------------------
 
-let measured = performance.now(), painted = 0, samples = 0, spoken = 0, drawn = 0;
+let measured = performance.now(), painted = 0, samples = 0, spoken = 0, drawn = 0, at = null;
 
 function paint(now) {
   requestAnimationFrame(paint);
@@ -172,11 +188,12 @@ function paint(now) {
     $("rates").textContent = `${Math.round((tally.painted - painted) / seconds)} frames/s · ${Math.round((tally.samples - samples) / seconds)} samples/s${store.skipped ? ` · ${store.skipped} skipped` : ""}`;
     measured = now; painted = tally.painted; samples = tally.samples;
   }
-  if (!dirty) return;
-  dirty = false;
+  const newest = clock.shown(now);
+  if (newest === at) return;
+  at = newest;
   const began = performance.now();
-  if (frozen === null) charts.draw([store.now - shown, store.now], now);
-  if (now - drawn > 38) { drawn = now; picture.draw(store); }
+  if (frozen === null) charts.draw([newest - shown, newest], now);
+  if (now - drawn > 30) { drawn = now; tally.picture = picture.draw(store); }
   if (now - spoken > 100) { spoken = now; numbers(); }
   tally.painted += 1; tally.drawing += performance.now() - began;
 }
@@ -184,24 +201,24 @@ function paint(now) {
 function numbers() {
   charts.label();
   const { rms, outside } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
-  $("clock").textContent = `${store.now.toFixed(1)} s`;
-  $("torque").textContent = Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter";
-  $("estimate").textContent = Number.isFinite(estimate) ? `${signed(estimate, 3)} N m` : "no model";
-  $("rms").textContent = Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–";
+  write("clock", `${store.now.toFixed(1)} s`);
+  write("torque", Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter");
+  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, 3)} N m` : "no model");
+  write("rms", Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–");
   const modelled = Number.isFinite(estimate);
-  $("coverage").textContent = !modelled ? "–" : outside ? `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s` : "inside";
+  write("coverage", !modelled ? "–" : outside ? `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s` : "inside");
   $("coverage").dataset.level = !modelled ? "none" : outside ? "bad" : "good";
 }
 
 // --- controls --------------------------------------------------------------------------------------------------------
 
 function freeze(on) {
-  frozen = on ? store.now : null;
+  frozen = on ? clock.shown(performance.now()) : null;
   charts.frozen = on;
   if (!on) charts.zoom(null);
   $("freeze").setAttribute("aria-pressed", on);
   $("frozen-hint").hidden = !on;
-  dirty = true;
+  at = null;
 }
 
 const actions = {
@@ -225,7 +242,7 @@ $("motor-form").addEventListener("submit", event => {
   else say("Give a number of N m", "bad");
 });
 for (const button of document.querySelectorAll("[data-window]")) button.addEventListener("click", () => {
-  shown = Number(button.dataset.window); dirty = true;
+  shown = Number(button.dataset.window); at = null;
   for (const other of document.querySelectorAll("[data-window]")) other.setAttribute("aria-pressed", other === button);
   if (frozen !== null) { charts.zoom(null); charts.draw([frozen - shown, frozen], performance.now()); }
 });

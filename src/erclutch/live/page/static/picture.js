@@ -3,9 +3,12 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 const MARKS = 5, SLOW = 10;
+const VIEW = { top: 8, width: 440, height: 178 };
 const AXIS = 84, RADIUS = 50, WIDTH = 74;
 const HOUSINGS = [{ x: 64, name: "CH1", colour: "--one" }, { x: 156, name: "CH2", colour: "--two" }];
 const SCREW = { from: 250, to: 428 }, THREADS = 24, PITCH = (SCREW.to - SCREW.from) / THREADS;
+const MIDDLE = (SCREW.from + SCREW.to) / 2, REACH = (SCREW.to - SCREW.from) / 2 - 24;
+const COLOURS = ["--one", "--two", "--soft", "--output", "--card", "--text"];
 
 function make(parent, kind, attributes, text) {
   const node = document.createElementNS(SVG, kind);
@@ -15,68 +18,97 @@ function make(parent, kind, attributes, text) {
   return node;
 }
 
+// What stands still is drawn once, in SVG; what moves is drawn on a canvas over it: a change in the SVG would have the
+// browser lay out and paint the whole page anew.
 export class Picture {
   constructor(root) {
-    const svg = make(root, "svg", { viewBox: "0 8 440 178", role: "img", "aria-label": "two clutches on one shaft, and the table that it moves" });
+    this.root = root;
+    const svg = make(root, "svg", { viewBox: `0 ${VIEW.top} ${VIEW.width} ${VIEW.height}`, role: "img", "aria-label": "two clutches on one shaft, and the table that it moves" });
     this.angles = [0, 0, 0];
     this.time = null;
     make(svg, "rect", { x: 0, y: AXIS - 4, width: SCREW.to, height: 8, rx: 3, fill: "var(--line)" });
     make(svg, "rect", { x: 6, y: AXIS - 22, width: 36, height: 44, rx: 5, fill: "var(--motor)", opacity: .85 });
     make(svg, "text", { x: 24, y: AXIS + 4, "text-anchor": "middle", class: "on" }, "M");
-    this.housings = HOUSINGS.map(({ x, name, colour }) => {
-      const fluid = make(svg, "rect", { x, y: AXIS - RADIUS, width: WIDTH, height: 2 * RADIUS, rx: 7, fill: `var(${colour})`, "fill-opacity": .08 });
+    for (const { x, name, colour } of HOUSINGS) {
       make(svg, "rect", { x, y: AXIS - RADIUS, width: WIDTH, height: 2 * RADIUS, rx: 7, fill: "none", stroke: `var(${colour})`, "stroke-width": 1.6 });
-      const marks = Array.from({ length: MARKS }, () => make(svg, "line", { x1: x + 3, x2: x + WIDTH - 3, stroke: `var(${colour})`, "stroke-width": 3, "stroke-linecap": "round" }));
       make(svg, "text", { x: x + WIDTH / 2, y: 24, "text-anchor": "middle" }, name);
-      const value = make(svg, "text", { x: x + WIDTH / 2, y: AXIS + RADIUS + 20, "text-anchor": "middle", class: "value" }, "E 0.00");
-      return { fluid, marks, value };
-    });
-    const clip = make(make(svg, "defs", {}), "clipPath", { id: "screw" });
-    make(clip, "rect", { x: SCREW.from, y: AXIS - 8, width: SCREW.to - SCREW.from, height: 16 });
-    const thread = Array.from({ length: THREADS + 2 }, (_, k) => `M${SCREW.from + (k - 1) * PITCH - 2} ${AXIS + 7}l4 -14`).join("");
-    this.thread = make(make(svg, "g", { "clip-path": "url(#screw)" }), "path", { d: thread, stroke: "var(--soft)", "stroke-width": 1.4 });
+    }
     make(svg, "rect", { x: SCREW.from, y: AXIS + 24, width: SCREW.to - SCREW.from, height: 5, rx: 2.5, fill: "var(--line)" });
-    make(svg, "line", { x1: (SCREW.from + SCREW.to) / 2, x2: (SCREW.from + SCREW.to) / 2, y1: AXIS + 22, y2: AXIS + 34, stroke: "var(--soft)" });
-    this.table = make(svg, "g", { class: "table" });
-    make(this.table, "rect", { x: -22, y: AXIS - 17, width: 44, height: 41, rx: 5, fill: "var(--output)", opacity: .92 });
-    make(this.table, "circle", { cx: 0, cy: AXIS + 3, r: 4, fill: "var(--card)" });
-    this.where = make(svg, "text", { x: (SCREW.from + SCREW.to) / 2, y: AXIS + 54, "text-anchor": "middle", class: "value" }, "");
-    make(svg, "text", { x: (SCREW.from + SCREW.to) / 2, y: 24, "text-anchor": "middle" }, "table");
+    make(svg, "line", { x1: MIDDLE, x2: MIDDLE, y1: AXIS + 22, y2: AXIS + 34, stroke: "var(--soft)" });
+    make(svg, "text", { x: MIDDLE, y: 24, "text-anchor": "middle" }, "table");
     make(svg, "text", { x: 24, y: AXIS + 42, "text-anchor": "middle" }, "motor");
     make(svg, "text", { x: 4, y: 178 }, "colour: field · turning shown 10 times slower");
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("aria-hidden", "true");
+    root.append(this.canvas);
+    this.context = this.canvas.getContext("2d");
+    this.thread = new Path2D(Array.from({ length: THREADS + 2 }, (_, k) => `M${SCREW.from + (k - 1) * PITCH - 2} ${AXIS + 7}l4 -14`).join(""));
+    new ResizeObserver(() => this.#fit()).observe(root);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#fit());
     this.set({ stroke: 0, lead: 0, field_limit: 0.5 });
+    this.#fit();
   }
 
   set({ stroke, lead, field_limit }) {
     this.known = stroke > 0; this.stroke = stroke || 1; this.lead = lead; this.limit = field_limit || 0.5;
   }
 
-  // Numbers of the newest sample; a longer pause counts as no turn.
+  #fit() {
+    const scale = this.root.clientWidth * devicePixelRatio / VIEW.width;
+    this.canvas.width = Math.max(1, Math.round(VIEW.width * scale)); this.canvas.height = Math.max(1, Math.round(VIEW.height * scale));
+    this.context.setTransform(scale, 0, 0, scale, 0, -VIEW.top * scale);
+    const style = getComputedStyle(this.root);
+    this.colours = Object.fromEntries(COLOURS.map(name => [name, style.getPropertyValue(name).trim()]));
+    this.font = `600 11px ${style.fontFamily}`;
+  }
+
+  // Numbers of the newest sample; a longer pause counts as no turn. Returns what is written in it.
   draw(store) {
     const now = store.now, passed = this.time === null ? 0 : Math.min(0.1, Math.max(0, now - this.time));
     this.time = now;
     const motor = store.last("theta_dot") || 0, output = store.last("alpha_dot") || 0, alpha = store.last("alpha") || 0;
+    const fields = [store.last("field1") || 0, store.last("field2") || 0];
     this.angles[0] += motor * passed / SLOW; this.angles[1] -= motor * passed / SLOW; this.angles[2] += output * passed / SLOW;
-    ["field1", "field2"].forEach((name, k) => this.#housing(this.housings[k], this.angles[k], store.last(name) || 0));
-    const turn = ((this.angles[2] / (2 * Math.PI)) % 1 + 1) % 1;
-    this.thread.setAttribute("transform", `translate(${(turn * PITCH).toFixed(1)} 0)`);
     if (!this.known && Math.abs(alpha) > this.stroke) this.stroke = Math.abs(alpha);
-    const reach = (SCREW.to - SCREW.from) / 2 - 24;
-    const x = (SCREW.from + SCREW.to) / 2 + reach * Math.max(-1, Math.min(1, alpha / this.stroke));
-    this.table.setAttribute("transform", `translate(${x.toFixed(1)} 0)`);
-    const text = this.lead ? `${signed(alpha * this.lead / (2 * Math.PI) * 1000)} mm` : `${signed(alpha)} rad`;
-    if (this.where.textContent !== text) this.where.textContent = text;
+    const table = MIDDLE + REACH * Math.max(-1, Math.min(1, alpha / this.stroke));
+    const where = this.lead ? `${signed(alpha * this.lead / (2 * Math.PI) * 1000)} mm` : `${signed(alpha)} rad`;
+    const texts = [...fields.map(field => `E ${field.toFixed(2)}`), where];
+    const context = this.context;
+    context.clearRect(0, VIEW.top, VIEW.width, VIEW.height);
+    HOUSINGS.forEach((housing, k) => this.#housing(housing, this.angles[k], fields[k]));
+    this.#screw(table);
+    context.globalAlpha = 1; context.fillStyle = this.colours["--text"]; context.font = this.font; context.textAlign = "center";
+    HOUSINGS.forEach(({ x }, k) => context.fillText(texts[k], x + WIDTH / 2, AXIS + RADIUS + 20));
+    context.fillText(where, MIDDLE, AXIS + 54);
+    return { table, texts };
   }
 
-  #housing({ fluid, marks, value }, angle, field) {
-    fluid.setAttribute("fill-opacity", (0.08 + 0.8 * Math.min(1, Math.abs(field) / this.limit)).toFixed(2));
-    marks.forEach((line, k) => {
+  #housing({ x, colour }, angle, field) {
+    const context = this.context;
+    context.fillStyle = context.strokeStyle = this.colours[colour];
+    context.globalAlpha = 0.08 + 0.8 * Math.min(1, Math.abs(field) / this.limit);
+    context.beginPath(); context.roundRect(x, AXIS - RADIUS, WIDTH, 2 * RADIUS, 7); context.fill();
+    context.lineWidth = 3; context.lineCap = "round";
+    for (let k = 0; k < MARKS; k++) {
       const at = angle + k * 2 * Math.PI / MARKS, y = AXIS + (RADIUS - 4) * Math.sin(at), front = Math.cos(at);
-      line.setAttribute("y1", y.toFixed(1)); line.setAttribute("y2", y.toFixed(1));
-      line.setAttribute("opacity", front > 0 ? (0.15 + 0.65 * front).toFixed(2) : 0);
-    });
-    const text = `E ${field.toFixed(2)}`;
-    if (value.textContent !== text) value.textContent = text;
+      if (front <= 0) continue;
+      context.globalAlpha = 0.15 + 0.65 * front;
+      context.beginPath(); context.moveTo(x + 4.5, y); context.lineTo(x + WIDTH - 4.5, y); context.stroke();
+    }
+  }
+
+  #screw(table) {
+    const context = this.context, turn = ((this.angles[2] / (2 * Math.PI)) % 1 + 1) % 1;
+    context.globalAlpha = 1; context.lineCap = "butt";
+    context.save();
+    context.beginPath(); context.rect(SCREW.from, AXIS - 8, SCREW.to - SCREW.from, 16); context.clip();
+    context.translate(turn * PITCH, 0);
+    context.strokeStyle = this.colours["--soft"]; context.lineWidth = 1.4; context.stroke(this.thread);
+    context.restore();
+    context.globalAlpha = 0.92; context.fillStyle = this.colours["--output"];
+    context.beginPath(); context.roundRect(table - 22, AXIS - 17, 44, 41, 5); context.fill();
+    context.globalAlpha = 1; context.fillStyle = this.colours["--card"];
+    context.beginPath(); context.arc(table, AXIS + 3, 4, 0, 2 * Math.PI); context.fill();
   }
 }
 

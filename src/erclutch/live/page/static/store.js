@@ -9,6 +9,7 @@ export class Store {
     this.flags = new Uint32Array(2 * KEPT);
     this.columns = {};
     for (const name of [...COLUMNS, "residual"]) this.columns[name] = new Float32Array(2 * KEPT);
+    this.sent = COLUMNS.map(name => this.columns[name]); // in the order of the wire
     this.clear();
   }
 
@@ -28,7 +29,7 @@ export class Store {
     for (let i = 0; i < count; i++) {
       const at = i * WORDS, to = this.size + i;
       this.time[to] = first + numbers[at];
-      for (let c = 0; c < COLUMNS.length; c++) this.columns[COLUMNS[c]][to] = numbers[at + 1 + c];
+      for (let c = 0; c < this.sent.length; c++) this.sent[c][to] = numbers[at + 1 + c];
       this.columns.residual[to] = numbers[at + 8] - numbers[at + 9];
       this.flags[to] = words[at + 13];
     }
