@@ -312,7 +312,7 @@ def _header_comment(program: Program) -> str:
         "",
         f"{p.name}, no libm, no allocation, no globals; one state a device, so it is re-entrant.",
         *cost_text(program),
-        f"Rounding: {difference:.2g} {unit} off NumPy in float64 at most on random rows of the training range;",
+        f"Rounding: {difference:.2g} {unit} off the model in float64 at most on random rows of the training range;",
         f"error analysis allows {limit:.2g} {unit}, {100 * limit / program.scale:.2g} % of the largest effort.",
         "An input far outside its training range is held a tenth of that range outside it (see the table).",
     ]

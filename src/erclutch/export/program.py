@@ -16,10 +16,10 @@ from erclutch.differentiate import CAUSAL, Derivative, live
 from erclutch.dynamics import Clock
 from erclutch.errors import ExportError
 from erclutch.export.graph import Graph, Traced
-from erclutch.export.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.model import Structure, TorqueModel
 from erclutch.networks import base_inputs
 from erclutch.networks.model import NetworkModel
+from erclutch.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.saved import Model
 
 InputsName = Literal["speeds", "angles"]

@@ -119,7 +119,7 @@ def model_functions(model: Model, settings: LoopSettings) -> tuple[StepFunction,
         if not all(map(math.isfinite, inputs)):
             return last[0], 2
         rows = elements(inputs)
-        effort = model.effort(rows, clock)
+        effort = model.effort(rows, clock, exactly=False)
         value = float(effort[0])
         last[0] = value if math.isfinite(value) else last[0]
         both = len(rows) == 2 and inputs[0] > 0 and inputs[1] > 0
@@ -131,7 +131,7 @@ def model_functions(model: Model, settings: LoopSettings) -> tuple[StepFunction,
 
         def effort(field: float) -> float:
             pair = (max(field, 0.0), max(-field, 0.0), *inputs[2:]) if len(inputs) == 4 else (field, *inputs[1:])
-            return float(model.effort(elements(pair), clock)[0])
+            return float(model.effort(elements(pair), clock, exactly=False)[0])
 
         low_field, high_field = (-limit if len(inputs) == 4 else 0.0), limit
         way = 1.0 if effort(high_field) >= effort(low_field) else -1.0

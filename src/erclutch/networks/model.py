@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from erclutch.device import Element, Units
 from erclutch.dynamics import Clock
 from erclutch.errors import ErclutchError, RunError
+from erclutch.exact import exp, tanh
 from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of
 from erclutch.networks import NetworkStructure, network_from_name
 from erclutch.networks.inputs import inputs_of
@@ -19,7 +20,7 @@ from erclutch.networks.inputs import inputs_of
 Array = NDArray[np.float64]
 
 KIND = "erclutch network model"
-_BLOCK = 8192  # rows at a time: activations stay in the cache
+_BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
 @dataclass(frozen=True)
@@ -96,15 +97,24 @@ class NetworkModel:
             )
         return self.effort(data.elements, data.clock, data.extras)
 
-    def effort(self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array] | None = None) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,)."""
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
+        """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
         x = self.scaling.inputs(inputs_of(self.structure, elements, clock, extras or {}, self.dynamics))
-        parts = [self.forward(x[:, at : at + _BLOCK]) for at in range(0, x.shape[1], _BLOCK)]
+        rows = _BLOCK // max(self.structure.hidden)
+        parts = [self.forward(x[:, at : at + rows], exactly=exactly) for at in range(0, x.shape[1], rows)]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def forward(self, x: Array) -> Array:
+    def forward(self, x: Array, *, exactly: bool = True) -> Array:
         """Effort from normalised inputs (inputs, n), shape (n,)."""
-        unit = forward_fnn(self.weights, x) if self.structure.kind == "fnn" else forward_rbfn(self.weights, x)
+        forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
+        unit = forward(self.weights, x, exactly=exactly)
         return unit * self.scaling.effort_scale + self.scaling.effort_offset
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
@@ -142,33 +152,28 @@ class NetworkModel:
         return {**body, "digest": digest_of(body)}
 
 
-def forward_fnn(weights: Mapping[str, Array], x: Array) -> Array:
+def forward_fnn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
     """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
-    a, layer = x, 1
+    a, layer, function = x, 1, tanh if exactly else np.tanh
     while f"W{layer}" in weights:
-        a = np.tanh(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
+        a = function(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
         layer += 1
     return weights["b_out"][0] + _weighted(weights["W_out"][0], a)
 
 
-def forward_rbfn(weights: Mapping[str, Array], x: Array) -> Array:
+def forward_rbfn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
     """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,)."""
     centres = weights["centres"]
     square = np.zeros((len(centres), x.shape[1]), x.dtype)
     for j in range(len(x)):
         distance = x[j] - centres[:, j : j + 1]
         square += distance * distance
-    return weights["b"][0] + _weighted(weights["w"], np.exp(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
-
-
-#: Up to so many inputs a layer's sums are taken from left to right, as the exported C takes them: no other order of
-#: rounding, and as fast. Wider layers go through BLAS, whose order nobody knows.
-_IN_ORDER = 64
+    function = exp if exactly else np.exp
+    return weights["b"][0] + _weighted(weights["w"], function(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
 
 
 def _affine(weights: Array, x: Array, offset: Array) -> Array:
-    if len(x) > _IN_ORDER:
-        return weights @ x + offset[:, None]
+    """W x + b, from left to right as in the exported C: BLAS would add in an order that nobody knows."""
     total = np.repeat(offset[:, None], x.shape[1], axis=1)
     for j in range(len(x)):
         total += weights[:, j : j + 1] * x[j]
