@@ -363,6 +363,35 @@ def digest_of(body: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def require_schema(
+    found: Any,
+    known: int,
+    where: str,
+    *,
+    error: type[ErclutchError] = RunError,
+    older: str = "Fit the log again with this version",
+) -> None:
+    """Refuse a file of another schema; one of a newer version wants this program updated, not the file made again.
+
+    Args:
+        found, known: the file's schema and the one that is read.
+        where: the file.
+        error: what is raised.
+        older: what to do about a file of an older schema.
+
+    Raises:
+        ErclutchError: it is another one; of the class ``error``.
+    """
+    if found == known and not isinstance(found, bool):
+        return
+    newer = isinstance(found, int) and found > known
+    raise error(
+        f"schema {found!r}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
+        where=where,
+        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
+    )
+
+
 def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueModel:
     """The model that `TorqueModel.to_dict` wrote.
 
@@ -375,12 +404,7 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
             where=where,
             remedy="Give a file of the models folder of a run",
         )
-    if body.get("schema") != SCHEMA:
-        raise RunError(
-            f"schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
-            where=where,
-            remedy="Fit the log again with this version of erclutch",
-        )
+    require_schema(body.get("schema"), SCHEMA, where)
     content = {key: value for key, value in body.items() if key != "digest"}
     try:
         if digest_of(content) != body.get("digest"):

@@ -292,7 +292,7 @@ def _header_comment(program: Program) -> str:
     if program.lag or program.filter:
         period = f"Call the step every {program.period:.9g} s: lag, delay and filter are made for it."
     elif program.past:
-        period = "Call the step at the sampling period of the training data: past rows are inputs."
+        period = f"Call the step every {program.period:.9g} s, the period of the training data: past rows are inputs."
     difference, limit = measured(program)
     angles: list[str] = []
     if program.filter:

@@ -13,7 +13,7 @@ from erclutch.device import Element, Units
 from erclutch.dynamics import Clock
 from erclutch.errors import ErclutchError, RunError
 from erclutch.exact import exp, tanh
-from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of
+from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of, require_schema
 from erclutch.networks import NetworkStructure, network_from_name
 from erclutch.networks.inputs import inputs_of
 
@@ -55,6 +55,7 @@ class NetworkModel:
         units: units of the device's signals.
         trained_on: range of the training data.
         input_range: smallest and largest training value of each input, shape (inputs, 2).
+        period: sampling period of the training data in s: how far back past rows lie. None: not known.
     """
 
     structure: NetworkStructure
@@ -65,6 +66,7 @@ class NetworkModel:
     trained_on: Range
     input_range: Array
     about: Mapping[str, str] = field(default_factory=dict[str, str])
+    period: float | None = None
 
     @property
     def name(self) -> str:
@@ -149,6 +151,8 @@ class NetworkModel:
             },
             "about": dict(self.about),
         }
+        if self.period is not None:
+            body["period_s"] = self.period
         return {**body, "digest": digest_of(body)}
 
 
@@ -204,12 +208,13 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkM
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != KIND or body.get("schema") != SCHEMA:
+    if body.get("kind") != KIND:
         raise RunError(
-            f"this is {body.get('kind')!r} of schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
+            f"this is no network but {body.get('kind')!r}",
             where=where,
-            remedy="Give a network's file of a run, or fit again",
+            remedy="Give a network's file of the models folder of a run",
         )
+    require_schema(body.get("schema"), SCHEMA, where)
     try:
         if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
             raise RunError(
@@ -256,7 +261,17 @@ def _network_from(body: Mapping[str, Any]) -> NetworkModel:
         Range(pair["field"], pair["slip"], pair["effort"]),
         np.asarray(body["input_range"], np.float64).reshape(count, 2),
         {str(key): str(value) for key, value in body["about"].items()},
+        _period_of(body),
     )
+
+
+def _period_of(body: Mapping[str, Any]) -> float | None:
+    if "period_s" not in body:
+        return None
+    period = float(body["period_s"])
+    if not (np.isfinite(period) and period > 0):
+        raise ValueError(f"period_s is {period}")
+    return period
 
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
