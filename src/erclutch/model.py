@@ -371,10 +371,11 @@ def require_schema(
     error: type[ErclutchError] = RunError,
     older: str = "Fit the log again with this version",
 ) -> None:
-    """Refuse a file of another schema; one of a newer version wants this program updated, not the file made again.
+    """Refuse a file of another schema: a newer one wants this program updated, an older one the file made again.
 
     Args:
-        found, known: the file's schema and the one that is read.
+        found: the file's schema.
+        known: the one that is read.
         where: the file.
         error: what is raised.
         older: what to do about a file of an older schema.

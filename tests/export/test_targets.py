@@ -188,6 +188,23 @@ def test_a_plain_c_host_loads_it(label: str, kind: str, fmu3: Any, tmp_path: Pat
     assert list(found[:, 1]) == list(flags)
 
 
+def test_a_broken_cross_compiler_leaves_its_binary_out(
+    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> None:
+    from erclutch.export import fmu
+    from erclutch.export.compilers import Compiler, native
+
+    need("gcc")
+    found = [(("x86_64-linux", "so"), native()), (("x86_64-windows", "dll"), Compiler("broken", ("false",)))]
+    monkeypatch.setattr(fmu, "compilers", lambda version: iter(found))
+    folder = exported(models["bingham, single"], "fmu3", tmp_path / "f")
+    said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
+    assert said[0].startswith("x86_64-linux: by ")
+    assert said[1].startswith("x86_64-windows: left out, broken cannot compile")
+    with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
+        assert {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")} == {"x86_64-linux"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_our_declarations_are_the_standards(version: int, tmp_path: Path, need: Callable[..., None]) -> None:
