@@ -113,6 +113,27 @@ def test_every_compiler_and_processor_gives_the_same_bits(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("label", ["fnn-16, coaxial", "rbfn-50, coaxial", "seo-seo/power+rise-fall, single"])
+def test_zig_gives_the_same_bits(label: str, precision: str, models: dict[str, Model], tmp_path: Path) -> None:
+    """Another clang with its own C library, from PyPI: what a machine without a compiler gets."""
+    pytest.importorskip("ziglang", reason="pip install ziglang")
+    from erclutch.export.c import run_check
+    from erclutch.export.check import compare
+    from erclutch.export.compilers import natives
+    from erclutch.export.vectors import vectors_of
+
+    made = program(models[label], precision)
+    folder = export_model(models[label], tmp_path / "c", "c", Options(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
+    zig = next(c for c in natives() if c.name == "zig")
+    for level in ("-O0", "-O2", "-O3"):
+        printed = run_check(zig, folder, tmp_path, made, level)
+        check = compare(made, vectors_of(made), level, printed)
+        assert check.other_bits == 0, check
+        assert check.ulp <= BOUND[precision]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_python_gives_the_same_bits(model: Model, precision: str, tmp_path: Path, need: Callable[..., None]) -> None:
     need("gcc")
     folder = export_model(model, tmp_path / "p", "python", Options(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
