@@ -5,7 +5,7 @@
 
 Same weights, same inputs, same number of calls for all, normalisation included; each result is checked against NumPy.
 Rounds are interleaved: one of every contender, then the next, so that what else the machine does meets all alike.
-Median and least of the rounds' means; the ratio is that of the least, to the -O3 of the exported float32. C is timed by a loop
+Median and least of the rounds' means; the ratio is that of the least, to float32 at -O3. C is timed by a loop
 in C whose input depends on the output before, so that one step cannot overlap the next; Python's callables by a loop in
 Python, in each round less a loop over an empty function. Peers: benchmarks/requirements-peers.txt.
 """
