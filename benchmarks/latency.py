@@ -3,10 +3,11 @@
     python benchmarks/latency.py                  # fnn-16 in float32, 1 thread
     python benchmarks/latency.py --model fnn-10-6
 
-Same weights, same inputs for all, normalisation included; each result is checked against NumPy. Times are of one call
-for one sample: the best of many short rounds. C is timed by a loop in C whose input depends on
-the output before, so that one step cannot overlap the next; Python's callables by a loop in Python, its own cost (that
-of calling an empty function) taken off. Peers: benchmarks/requirements-peers.txt.
+Same weights, same inputs, same number of calls for all, normalisation included; each result is checked against NumPy.
+Rounds are interleaved: one of every contender, then the next, so that what else the machine does meets all alike.
+Median and least of the rounds' means; the ratio is that of the least, to float32 at -O3. C is timed by a loop
+in C whose input depends on the output before, so that one step cannot overlap the next; Python's callables by a loop in
+Python, in each round less a loop over an empty function. Peers: benchmarks/requirements-peers.txt.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import platform
 import subprocess
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -35,7 +37,7 @@ from erclutch.model import Range
 from erclutch.networks import network_from_name
 from erclutch.networks.model import NetworkModel, Scaling, table_shapes
 
-_ROUNDS = 25
+_ROUNDS, _CALLS = 40, 1000
 #: Fields and speeds of the timed sample.
 SAMPLE = (0.21, 0.0, 12.0, 3.0)
 
@@ -50,19 +52,25 @@ def model_of(specification: str) -> NetworkModel:
     return NetworkModel(structure, scaling, weights, {}, Units("N*m", "", "rad/s"), ranges, np.zeros((3, 2)))
 
 
-def timed(call: Callable[[], Any], calls: int) -> float:
-    """Seconds a call, the best of the rounds, less an empty call."""
+@dataclass(frozen=True)
+class Contender:
+    """Who is timed: a round of so many calls gives seconds a call."""
 
-    def loop(function: Callable[[], Any]) -> float:
-        best = float("inf")
-        for _ in range(_ROUNDS + 1):
-            began = perf_counter()
-            for _ in range(calls):
-                function()
-            best = min(best, perf_counter() - began)
-        return best / calls
+    name: str
+    round: Callable[[int], float]
+    result: float
 
-    return loop(call) - loop(lambda: None)
+
+def _loop(call: Callable[[], Any], calls: int) -> float:
+    began = perf_counter()
+    for _ in range(calls):
+        call()
+    return (perf_counter() - began) / calls
+
+
+def in_python(name: str, call: Callable[[], float]) -> Contender:
+    """A callable of Python, less an empty one."""
+    return Contender(name, lambda calls: _loop(call, calls) - _loop(lambda: None, calls), call())
 
 
 _LOOP = """
@@ -90,33 +98,21 @@ double timed(long steps, double *last)
 """
 
 
-def timed_in_c(text: str, sources: list[Path], work: Path, level: str, *flags: str) -> tuple[float, float]:
-    """Seconds a step and the last result of a loop in C."""
+def in_c(name: str, text: str, sources: list[Path], work: Path, level: str, *flags: str) -> Contender:
+    """A loop in C."""
     main, library = work / "loop.c", work / f"loop{abs(hash((text, level)))}.so"
     main.write_text(text, encoding="ascii")
-    files = [str(main), *map(str, sources)]
-    command = [
-        *native().command,
-        *EXACT,
-        level,
-        "-shared",
-        "-fPIC",
-        "-I",
-        str(work),
-        *files,
-        "-o",
-        str(library),
-        *flags,
-    ]
+    files = [str(main), *map(str, sources), "-o", str(library)]
+    command = [*native().command, *EXACT, level, "-shared", "-fPIC", "-I", str(work), *files, *flags]
     subprocess.run(command, check=True, capture_output=True)
     loop = ctypes.CDLL(str(library)).timed
     loop.restype, loop.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.POINTER(ctypes.c_double))
     last = ctypes.c_double()
-    # Many short rounds: the best one met no other process.
-    return min(loop(2_000, ctypes.byref(last)) for _ in range(40 * _ROUNDS)), last.value
+    loop(1, ctypes.byref(last))
+    return Contender(name, lambda calls: loop(calls, ctypes.byref(last)), last.value)
 
 
-def exported(program: Program, work: Path, level: str) -> tuple[float, float]:
+def exported(program: Program, work: Path, level: str) -> Contender:
     """The exported C, all of its step: flags, limits, last good row."""
     n, p = program.name, program.precision
     text = _LOOP.format(
@@ -126,13 +122,14 @@ def exported(program: Program, work: Path, level: str) -> tuple[float, float]:
         prepare=f"{n}_reset(&state);",
         call=f"(void){n}_step(&state, in, &out);",
     )
-    return timed_in_c(text, write_core(program, work), work, level)
+    name = f"erclutch C, {p.name}, {native().name} {level}"
+    return in_c(name, text, write_core(program, work), work, level)
 
 
-def from_python(program: Program) -> tuple[float, float]:
+def from_python(program: Program) -> Contender:
     """The compiled step as a function of Python."""
     step = compile_model(program).step
-    return timed(lambda: step(*SAMPLE), 2_000), step(*SAMPLE)
+    return in_python(f"erclutch compiled step from Python, {program.precision.name}", lambda: step(*SAMPLE))
 
 
 # --- peers -----------------------------------------------------------------------------------------------------------
@@ -229,7 +226,7 @@ def onnx_runtime(model: NetworkModel) -> Callable[[], float]:
     return lambda: float(session.run(None, feed)[0][0, 0])
 
 
-def casadi(model: NetworkModel, work: Path) -> tuple[float, float]:
+def casadi(model: NetworkModel, work: Path) -> Contender:
     """C that CasADi generates (double, libm), compiled by the same compiler, timed by the same loop."""
     import casadi as ca
 
@@ -253,20 +250,19 @@ def casadi(model: NetworkModel, work: Path) -> tuple[float, float]:
         prepare="const double *arg[8] = {in}; double *res[8] = {&out};",
         call="(void)net(arg, res, 0, room, 0);",
     )
-    return timed_in_c(text, [work / "net.c"], work, "-O3", "-lm")
+    return in_c("CasADi's C, float64", text, [work / "net.c"], work, "-O3", "-lm")
 
 
 # --- the table -------------------------------------------------------------------------------------------------------
 
 
-def lines(model: NetworkModel, work: Path) -> list[tuple[str, float | str, float]]:
-    """Name, seconds (or what is missing) and result of each contender."""
-    made: list[tuple[str, float | str, float]] = []
+def contenders(model: NetworkModel, work: Path) -> tuple[list[Contender], list[str]]:
+    """All that are installed, and what is missing."""
+    made: list[Contender] = []
     for precision in ("float32", "float64"):
         program = program_of(model, Options("net32" if precision == "float32" else "net64", precision))  # type: ignore[arg-type]
-        for level in ("-O2", "-O3"):
-            made.append((f"erclutch C, {precision}, {native().name} {level}", *exported(program, work, level)))
-        made.append((f"erclutch compiled step from Python, {precision}", *from_python(program)))
+        made += [exported(program, work, level) for level in ("-O2", "-O3")]
+        made.append(from_python(program))
     calls: list[tuple[str, Callable[[NetworkModel], Callable[[], float]], str]] = [
         ("NumPy, as little as it takes", numpy_least, "numpy"),
         ("NumPy, NetworkModel.effort", numpy_effort, "numpy"),
@@ -274,17 +270,17 @@ def lines(model: NetworkModel, work: Path) -> list[tuple[str, float | str, float
         ("scikit-learn MLPRegressor", scikit_learn, "scikit-learn"),
         ("PyTorch, float32", pytorch, "torch"),
     ]
+    missing: list[str] = []
     for name, make, package in calls:
         try:
-            call = make(model)
-            made.append((name, timed(call, 100), call()))
+            made.append(in_python(name, make(model)))
         except ImportError:
-            made.append((name, f"not installed: pip install {package}", float("nan")))
+            missing.append(f"{name:52}not installed: pip install {package}")
     try:
-        made.append(("CasADi's C, float64", *casadi(model, work)))
+        made.append(casadi(model, work))
     except ImportError:
-        made.append(("CasADi's C, float64", "not installed: pip install casadi", float("nan")))
-    return made
+        missing.append(f"{'CasADi C, float64':52}not installed: pip install casadi")
+    return made, missing
 
 
 def main() -> None:
@@ -295,16 +291,19 @@ def main() -> None:
     expected = numpy_effort(model)()
     # One sample is too little for threads: none may start.
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
-        found = lines(model, Path(folder))
+        found, missing = contenders(model, Path(folder))
+        for c in found:
+            assert abs(c.result - expected) < 1e-5 * max(1.0, abs(expected)), (c.name, c.result, expected)
+            c.round(_CALLS // 10)
+        times = np.array([[c.round(_CALLS) for c in found] for _ in range(_ROUNDS)])
+    middle, least = np.median(times, axis=0), times.min(axis=0)
+    load = ", ".join(f"{x:.1f}" for x in os.getloadavg())
     print(f"One step of {model.name}, normalisation included; {platform.machine()}, {native().name}, one thread.")
-    ours = next(float(seconds) for name, seconds, _ in found if name.startswith("erclutch C, float32"))
-    print(f"{'':52}{'ns a step':>12}{'times ours':>12}{'off NumPy':>12}")
-    for name, seconds, result in found:
-        if isinstance(seconds, str):
-            print(f"{name:52}{seconds}")
-            continue
-        assert abs(result - expected) < 1e-5 * max(1.0, abs(expected)), (name, result, expected)
-        print(f"{name:52}{1e9 * seconds:12.1f}{seconds / ours:12.1f}{abs(result - expected):12.1e}")
+    print(f"{_ROUNDS} interleaved rounds of {_CALLS} calls each; load {load}.")
+    print(f"{'ns a step':52}{'median':>12}{'least':>12}{'times ours':>12}{'off NumPy':>12}")
+    for c, m, s in zip(found, 1e9 * middle, 1e9 * least, strict=True):
+        print(f"{c.name:52}{m:12.1f}{s:12.1f}{s / (1e9 * least[1]):12.1f}{abs(c.result - expected):12.1e}")
+    print("\n".join(missing))
 
 
 if __name__ == "__main__":

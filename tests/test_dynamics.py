@@ -220,7 +220,8 @@ def test_the_search_for_the_modes_equals_the_row_by_row_one(
 ) -> None:
     clock = clock_of(70, 80, uniform=uniform)
     x, _ = dynamics._follow(command, clock, rise, fall)
-    expected, _ = dynamics._switched(command, clock, rise, fall)
+    up, down = (dynamics._share(clock, None, tau, tau) for tau in (rise, fall))
+    expected, _ = dynamics._switched(command, clock, up, down)
     np.testing.assert_allclose(x, expected, atol=1e-12)
 
 

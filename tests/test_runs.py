@@ -303,7 +303,7 @@ def test_no_folder_another_schema_a_missing_model(tmp_path: Path, run: Path) -> 
     assert "no readable model" in error_of(lambda: read_run(run).model("quadratic"))
     body = json.loads((run / "run.json").read_text())
     (run / "run.json").write_text(json.dumps({**body, "schema": 99}))
-    assert "schema 99; this version reads schema 2" in error_of(lambda: read_run(run))
+    assert "schema 99, of a newer version of erclutch; this version reads schema 2" in error_of(lambda: read_run(run))
 
 
 def test_run_json_that_is_no_text(tmp_path: Path) -> None:

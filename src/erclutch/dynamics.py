@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.dual import Dual, Value, pick, value_of
+from erclutch.exact import Exact
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -55,7 +56,8 @@ def respond(
     """The field in the fluid that follows a command.
 
     Args:
-        command: shape (n,); an array, or a dual.
+        command: shape (n,); an array, or a dual. Of an `Exact` array the recursion runs row by row, with the rounding
+            of the exported C; of others through BLAS, which is faster and on some processors rounds otherwise.
         clock: the rows' clock.
         delay: dead time in s, not negative; number or dual.
         rise: time constant in s, positive; number or dual.
@@ -180,6 +182,8 @@ def _filter(u: Array, clock: Clock, share: Array, *, settled: bool = True) -> Ar
     """
     from scipy.linalg.blas import dtbsv
 
+    if isinstance(u, Exact) and settled:
+        return _switched(u, clock, share, share)[0]
     drive = share * u
     band = np.ones((2, u.size), order="F")
     band[1, :-1] = share[1:] - 1.0
@@ -194,6 +198,8 @@ def _follow(u: Array, clock: Clock, rise: float, fall: float | None) -> tuple[Ar
     """The lagged command and, where rise and fall differ, which rows were rising."""
     if fall is None:
         return _filter(u, clock, _share(clock, None, rise, rise)), None
+    if isinstance(u, Exact):
+        return _switched(u, clock, _share(clock, None, rise, rise), _share(clock, None, fall, fall))
     middle = np.sqrt(rise * fall)
     rising = _rises(u, _filter(u, clock, _share(clock, None, middle, middle)), clock)
     # Which rows rise depends on the response itself. Each pass is right up to at least one row further than the
@@ -204,7 +210,7 @@ def _follow(u: Array, clock: Clock, rise: float, fall: float | None) -> tuple[Ar
         if np.array_equal(again, rising):
             return x, rising
         rising = again
-    return _switched(u, clock, rise, fall)
+    return _switched(u, clock, _share(clock, None, rise, rise), _share(clock, None, fall, fall))
 
 
 _PASSES = 12
@@ -219,18 +225,22 @@ def _rises(u: Array, x: Array, clock: Clock) -> NDArray[np.bool_]:
     return (u - before) * before >= 0.0
 
 
-def _switched(u: Array, clock: Clock, rise: float, fall: float) -> tuple[Array, NDArray[np.bool_]]:
-    """The same, row by row."""
-    up, down = _share(clock, None, rise, rise).tolist(), _share(clock, None, fall, fall).tolist()
-    commands: list[float] = u.tolist()
-    out, rising = np.empty_like(u), np.empty(u.shape, np.bool_)
+def _switched(u: Array, clock: Clock, up: Array, down: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The same, row by row: for a share of the way gone at each row while rising, and while falling."""
+    rows = list(zip(u.tolist(), up.tolist(), down.tolist(), strict=True))
+    out: list[float] = []
+    rising: list[bool] = []
     for span in clock.spans:
-        state = commands[span.start]
-        for k in range(span.start, span.stop):
-            rises = (commands[k] - state) * state >= 0.0
-            state += (up[k] if rises else down[k]) * (commands[k] - state)
-            out[k], rising[k] = state, rises
-    return out, rising
+        state = rows[span.start][0]
+        out.append(state)
+        rising.append(True)
+        for command, share_up, share_down in rows[span.start + 1 : span.stop]:
+            rises = (command - state) * state >= 0.0
+            share = share_up if rises else share_down
+            state = share * command - (share - 1.0) * state
+            out.append(state)
+            rising.append(rises)
+    return np.array(out), np.array(rising, np.bool_)
 
 
 def cut_spans(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:

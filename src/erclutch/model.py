@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
 
@@ -19,6 +19,7 @@ from erclutch.device import DEVICES, DeviceName, Element, Units
 from erclutch.dual import pick
 from erclutch.dynamics import Clock, DynamicsForm, respond
 from erclutch.errors import ErclutchError, RunError
+from erclutch.exact import exact
 from erclutch.laws import Dimension, Gain, Law, Shape, law_from_name
 from erclutch.laws.smooth import FORWARD, direction
 
@@ -41,6 +42,10 @@ class Reference:
     field: float
     slip: float
     period: float
+
+
+def _as_it_is(x: Any) -> Any:
+    return x
 
 
 @dataclass(frozen=True)
@@ -101,20 +106,22 @@ class Structure:
         reference: Reference,
         q: Sequence[Any],
         rows: slice = slice(None),
+        functions: Callable[[Any], Any] = _as_it_is,
     ) -> list[Any]:
         """One column a gain, for normalised nonlinear parameters ``q`` (numbers or duals), at some of the rows.
 
-        The dynamics run over all rows whatever is asked for: the fluid remembers the whole command.
+        The dynamics run over all rows whatever is asked for: the fluid remembers the whole command. What ``functions``
+        makes of an array is what the law computes with: `exact.exact` brings the exported C's exp, tanh and powers.
         """
         stimulus_count, law_count = len(self.law.stimulus_shape), len(self.law.shape)
         stimulus, shape = q[:stimulus_count], q[stimulus_count : stimulus_count + law_count]
         columns: list[Any] = []
         for way, element in zip(self.ways, elements, strict=True):
-            command: Any = element.field / reference.field
+            command = functions(element.field / reference.field)
             if self.law.stimulus is not None:
                 command = self.law.stimulus(command, *stimulus)
-            strength = np.abs(self.in_fluid(command, clock, q[stimulus_count + law_count :], rows))
-            slip = way * element.slip[rows] / reference.slip
+            strength = np.abs(functions(self.in_fluid(command, clock, q[stimulus_count + law_count :], rows)))
+            slip = functions(way * element.slip[rows] / reference.slip)
             turn = FORWARD if self.law.forward else shape[0]
             own = [*self.law.columns(strength, slip, *shape)]
             if self.friction:
@@ -292,12 +299,22 @@ class TorqueModel:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
         return outside_of(data, self.trained_on)
 
-    def effort(self, elements: Sequence[Element], clock: Clock) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,)."""
-        columns = self.structure.columns(elements, clock, self.reference, list(self.shape.values()))
-        total = np.zeros(clock.time.size)
+    def effort(self, elements: Sequence[Element], clock: Clock, *, exactly: bool = True) -> Array:
+        """Effort for the fields and slips of each element on a clock, shape (n,).
+
+        To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding
+        and several times faster for a single row.
+        """
+        q = list(self.shape.values())
+        functions = exact if exactly else _as_it_is
+        columns = self.structure.columns(elements, clock, self.reference, q, functions=functions)
+        return self._weighted(columns, clock.time.size)
+
+    def _weighted(self, columns: Sequence[Any], rows: int) -> Array:
+        """The sum of the columns times their gains, from left to right as in the exported C."""
+        total = np.zeros(rows)
         for gain, column in zip(self.gains.values(), columns, strict=True):
-            total += gain * column
+            total += gain * np.asarray(column)
         return total
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
@@ -309,8 +326,8 @@ class TorqueModel:
         still = replace(self.structure, dynamics="none")
         clock = Clock(np.zeros(elements[0].field.size), ())
         count = len(still.law.stimulus_shape) + len(still.law.shape)
-        columns = still.columns(elements, clock, self.reference, list(self.shape.values())[:count])
-        return np.sum([g * c for g, c in zip(self.gains.values(), columns, strict=True)], axis=0)
+        columns = still.columns(elements, clock, self.reference, list(self.shape.values())[:count], functions=exact)
+        return self._weighted(columns, elements[0].field.size)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
@@ -346,6 +363,36 @@ def digest_of(body: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def require_schema(
+    found: Any,
+    known: int,
+    where: str,
+    *,
+    error: type[ErclutchError] = RunError,
+    older: str = "Fit the log again with this version",
+) -> None:
+    """Refuse a file of another schema: a newer one wants this program updated, an older one the file made again.
+
+    Args:
+        found: the file's schema.
+        known: the one that is read.
+        where: the file.
+        error: what is raised.
+        older: what to do about a file of an older schema.
+
+    Raises:
+        ErclutchError: it is another one; of the class ``error``.
+    """
+    if found == known and not isinstance(found, bool):
+        return
+    newer = isinstance(found, int) and found > known
+    raise error(
+        f"schema {found!r}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
+        where=where,
+        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
+    )
+
+
 def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueModel:
     """The model that `TorqueModel.to_dict` wrote.
 
@@ -358,12 +405,7 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
             where=where,
             remedy="Give a file of the models folder of a run",
         )
-    if body.get("schema") != SCHEMA:
-        raise RunError(
-            f"schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
-            where=where,
-            remedy="Fit the log again with this version of erclutch",
-        )
+    require_schema(body.get("schema"), SCHEMA, where)
     content = {key: value for key, value in body.items() if key != "digest"}
     try:
         if digest_of(content) != body.get("digest"):

@@ -30,7 +30,7 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.comparison import Comparison, Entry
 from erclutch.errors import RunError
-from erclutch.model import TIMES, TorqueModel, digest_of
+from erclutch.model import TIMES, TorqueModel, digest_of, require_schema
 from erclutch.saved import Model, load_model
 from erclutch.signals import Recording
 from erclutch.whole_folder import whole_folder
@@ -347,12 +347,7 @@ def read_run(folder: str | Path) -> Run:
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
         raise RunError("run.json is not that of a run", where=str(folder), remedy="Give the folder of erclutch fit")
     body = cast(dict[str, Any], body)
-    if body.get("schema") != RUN_SCHEMA:
-        raise RunError(
-            f"schema {body.get('schema')!r}; this version reads schema {RUN_SCHEMA}",
-            where=str(folder),
-            remedy="Fit the log again with this version of erclutch",
-        )
+    require_schema(body.get("schema"), RUN_SCHEMA, str(folder))
     if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):
         raise RunError("run.json was changed after the run", where=str(folder), remedy="Fit the log again")
     return Run(Path(folder), body)

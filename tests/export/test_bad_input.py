@@ -64,7 +64,18 @@ def test_a_model_of_a_newer_schema(law: Callable[..., TorqueModel], tmp_path: Pa
     body = {k: v for k, v in law("bingham").to_dict().items() if k != "digest"} | {"schema": 2}
     path = tmp_path / "model.json"
     path.write_text(json.dumps({**body, "digest": digest_of(body)}), encoding="utf-8")
-    with pytest.raises(RunError, match="schema 2; this version reads schema 1"):
+    with pytest.raises(
+        RunError, match="schema 2, of a newer version of erclutch; this version reads schema 1"
+    ) as caught:
+        load_model(path)
+    assert "pip install --upgrade erclutch" in str(caught.value)
+
+
+def test_a_network_of_a_newer_schema(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+    body = {k: v for k, v in network("fnn-3").to_dict().items() if k != "digest"} | {"schema": 9}
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps({**body, "digest": digest_of(body)}), encoding="utf-8")
+    with pytest.raises(RunError, match=r"schema 9, of a newer version.*Update erclutch"):
         load_model(path)
 
 
@@ -126,6 +137,33 @@ def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: O
 def test_a_network_with_dynamics_needs_a_period(network: Callable[..., NetworkModel]) -> None:
     with pytest.raises(ExportError, match="--period"):
         program_of(network("fnn-3", "coaxial", "lag"))
+
+
+def test_past_rows_are_of_the_training_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+    model = network("fnn-3", past=(1, 4))
+    with pytest.raises(ExportError, match="past rows, dynamics or filter need a sampling period"):
+        program_of(model)
+    known = replace(model, period=1.0003e-3)
+    with pytest.raises(ExportError, match=r"a period of 0.002 s for a network whose inputs are rows 1, 4"):
+        export_model(known, tmp_path / "out", options=Options(period=2e-3))
+    assert list(tmp_path.iterdir()) == []
+    assert program_of(known, Options(period=1e-3)).period == 1e-3
+    assert program_of(known).period == 1.0003e-3
+    # A network that looks at the present row alone may run at any period, and so may a law's lag.
+    assert program_of(replace(network("fnn-3"), period=1e-3), Options(period=2e-3)).period == 2e-3
+
+
+def test_a_networks_file_holds_its_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+    model = replace(network("fnn-3", past=(1,)), period=2.5e-3)
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
+    read = load_model(path)
+    assert isinstance(read, NetworkModel)
+    assert read.period == 2.5e-3
+    body = {k: v for k, v in model.to_dict().items() if k != "digest"} | {"period_s": -1.0}
+    path.write_text(json.dumps({**body, "digest": digest_of(body)}), encoding="utf-8")
+    with pytest.raises(RunError, match="period_s is"):
+        load_model(path)
 
 
 def test_a_target_that_does_not_exist(law: Callable[..., TorqueModel], tmp_path: Path) -> None:

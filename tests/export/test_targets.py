@@ -144,6 +144,11 @@ def test_a_static_model_has_no_state_in_onnx(models: dict[str, Model], tmp_path:
 # --- FMU -------------------------------------------------------------------------------------------------------------
 
 _HOST = Path(__file__).with_name("fmi3_host.c")
+#: Folder of a binary -> compiler of a host for it, and what runs that here.
+_MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "x86_64-linux": ("gcc", ()),
+    "aarch64-linux": ("aarch64-linux-gnu-gcc", ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")),
+}
 
 
 @pytest.fixture
@@ -162,21 +167,26 @@ def fmu3(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["exchange", "simulate"])
 @pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "bingham, single"])
-def test_a_plain_c_host_loads_it(label: str, kind: str, fmu3: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("machine", list(_MACHINES))
+def test_a_plain_c_host_loads_it(
+    machine: str, label: str, kind: str, fmu3: Any, tmp_path: Path, need: Callable[..., None]
+) -> None:
     from xml.etree import ElementTree
 
+    compiler, emulator = _MACHINES[machine]
+    need(compiler, *emulator[:1])
     program, place = fmu3(label)
     token = ElementTree.parse(place / "modelDescription.xml").getroot().attrib["instantiationToken"]
     # Only what a host has: its own declarations of the standard's functions, and dlopen.
     subprocess.run(
-        ["gcc", "-std=c99", "-Wall", "-Werror", str(_HOST), "-o", str(tmp_path / "host"), "-ldl"], check=True
+        [compiler, "-std=c99", "-Wall", "-Werror", str(_HOST), "-o", str(tmp_path / "host"), "-ldl"], check=True
     )
-    library = next((place / "binaries" / "x86_64-linux").glob("*.so"))
+    library = next((place / "binaries" / machine).glob("*.so"))
     rows = vectors_of(program).rows[:64]
     rows = rows[np.all(np.isfinite(rows), axis=1)]
     lines = "\n".join(" ".join(float(x).hex() for x in row) for row in rows)
     done = subprocess.run(
-        [str(tmp_path / "host"), str(library), token, kind, str(PERIOD), str(rows.shape[1])],
+        [*emulator, str(tmp_path / "host"), str(library), token, kind, str(PERIOD), str(rows.shape[1])],
         input=lines,
         capture_output=True,
         text=True,
@@ -186,6 +196,23 @@ def test_a_plain_c_host_loads_it(label: str, kind: str, fmu3: Any, tmp_path: Pat
     effort, flags = run(program, rows)
     assert list(found[:, 0]) == list(effort)
     assert list(found[:, 1]) == list(flags)
+
+
+def test_a_broken_cross_compiler_leaves_its_binary_out(
+    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> None:
+    from erclutch.export import fmu
+    from erclutch.export.compilers import Compiler, native
+
+    need("gcc")
+    found = [(("x86_64-linux", "so"), native()), (("x86_64-windows", "dll"), Compiler("broken", ("false",)))]
+    monkeypatch.setattr(fmu, "compilers", lambda version: iter(found))
+    folder = exported(models["bingham, single"], "fmu3", tmp_path / "f")
+    said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
+    assert said[0].startswith("x86_64-linux: by ")
+    assert said[1].startswith("x86_64-windows: left out, broken cannot compile")
+    with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
+        assert {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")} == {"x86_64-linux"}
 
 
 @pytest.mark.slow

@@ -59,6 +59,9 @@ def export(
     screen = show.console()
     screen.print(f"{program.model.name} as {precision}, inputs {', '.join(program.inputs)}, to {folder}:", markup=False)
     screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
+    binaries = folder / "binaries.txt"
+    for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
+        screen.print(f"  binary {line}", markup=False)
     screen.print(f"Check it here: erclutch verify {folder}", markup=False)
 
 

@@ -39,6 +39,6 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
         table.add_row(c.where, str(c.count), bits, f"{c.ulp:.2f}", verdict)
     screen.print(table)
     screen.print(
-        "ulp: units in the last place at the largest training effort; NumPy computes in float64.", markup=False
+        "ulp: units in the last place at the largest training effort; NumPy is predict, in float64.", markup=False
     )
     return 0 if passed else 3

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from erclutch.export.graph import BINARY, FUNCTIONS, ON_BITS, Graph, Node
-from erclutch.export.precision import Precision
+from erclutch.precision import Precision
 
 _WIDEST = 92  # characters of an expression before it gets a name of its own
 

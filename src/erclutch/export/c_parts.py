@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 from erclutch.export.c_code import Printer, table
-from erclutch.export.elementary import traced
-from erclutch.export.precision import Precision
+from erclutch.export.graph import traced
 from erclutch.export.program import LARGEST_ANGLE, Program, Window
+from erclutch.precision import Precision
 
 
 def bits(n: str, p: Precision) -> str:

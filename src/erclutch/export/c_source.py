@@ -292,7 +292,7 @@ def _header_comment(program: Program) -> str:
     if program.lag or program.filter:
         period = f"Call the step every {program.period:.9g} s: lag, delay and filter are made for it."
     elif program.past:
-        period = "Call the step at the sampling period of the training data: past rows are inputs."
+        period = f"Call the step every {program.period:.9g} s, the period of the training data: past rows are inputs."
     difference, limit = measured(program)
     angles: list[str] = []
     if program.filter:
@@ -312,7 +312,7 @@ def _header_comment(program: Program) -> str:
         "",
         f"{p.name}, no libm, no allocation, no globals; one state a device, so it is re-entrant.",
         *cost_text(program),
-        f"Rounding: {difference:.2g} {unit} off NumPy in float64 at most on random rows of the training range;",
+        f"Rounding: {difference:.2g} {unit} off the model in float64 at most on random rows of the training range;",
         f"error analysis allows {limit:.2g} {unit}, {100 * limit / program.scale:.2g} % of the largest effort.",
         "An input far outside its training range is held a tenth of that range outside it (see the table).",
     ]

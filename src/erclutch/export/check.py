@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import ExportError
-from erclutch.export.precision import Precision
 from erclutch.export.program import Program
 from erclutch.export.vectors import Vectors
+from erclutch.precision import Precision
 
 
 @dataclass(frozen=True)

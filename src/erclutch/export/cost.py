@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 
-from erclutch.export.elementary import traced
-from erclutch.export.graph import FUNCTIONS, Graph
-from erclutch.export.precision import Precision
+from erclutch.export.graph import FUNCTIONS, Graph, traced
 from erclutch.export.program import Program
 from erclutch.networks.model import NetworkModel
+from erclutch.precision import Precision
 
 _GROUPS = {
     "add": "additions",

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from erclutch.device import Element
 from erclutch.dynamics import Clock, Span
-from erclutch.export.elementary import elementary
+from erclutch.elementary import elementary
 from erclutch.export.graph import evaluate
-from erclutch.export.precision import FLOAT64, Precision
 from erclutch.export.program import (
     BOTH_FIELDS,
     LARGEST_ANGLE,
@@ -32,6 +31,7 @@ from erclutch.export.program import (
 )
 from erclutch.model import TorqueModel
 from erclutch.networks.model import NetworkModel
+from erclutch.precision import FLOAT64, Precision
 
 Array = NDArray[Any]
 Flags = NDArray[np.uint32]

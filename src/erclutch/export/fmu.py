@@ -10,6 +10,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -25,6 +26,8 @@ from erclutch.export.step_record import has_memory
 _BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
 #: zig compiles its C library the first time that it meets a target.
 _PATIENCE = 600.0
+#: Which binaries are in the FMU, and which are not and why.
+BINARIES = "binaries.txt"
 _SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 
 
@@ -71,31 +74,53 @@ def write_fmu(
     """Compile for every machine that there is a compiler for, and pack.
 
     Raises:
-        ExportError: no compiler for this machine, or one that failed.
+        ExportError: no compiler for this machine, or it failed.
     """
     with tempfile.TemporaryDirectory() as work:
         root = Path(work)
         code = root / "sources"
         code.mkdir()
         _sources(program, version, code)
-        for binary, compiler in compilers(version):
-            place = root / "binaries" / binary[0]
-            place.mkdir(parents=True)
-            files = [code / f"fmi{version}.c", code / f"{program.name}.c"]
-            out = place / f"{identifier(program, version)}.{binary[1]}"
-            words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
-            problem = f"{compiler.name} cannot compile the FMU's binary for {binary[0]}"
-            run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
-            # Debugging data and import libraries stay out: they are large and name folders of this machine.
-            for other in place.iterdir():
-                if other != out:
-                    other.unlink()
+        lines = _binaries(program, version, root)
+        (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
         (root / "documentation").mkdir()
         (root / "documentation" / "index.html").write_text(_page(program), encoding="utf-8")
         _tree(description, root / "modelDescription.xml")
         if build is not None:
             _tree(build, code / "buildDescription.xml")
         _pack(root, archive_path(program, version, folder))
+
+
+def _binaries(program: Program, version: int, root: Path) -> list[str]:
+    """Compile for every machine, side by side, and say what came of it.
+
+    Raises:
+        ExportError: the compiler for this machine failed. One for another machine that fails leaves its binary out.
+    """
+    files = [root / "sources" / name for name in source_files(program, version)]
+
+    def build(known: tuple[tuple[str, str], Compiler]) -> str:
+        (machine, suffix), compiler = known
+        place = root / "binaries" / machine
+        place.mkdir(parents=True)
+        out = place / f"{identifier(program, version)}.{suffix}"
+        words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
+        problem = f"{compiler.name} cannot compile the FMU's binary for {machine}"
+        try:
+            run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
+        except ExportError as error:
+            if compiler is native():
+                raise
+            shutil.rmtree(place)
+            return f"{machine}: left out, {' '.join(error.problem.split())}"
+        # Debugging data and import libraries stay out: they are large and name folders of this machine.
+        for other in place.iterdir():
+            if other != out:
+                other.unlink()
+        return f"{machine}: by {compiler.name}"
+
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(build, list(compilers(version))))
 
 
 def compilers(version: int) -> Iterator[tuple[tuple[str, str], Compiler]]:

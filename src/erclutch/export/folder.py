@@ -17,6 +17,7 @@ from erclutch._version import __version__
 from erclutch.differentiate import Derivative
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.program import Options, Program, program_of
+from erclutch.model import require_schema
 from erclutch.saved import load_model
 
 SCHEMA = 1
@@ -107,12 +108,7 @@ def read_export(folder: str | Path) -> Exported:
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
         raise ExportError("export.json is not that of an export", where=str(place), remedy="Export the model again")
     content = cast(dict[str, Any], body)
-    if content.get("schema") != SCHEMA:
-        raise ExportError(
-            f"schema {content.get('schema')!r}; this version reads schema {SCHEMA}",
-            where=str(place),
-            remedy="Use the version of erclutch that wrote it, or export the model again",
-        )
+    require_schema(content.get("schema"), SCHEMA, str(place), error=ExportError, older="Export the model again")
     try:
         _check_files(place, content["files"])
         program = program_of(load_model(place / "model.json"), _options(content["options"]))

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.elementary import BY_NAME, Recorder, absolute, elementary, format_of
 from erclutch.errors import ExportError
-from erclutch.export.precision import Precision
-from erclutch.operand import Operand
+from erclutch.precision import Precision
 
 Kind = Literal["real", "bits"]
 
@@ -89,7 +90,7 @@ class Graph:
         return [n for n in self.nodes if n.index in wanted]
 
 
-class Traced(Operand):
+class Traced(Recorder):
     """An operand that records; one number, though it passes for an array of one row."""
 
     __slots__ = ("graph", "node")
@@ -110,6 +111,14 @@ class Traced(Operand):
                 remedy=f"Write the law with {', '.join(sorted(u.__name__ for u in _UFUNCS))}",
             )
         return Traced(self.graph, self._record(operation, [self.node_of(x) for x in inputs]))
+
+    def record(self, operation: str, *arguments: Any, bits: bool = False) -> Traced:
+        """A choice, or an operation on bits; a plain integer stands for bits."""
+        nodes = [
+            self.graph.node("constant", (), x, kind="bits") if bits and isinstance(x, int) else self.node_of(x)
+            for x in arguments
+        ]
+        return Traced(self.graph, self.graph.node(operation, tuple(nodes), kind="bits" if bits else "real"))
 
     def node_of(self, x: Any) -> Node:
         """The node of an operand or of a number."""
@@ -167,8 +176,6 @@ def evaluate(graph: Graph, inputs: Mapping[str, NDArray[Any]], precision: Precis
         inputs: arrays by name, all of one shape, of the precision's type.
         precision: of every operation.
     """
-    from erclutch.export.elementary import elementary
-
     known: dict[int, Any] = {}
     functions = elementary(precision)
     with np.errstate(all="ignore"):
@@ -194,3 +201,12 @@ def _value(
     if node.operation == "negate":
         return -arguments[0]
     return functions[node.operation](*arguments)
+
+
+@cache
+def traced(name: str, precision: Precision) -> Graph:
+    """An elementary function as a record, with inputs x (and n)."""
+    graph = Graph()
+    arguments = [graph.input(a) for a in (("x", "n") if name == "power" else ("x",))]
+    graph.give(absolute(*arguments) if name == "absolute" else BY_NAME[name](format_of(precision), *arguments))
+    return graph

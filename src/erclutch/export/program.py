@@ -16,10 +16,10 @@ from erclutch.differentiate import CAUSAL, Derivative, live
 from erclutch.dynamics import Clock
 from erclutch.errors import ExportError
 from erclutch.export.graph import Graph, Traced
-from erclutch.export.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.model import Structure, TorqueModel
 from erclutch.networks import base_inputs
 from erclutch.networks.model import NetworkModel
+from erclutch.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.saved import Model
 
 InputsName = Literal["speeds", "angles"]
@@ -30,6 +30,8 @@ OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH = 1, 2, 4, 8, 16
 LARGEST_ANGLE = 1e6
 _LONGEST_NAME = 20
 _MOST_ROWS = 100_000
+#: Share by which a measured period may be off the one that is meant.
+_SAME_PERIOD = 0.01
 
 
 @dataclass(frozen=True)
@@ -300,16 +302,23 @@ def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, fl
 
 
 def _period(model: Model, options: Options) -> float | None:
-    own = model.reference.period if isinstance(model, TorqueModel) else None
+    own = model.reference.period if isinstance(model, TorqueModel) else model.period
     period = own if options.period is None else options.period
     if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")
-    needs = model.structure.dynamics != "none" or options.inputs == "angles"
-    if needs and period is None:
+    past = model.structure.past if isinstance(model, NetworkModel) else ()
+    if period is None and (past or model.structure.dynamics != "none" or options.inputs == "angles"):
         raise ExportError(
-            "its dynamics or filter need a sampling period, which a network's file does not hold",
+            "its past rows, dynamics or filter need a sampling period, which this network's file does not hold",
             where=model.name,
             remedy="Give --period, for example --period 0.001",
+        )
+    if past and own is not None and period is not None and abs(period - own) > _SAME_PERIOD * own:
+        raise ExportError(
+            f"a period of {period:g} s for a network whose inputs are rows {', '.join(map(str, past))} back at "
+            f"{own:.6g} s: at another period they would be other instants",
+            where=model.name,
+            remedy=f"Call the step every {own:.6g} s and leave --period out, or fit a log sampled at {period:g} s",
         )
     return period
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.export.check import Check, ulps
-from erclutch.export.precision import FLOAT64
 from erclutch.export.program import Program
 from erclutch.export.rounding import bound
 from erclutch.export.vectors import Vectors
+from erclutch.precision import FLOAT64
 
 
 def near(program: Program, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:

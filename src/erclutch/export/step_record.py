@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.export.elementary import less_select
+from erclutch.elementary import less_select
 from erclutch.export.graph import Graph, Node, Traced
 from erclutch.export.program import BOTH_FIELDS, LARGEST_ANGLE, LIMITED, NON_FINITE, OUTSIDE, Program, Window
 from erclutch.networks.model import NetworkModel

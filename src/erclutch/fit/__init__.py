@@ -19,7 +19,7 @@ from erclutch.fit.intervals import uncertainty, unknown
 from erclutch.fit.law_cells import on_cells, signed_rows, spaced_rows
 from erclutch.fit.lm import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
-from erclutch.fit.ranges import range_of
+from erclutch.fit.ranges import period_of, range_of
 from erclutch.fit.starts import scan_points, thinned, windows
 from erclutch.fit.varpro import (
     Separable,
@@ -48,9 +48,7 @@ def reference_of(data: Dataset) -> Reference:
     """What normalises a model that is trained on this data."""
     field = max(float(np.max(np.abs(e.field))) for e in data.elements)
     slip = float(np.sqrt(np.mean([np.mean(e.slip**2) for e in data.elements])))
-    steps = [s.period for s in data.clock.spans if s.period is not None]
-    period = float(np.median(steps)) if steps else float(np.median(np.diff(data.clock.time)))
-    return Reference(field or 1.0, slip or 1.0, period)
+    return Reference(field or 1.0, slip or 1.0, period_of(data))
 
 
 def fit_structure(

@@ -18,7 +18,7 @@ from erclutch.fit.first_weights import Slips
 from erclutch.fit.lm import Stop
 from erclutch.fit.network import Trained, schedule_for, train
 from erclutch.fit.outcome import FitOutcome
-from erclutch.fit.ranges import range_of
+from erclutch.fit.ranges import period_of, range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
 from erclutch.networks import Kind, NetworkStructure, base_inputs
 from erclutch.networks.inputs import inputs_of
@@ -66,7 +66,15 @@ def fit_network(
         x, data.effort, scaling, structure, seed=seed, polish=polish, workers=workers, squares=squares
     )
     model = NetworkModel(
-        structure, scaling, weights, dict(dynamics or {}), data.units, range_of(data), span, {"seed": str(seed)}
+        structure,
+        scaling,
+        weights,
+        dict(dynamics or {}),
+        data.units,
+        range_of(data),
+        span,
+        {"seed": str(seed)},
+        period_of(data),
     )
     residual = data.effort - model.predict(data)
     return outcome_of(model, stop, steps, float(residual @ residual), data.rows)

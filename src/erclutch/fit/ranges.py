@@ -20,3 +20,9 @@ def range_of(data: Dataset) -> Range:
         return min(float(a.min()) for a in arrays), max(float(a.max()) for a in arrays)
 
     return Range(span([e.field for e in data.elements]), span([e.slip for e in data.elements]), span([data.effort]))
+
+
+def period_of(data: Dataset) -> float:
+    """Sampling period of a data set in s: the median of its spans', or of its steps."""
+    steps = [s.period for s in data.clock.spans if s.period is not None]
+    return float(np.median(steps)) if steps else float(np.median(np.diff(data.clock.time)))

@@ -203,7 +203,8 @@ def fit_network_streamed(
     with threadpool_limits(1):
         weights, stop, steps = _learn(rows, extent, scaling, squares, seed, workers)
         span = np.column_stack([extent.low, extent.high])
-        model = NetworkModel(structure, scaling, weights, {}, spool.units, covered, span, {"seed": str(seed)})
+        about = {"seed": str(seed)}
+        model = NetworkModel(structure, scaling, weights, {}, spool.units, covered, span, about, spool.period)
         return outcome_of(model, stop, steps, squared_error(spool.blocks(), model)[0], spool.rows)
 
 

@@ -89,7 +89,7 @@ class SoftModel:
         return 0.5 * (low + high), 0
 
     def _effort(self, rows: tuple[Element, ...]) -> float:
-        return float(self._model.effort(rows, self._clock)[0])
+        return float(self._model.effort(rows, self._clock, exactly=False)[0])
 
     def _outside(self, rows: tuple[Element, ...]) -> bool:
         trained = self._model.trained_on

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from erclutch.device import Element
 from erclutch.dynamics import Clock, respond
 from erclutch.errors import MappingError
+from erclutch.exact import exact
 from erclutch.networks import NetworkStructure
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ def _in_fluid(field: Array, clock: Clock, dynamics: Mapping[str, float]) -> Arra
         return field
     fall = dynamics.get("tau_fall")
     rise = dynamics["tau"] if fall is None else dynamics["tau_rise"]
-    return np.asarray(respond(field, clock, delay=dynamics["delay"], rise=rise, fall=fall), np.float64)
+    return np.asarray(respond(exact(field), clock, delay=dynamics["delay"], rise=rise, fall=fall), np.float64)
 
 
 def _base(structure: NetworkStructure, fields: Sequence[Array], slips: Sequence[Array]) -> list[Array]:

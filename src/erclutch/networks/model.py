@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from erclutch.device import Element, Units
 from erclutch.dynamics import Clock
 from erclutch.errors import ErclutchError, RunError
-from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of
+from erclutch.exact import exp, tanh
+from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of, require_schema
 from erclutch.networks import NetworkStructure, network_from_name
 from erclutch.networks.inputs import inputs_of
 
 Array = NDArray[np.float64]
 
 KIND = "erclutch network model"
-_BLOCK = 8192  # rows at a time: activations stay in the cache
+_BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class NetworkModel:
         units: units of the device's signals.
         trained_on: range of the training data.
         input_range: smallest and largest training value of each input, shape (inputs, 2).
+        period: sampling period of the training data in s: how far back past rows lie. None: not known.
     """
 
     structure: NetworkStructure
@@ -64,6 +66,7 @@ class NetworkModel:
     trained_on: Range
     input_range: Array
     about: Mapping[str, str] = field(default_factory=dict[str, str])
+    period: float | None = None
 
     @property
     def name(self) -> str:
@@ -96,15 +99,24 @@ class NetworkModel:
             )
         return self.effort(data.elements, data.clock, data.extras)
 
-    def effort(self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array] | None = None) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,)."""
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
+        """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
         x = self.scaling.inputs(inputs_of(self.structure, elements, clock, extras or {}, self.dynamics))
-        parts = [self.forward(x[:, at : at + _BLOCK]) for at in range(0, x.shape[1], _BLOCK)]
+        rows = _BLOCK // max(self.structure.hidden)
+        parts = [self.forward(x[:, at : at + rows], exactly=exactly) for at in range(0, x.shape[1], rows)]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def forward(self, x: Array) -> Array:
+    def forward(self, x: Array, *, exactly: bool = True) -> Array:
         """Effort from normalised inputs (inputs, n), shape (n,)."""
-        unit = forward_fnn(self.weights, x) if self.structure.kind == "fnn" else forward_rbfn(self.weights, x)
+        forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
+        unit = forward(self.weights, x, exactly=exactly)
         return unit * self.scaling.effort_scale + self.scaling.effort_offset
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
@@ -139,36 +151,33 @@ class NetworkModel:
             },
             "about": dict(self.about),
         }
+        if self.period is not None:
+            body["period_s"] = self.period
         return {**body, "digest": digest_of(body)}
 
 
-def forward_fnn(weights: Mapping[str, Array], x: Array) -> Array:
+def forward_fnn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
     """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
-    a, layer = x, 1
+    a, layer, function = x, 1, tanh if exactly else np.tanh
     while f"W{layer}" in weights:
-        a = np.tanh(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
+        a = function(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
         layer += 1
     return weights["b_out"][0] + _weighted(weights["W_out"][0], a)
 
 
-def forward_rbfn(weights: Mapping[str, Array], x: Array) -> Array:
+def forward_rbfn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
     """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,)."""
     centres = weights["centres"]
     square = np.zeros((len(centres), x.shape[1]), x.dtype)
     for j in range(len(x)):
         distance = x[j] - centres[:, j : j + 1]
         square += distance * distance
-    return weights["b"][0] + _weighted(weights["w"], np.exp(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
-
-
-#: Up to so many inputs a layer's sums are taken from left to right, as the exported C takes them: no other order of
-#: rounding, and as fast. Wider layers go through BLAS, whose order nobody knows.
-_IN_ORDER = 64
+    function = exp if exactly else np.exp
+    return weights["b"][0] + _weighted(weights["w"], function(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
 
 
 def _affine(weights: Array, x: Array, offset: Array) -> Array:
-    if len(x) > _IN_ORDER:
-        return weights @ x + offset[:, None]
+    """W x + b, from left to right as in the exported C: BLAS would add in an order that nobody knows."""
     total = np.repeat(offset[:, None], x.shape[1], axis=1)
     for j in range(len(x)):
         total += weights[:, j : j + 1] * x[j]
@@ -199,12 +208,13 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkM
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != KIND or body.get("schema") != SCHEMA:
+    if body.get("kind") != KIND:
         raise RunError(
-            f"this is {body.get('kind')!r} of schema {body.get('schema')!r}; this version reads schema {SCHEMA}",
+            f"this is no network but {body.get('kind')!r}",
             where=where,
-            remedy="Give a network's file of a run, or fit again",
+            remedy="Give a network's file of the models folder of a run",
         )
+    require_schema(body.get("schema"), SCHEMA, where)
     try:
         if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
             raise RunError(
@@ -251,7 +261,17 @@ def _network_from(body: Mapping[str, Any]) -> NetworkModel:
         Range(pair["field"], pair["slip"], pair["effort"]),
         np.asarray(body["input_range"], np.float64).reshape(count, 2),
         {str(key): str(value) for key, value in body["about"].items()},
+        _period_of(body),
     )
+
+
+def _period_of(body: Mapping[str, Any]) -> float | None:
+    if "period_s" not in body:
+        return None
+    period = float(body["period_s"])
+    if not (np.isfinite(period) and period > 0):
+        raise ValueError(f"period_s is {period}")
+    return period
 
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:

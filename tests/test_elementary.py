@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.export.elementary import COEFFICIENTS, elementary
-from erclutch.export.precision import PRECISIONS, PrecisionName
+from erclutch.elementary import COEFFICIENTS, elementary
 from erclutch.export.rounding import ULPS
+from erclutch.precision import PRECISIONS, PrecisionName
 
 COUNT = 100_000
 
@@ -66,7 +66,7 @@ def test_functions_stay_finite_for_anything(precision: PrecisionName) -> None:
 
 @pytest.mark.slow
 def test_coefficients_are_those_of_the_study() -> None:
-    path = Path(__file__).parents[2] / "studies" / "elementary.py"
+    path = Path(__file__).parents[1] / "studies" / "elementary.py"
     spec = importlib.util.spec_from_file_location("elementary_study", path)
     assert spec is not None
     assert spec.loader is not None

@@ -1,8 +1,8 @@
 """exp, expm1, tanh, powers and magnitude by additions, multiplications, divisions and shifts alone: no libm.
 
-Each is a branch-free function of one definition: run on arrays it is the emulation, run on a trace it is the C. Bounds
-in units of the last place (ulp), with the command that measures them, are in docs/export.md. The coefficients are those
-that studies/elementary.py finds.
+Each is a branch-free function of one definition: run on arrays or floats it is what models predict with (`exact`), run
+on a trace it is the exported C. Bounds in units of the last place (ulp), with the command that measures them, are in
+docs/export.md. The coefficients are those that studies/elementary.py finds.
 
 exp:   x = k ln 2 + r, exp(x) = 2^k (1 + r + r^2 P(r)); k by adding and subtracting 1.5 2^fraction, 2^k from its bits.
 power: x^n = exp(n log x) with log x and its product with n as unevaluated sums of two numbers, because an error of one
@@ -13,15 +13,16 @@ tanh:  float64 -e / (2 + e) with e = expm1(-2 |x|); float32 a rational function,
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from erclutch.export.graph import Graph, Traced
-from erclutch.export.precision import FLOAT32, Precision
+from erclutch.operand import Operand
+from erclutch.precision import FLOAT32, Precision
 
 # fmt: off
 _H = float.fromhex
@@ -50,83 +51,103 @@ _TANH_IS_ONE = {32: 9.02, 64: 20.0}
 
 
 @dataclass(frozen=True)
-class _Format:
-    """A precision with the numbers that the functions need in it."""
+class Format:
+    """A precision with the numbers that the functions need in it.
+
+    Attributes:
+        precision: of all arithmetic.
+        magic: added and taken off again, it rounds to a whole number.
+        splitter: Veltkamp's, parts a number into two of half the digits.
+        largest: arguments of exp are held within plus and minus this, so that its result stays a normal number.
+        exp, log, ln2: coefficients.
+    """
 
     precision: Precision
+    magic: float
+    splitter: float
+    largest: float
+    exp: tuple[float, ...]
+    log: tuple[float, ...]
+    ln2: tuple[float, ...]
 
-    def table(self, name: str) -> tuple[float, ...]:
-        return COEFFICIENTS[f"{name}{self.precision.width}"]
 
-    @property
-    def magic(self) -> float:
-        return 1.5 * 2.0**self.precision.fraction
-
-    @property
-    def splitter(self) -> float:
-        return 2.0 ** ((self.precision.fraction + 2) // 2) + 1.0
-
-    @property
-    def largest(self) -> float:
-        """Arguments of exp are held within plus and minus this: its result stays a normal number."""
-        return 87.0 if self.precision is FLOAT32 else 708.0
+@cache
+def format_of(precision: Precision) -> Format:
+    """The numbers for a precision."""
+    half = (precision.fraction + 2) // 2
+    tables = (COEFFICIENTS[f"{name}{precision.width}"] for name in ("exp", "log", "ln2_"))
+    largest = 87.0 if precision is FLOAT32 else 708.0
+    return Format(precision, 1.5 * 2.0**precision.fraction, 2.0**half + 1.0, largest, *tables)
 
 
 # --- operations that are no operators --------------------------------------------------------------------------------
+# Each is answered for three kinds of numbers: an operand that records, a Python float, an array.
 
 
-def _where(condition: Any, yes: Any, no: Any) -> Any:
-    # A plain number takes the type of the other one, as in C.
-    choose: Any = np.where
-    return choose(condition, yes, no).astype(next(x.dtype for x in (yes, no) if hasattr(x, "dtype")))
+class Recorder(Operand):
+    """An operand that writes down, besides ufuncs, a choice and what is done to the bits of a number."""
+
+    __slots__ = ()
+
+    def record(self, operation: str, *arguments: Any, bits: bool = False) -> Any:
+        """The operand for an operation on some operands and numbers; ``bits``: it is bits that come out."""
+        raise NotImplementedError
 
 
 def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     """``a < b ? yes : no``."""
-    traced = next((x for x in (a, b, yes, no) if isinstance(x, Traced)), None)
-    if traced is None:
-        return _where(a < b, yes, no)
-    nodes = tuple(traced.node_of(x) for x in (a, b, yes, no))
-    return Traced(traced.graph, traced.graph.node("less_select", nodes))
+    if isinstance(a, float) and isinstance(b, float):
+        return yes if a < b else no
+    recorder = next((x for x in (a, b, yes, no) if isinstance(x, Recorder)), None)
+    if recorder is not None:
+        return recorder.record("less_select", a, b, yes, no)
+    # A plain number takes the type of the other one, as in C.
+    choose: Any = np.where
+    return choose(a < b, yes, no).astype(next(x.dtype for x in (yes, no) if hasattr(x, "dtype")), copy=False)
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:
-    if isinstance(x, Traced):
-        return Traced(x.graph, x.graph.node("bits_of", (x.node,), kind="bits"))
+    if isinstance(x, float):
+        return _WORD.unpack(_DOUBLE.pack(x))[0]
+    if isinstance(x, Recorder):
+        return x.record("bits_of", x, bits=True)
     return np.asarray(x, precision.dtype).view(precision.bits)
 
 
 def _real_of(u: Any, precision: Precision) -> Any:
     """The number with these bits."""
-    if isinstance(u, Traced):
-        return Traced(u.graph, u.graph.node("real_of_bits", (u.node,)))
+    if isinstance(u, int):
+        return _DOUBLE.unpack(_WORD.pack(u))[0]
+    if isinstance(u, Recorder):
+        return u.record("real_of_bits", u)
     return np.asarray(u, precision.bits).view(precision.dtype)
 
 
 def _number(u: Any, precision: Precision) -> Any:
     """The bits' value as an integer, as a real number."""
-    if isinstance(u, Traced):
-        return Traced(u.graph, u.graph.node("real_from_bits", (u.node,)))
-    return np.asarray(u).astype(precision.dtype)
+    if isinstance(u, Recorder):
+        return u.record("real_from_bits", u)
+    return float(u) if isinstance(u, int) else np.asarray(u).astype(precision.dtype)
 
 
-_ON_BITS: dict[str, Callable[[Any, Any], Any]] = {
-    "bits_add": np.add,
-    "bits_subtract": np.subtract,
-    "bits_and": np.bitwise_and,
-    "left_shift": np.left_shift,
-    "right_shift": np.right_shift,
+_DOUBLE, _WORD = struct.Struct("<d"), struct.Struct("<Q")
+_ON_BITS: dict[str, tuple[Callable[..., Any], str]] = {
+    "bits_add": (np.add, "__add__"),
+    "bits_subtract": (np.subtract, "__sub__"),
+    "bits_and": (np.bitwise_and, "__and__"),
+    "left_shift": (np.left_shift, "__lshift__"),
+    "right_shift": (np.right_shift, "__rshift__"),
 }
 
 
 def _on_bits(operation: str, u: Any, other: Any, precision: Precision) -> Any:
-    if isinstance(u, Traced):
-        graph = u.graph
-        node = other.node if isinstance(other, Traced) else graph.node("constant", (), int(other), kind="bits")
-        return Traced(graph, graph.node(operation, (u.node, node), kind="bits"))
-    second: Any = other if np.ndim(other) else precision.bits.type(other)
-    with np.errstate(over="ignore"):
-        return _ON_BITS[operation](u, second)
+    on_arrays, on_integers = _ON_BITS[operation]
+    if isinstance(u, int):
+        return getattr(u, on_integers)(other) & 0xFFFF_FFFF_FFFF_FFFF
+    if isinstance(u, Recorder):
+        return u.record(operation, u, other, bits=True)
+    # Arrays of unsigned integers wrap without a warning.
+    return on_arrays(u, other if np.ndim(other) else precision.bits.type(other))
 
 
 # --- the functions ---------------------------------------------------------------------------------------------------
@@ -134,10 +155,11 @@ def _on_bits(operation: str, u: Any, other: Any, precision: Precision) -> Any:
 
 def _polynomial(x: Any, coefficients: Sequence[float]) -> Any:
     """Horner's rule, lowest power first."""
-    total: Any = coefficients[-1]
-    for c in reversed(coefficients[:-1]):
-        total = total * x + c
-    return total
+    total: Any = coefficients[-1] * x
+    for c in coefficients[-2:0:-1]:
+        total += c  # in place where it is an array
+        total *= x
+    return total + coefficients[0]
 
 
 def absolute(x: Any) -> Any:
@@ -147,83 +169,85 @@ def absolute(x: Any) -> Any:
 
 def _hold(x: Any, low: float, high: float) -> Any:
     """X within [low, high]; high where x is not a number."""
+    if isinstance(x, np.ndarray):
+        return np.maximum(np.fmin(cast(Any, x), high), low)  # the same, faster
     held = less_select(x, high, x, high)
     return less_select(low, held, held, low)
 
 
-def _reduced(f: _Format, x: Any, rest: Any = None) -> tuple[Any, Any]:
+def _reduced(f: Format, x: Any, rest: Any = None) -> tuple[Any, Any]:
     """2^k, and exp(r) - 1 for x + rest = k ln 2 + r."""
     shifted = x * 1.4426950408889634 + f.magic
     k = shifted - f.magic
-    high, low = f.table("ln2_")
+    high, low = f.ln2
     r = (x - k * high) - k * low
     if rest is not None:
         r = r + rest
-    e = r + (r * r) * _polynomial(r, f.table("exp"))
+    e = r + (r * r) * _polynomial(r, f.exp)
     exponent = _on_bits("bits_add", _bits_of(shifted, f.precision), f.precision.bias, f.precision)
     return _real_of(_on_bits("left_shift", exponent, f.precision.fraction, f.precision), f.precision), e
 
 
-def exp_hold(f: _Format, x: Any) -> Any:
+def exp_hold(f: Format, x: Any) -> Any:
     """The argument within what exp can do."""
     return _hold(x, -f.largest, f.largest)
 
 
-def exp_held(f: _Format, x: Any) -> Any:
+def exp_held(f: Format, x: Any) -> Any:
     """e^x of a held argument."""
     scale, e = _reduced(f, x)
     return scale + scale * e
 
 
-def exp(f: _Format, x: Any) -> Any:
+def exp(f: Format, x: Any) -> Any:
     """e^x, held at its ends at the smallest and largest normal numbers."""
     return exp_held(f, exp_hold(f, x))
 
 
-def expm1(f: _Format, x: Any) -> Any:
+def expm1(f: Format, x: Any) -> Any:
     """e^x - 1, precise near zero."""
     scale, e = _reduced(f, exp_hold(f, x))
     return scale * e + (scale - 1.0)
 
 
-def tanh_hold(f: _Format, x: Any) -> Any:
+def tanh_hold(f: Format, x: Any) -> Any:
     """The argument within where tanh is not yet 1."""
     edge = _TANH_IS_ONE[f.precision.width]
     return _hold(x, -edge, edge)
 
 
-def tanh_held(f: _Format, x: Any) -> Any:
+def tanh_held(f: Format, x: Any) -> Any:
     """Hyperbolic tangent of a held argument."""
     if f.precision is FLOAT32:
         square = x * x
         above = x * _polynomial(square, COEFFICIENTS["tanh32_p"])
         return above / _polynomial(square, COEFFICIENTS["tanh32_q"])
-    scale, rest = _reduced(f, -2.0 * absolute(x))
+    scale, rest = _reduced(f, -2.0 * (np.abs(cast(Any, x)) if isinstance(x, np.ndarray) else absolute(x)))
     e = scale * rest + (scale - 1.0)
     t = -e / (2.0 + e)
     return less_select(x, 0.0, -t, t)
 
 
-def tanh(f: _Format, x: Any) -> Any:
+def tanh(f: Format, x: Any) -> Any:
     """Hyperbolic tangent."""
     return tanh_held(f, tanh_hold(f, x))
 
 
-def _split(f: _Format, x: Any) -> tuple[Any, Any]:
+def _split(f: Format, x: Any) -> tuple[Any, Any]:
     """X as a sum of two numbers of half the digits (Veltkamp)."""
     wide = f.splitter * x
     high = wide - (wide - x)
     return high, x - high
 
 
-def _lost(f: _Format, a: Any, b: Any, product: Any) -> Any:
+def _lost(f: Format, a: Any, b: Any, product: Any) -> Any:
     """A b - product, what rounding lost (Dekker)."""
     a_high, a_low = _split(f, a)
     b_high, b_low = _split(f, b)
     return ((a_high * b_high - product) + (a_high * b_low + a_low * b_high)) + a_low * b_low
 
 
-def _mantissa(f: _Format, x: Any) -> tuple[Any, Any]:
+def _mantissa(f: Format, x: Any) -> tuple[Any, Any]:
     """X = 2^k m with m between sqrt(1/2) and sqrt(2)."""
     p = f.precision
     half_root = int(np.asarray(0.5**0.5, p.dtype).view(p.bits))
@@ -235,7 +259,7 @@ def _mantissa(f: _Format, x: Any) -> tuple[Any, Any]:
     return _number(exponent, p) - float(p.bias), _real_of(_on_bits("bits_add", m, one, p), p)
 
 
-def power(f: _Format, x: Any, n: Any) -> Any:
+def power(f: Format, x: Any, n: Any) -> Any:
     """x^n for x > 0; at x = 0 as at the smallest normal number."""
     smallest = 2.0 ** (1 - f.precision.bias)
     k, m = _mantissa(f, less_select(x, smallest, smallest, x))
@@ -244,17 +268,17 @@ def power(f: _Format, x: Any, n: Any) -> Any:
     product = s * below
     s_rest = (((above - product) - _lost(f, s, below, product)) - s * (m - (below - 1.0))) / below
     square = s * s
-    high, low = f.table("ln2_")
+    high, low = f.ln2
     whole, twice = k * high, 2.0 * s
     log = whole + twice
-    log_rest = (twice - (log - whole)) + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.table("log")))
+    log_rest = (twice - (log - whole)) + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.log))
     y = n * log
     y_rest = _lost(f, n, log, y) + n * log_rest
     scale, e = _reduced(f, _hold(y, -f.largest, f.largest), y_rest)
     return scale + scale * e
 
 
-_BY_NAME: Mapping[str, Callable[..., Any]] = {
+BY_NAME: Mapping[str, Callable[..., Any]] = {
     "exp": exp,
     "exp_hold": exp_hold,
     "exp_held": exp_held,
@@ -269,14 +293,5 @@ _BY_NAME: Mapping[str, Callable[..., Any]] = {
 @cache
 def elementary(precision: Precision) -> Mapping[str, Callable[..., Any]]:
     """The functions on arrays of a precision."""
-    bound: dict[str, Callable[..., Any]] = {name: partial(f, _Format(precision)) for name, f in _BY_NAME.items()}
+    bound: dict[str, Callable[..., Any]] = {name: partial(f, format_of(precision)) for name, f in BY_NAME.items()}
     return {**bound, "absolute": absolute}
-
-
-@cache
-def traced(name: str, precision: Precision) -> Graph:
-    """A function as a record, with inputs x (and n)."""
-    graph = Graph()
-    arguments = [graph.input(a) for a in (("x", "n") if name == "power" else ("x",))]
-    graph.give(absolute(*arguments) if name == "absolute" else _BY_NAME[name](_Format(precision), *arguments))
-    return graph
