@@ -31,8 +31,9 @@ from erclutch.logs import Batch, ColumnMap, read_batches
 from erclutch.logs.assemble import Invalid
 from erclutch.model import Structure, digest_of
 from erclutch.networks import NetworkStructure
-from erclutch.runs import file_name, may_write, versions, whole_folder, write_json
+from erclutch.runs import file_name, may_write, unwritable, versions, write_json
 from erclutch.spool import Source, Spool, datasets
+from erclutch.whole_folder import whole_folder
 
 LARGE_SCHEMA = 1
 MARKER = "large.json"
@@ -295,7 +296,7 @@ def write_large(folder: str | Path, result: LargeFit, *, force: bool = False) ->
     """
     target = Path(folder)
     may_write(target, force, MARKER)
-    with whole_folder(target) as partial:
+    with whole_folder(target, unwritable) as partial:
         body = result.to_dict()
         write_json(partial / MARKER, {**body, "digest": digest_of(body)})
         (partial / "models").mkdir()
