@@ -20,7 +20,8 @@ from erclutch.live.mcap_file import RecordingError, partial_of
 from erclutch.live.recorder import Progress
 from erclutch.live.recover import recover
 
-_END = 10.0  # s that a recorder may take to end its file
+_BEGIN = 30.0  # s that a recorder may take to begin on a busy machine; the ring holds frames for twice as long
+_END = 10.0  # s that it may take to end its file
 _DISK = 3  # exit code of a recorder whose disk ended it
 
 
@@ -92,7 +93,7 @@ class Recordings:
         started = self._running
         if started is None:
             return
-        limit = time.monotonic() + _END
+        limit = time.monotonic() + _BEGIN
         while not self._begun(started) and started.process.poll() is None and time.monotonic() < limit:
             time.sleep(0.01)  # on a busy machine it may not be there yet; the ring still holds its frames
         with contextlib.suppress(OSError):
