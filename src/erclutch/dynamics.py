@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any, Literal
 
 import numpy as np
@@ -183,7 +184,7 @@ def _filter(u: Array, clock: Clock, share: Array, *, settled: bool = True) -> Ar
     from scipy.linalg.blas import dtbsv
 
     if isinstance(u, Exact) and settled:
-        return _switched(u, clock, share, share)[0]
+        return _row_by_row(u, clock, share)
     drive = share * u
     band = np.ones((2, u.size), order="F")
     band[1, :-1] = share[1:] - 1.0
@@ -192,6 +193,16 @@ def _filter(u: Array, clock: Clock, share: Array, *, settled: bool = True) -> Ar
         if span.start:
             band[1, span.start - 1] = 0.0
     return dtbsv(1, band, drive, lower=1, diag=1, overwrite_x=1)
+
+
+def _row_by_row(u: Array, clock: Clock, share: Array) -> Array:
+    """`_filter` in Python's floats, which round as the exported C does; BLAS rounds otherwise on some processors."""
+    out: list[float] = []
+    pairs = list(zip((share * u).tolist(), (share - 1.0).tolist(), strict=True))
+    for span in clock.spans:
+        rest = pairs[span.start + 1 : span.stop]
+        out += accumulate(rest, lambda x, pair: pair[0] - pair[1] * x, initial=float(u[span.start]))
+    return np.array(out)
 
 
 def _follow(u: Array, clock: Clock, rise: float, fall: float | None) -> tuple[Array, NDArray[np.bool_] | None]:
