@@ -59,7 +59,7 @@ def test_an_edited_number_of_a_model(run: Path) -> None:
 def test_an_older_schema(run: Path) -> None:
     path = run / "run.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "schema": 1}))
-    assert "schema 1; this version reads schema 2. Fit the log again with this version of erclutch." in error_of(run)
+    assert "schema 1; this version reads schema 2. Fit the log again with this version." in error_of(run)
 
 
 def test_predictions_of_another_run(run: Path) -> None:
