@@ -94,6 +94,7 @@ def test_richer_models_never_fit_the_training_rows_worse(compared: Comparison) -
     assert train["hem"] <= train["bingham"] * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_workers_change_no_figure(data: Dataset) -> None:
     settings = Settings(models=("bingham", "casson"))
     one, two = (compare(data, replace(settings, workers=workers)) for workers in (1, 2))

@@ -122,6 +122,7 @@ def test_the_band_of_correlated_residuals_is_wider() -> None:
     assert np.isclose(growth, expected, rtol=0.3)
 
 
+@pytest.mark.slow
 def test_the_band_covers_what_it_should() -> None:
     """The true RMSE lies in the band for about 95 % of the logs, also where residuals are correlated."""
     y = np.random.default_rng(5).normal(size=2000)

@@ -143,12 +143,14 @@ def test_the_law_that_made_a_curve_wins_mostly(name: str) -> None:
     assert wins >= 6
 
 
+@pytest.mark.slow
 def test_richer_laws_never_fit_worse() -> None:
     curve = curve_of("herschel-bulkley", noise=0.03, seed=4)
     errors = {fit.law: fit.log_rmse for fit in ranked(curve)}
     assert errors["herschel-bulkley"] <= errors["bingham"] * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_few_points_have_no_criterion_but_a_rank() -> None:
     curve = curve_of("bingham", noise=0.01, rates=np.logspace(0, 2, 4))
     fits = ranked(curve)

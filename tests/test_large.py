@@ -372,6 +372,7 @@ def test_other_settings_that_cannot_be(short: Path, tmp_path: Path) -> None:
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_command_writes_models_that_load(short: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     command = ["fit-large", str(short), "--device", "coaxial", "--models", "bingham/forward", "fnn-3"]

@@ -96,6 +96,7 @@ def test_utfsm_bingham_over_30_logs() -> None:
     assert any("no lag between command and field" in f["message"] for f in run["findings"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rows", "segments", "more"),
     [

@@ -467,6 +467,7 @@ def test_compare(runs: Path) -> None:
     assert "What was done differently" in (runs / "c.html").read_text()
 
 
+@pytest.mark.slow
 def test_figure(runs: Path) -> None:
     assert "flow-curves" in good("figure", cwd=runs)
     assert "parity.pdf" in good("figure", "parity", "one", cwd=runs)
@@ -508,6 +509,7 @@ def test_a_run_with_a_changed_file(runs: Path, monkeypatch: pytest.MonkeyPatch) 
     assert "predictions.parquet: cannot be read: No such file or directory" in said
 
 
+@pytest.mark.slow
 def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
     """Inspect lists its stretches and the speed that it derived; fit holds out the end of each and says so."""
     rows = ["t [s],x [mm],F [N]"]

@@ -133,6 +133,7 @@ def test_polish_never_makes_it_worse(data: Dataset) -> None:
     assert fine <= rough * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_no_weight(data: Dataset) -> None:
     one, three = (fit_network(data, network_from_name("fnn-5-3"), seed=2, workers=w).model.to_dict() for w in (1, 3))
     assert one == three
@@ -188,6 +189,7 @@ def test_refined_centres_reach_a_known_network() -> None:
     assert by_k_means(cells, 4, 0).centres.shape == (4, 2)
 
 
+@pytest.mark.slow
 def test_more_neurons_fit_better() -> None:
     x, y, _ = bumps()
     cells = compress(x, y, 1)
@@ -245,6 +247,7 @@ def test_a_further_input_helps_and_must_be_there() -> None:
         seeing.model.predict(log)
 
 
+@pytest.mark.slow
 def test_networks_stand_in_the_ranking(data: Dataset) -> None:
     found = compare(data, Settings(models=("bingham/forward", "fnn-4", "rbfn-5"), lag="auto", blocks=2))
     names = {e.name for e in found.entries}
@@ -328,6 +331,7 @@ def test_a_network_of_another_device(data: Dataset) -> None:
         model.predict(single())
 
 
+@pytest.mark.slow
 def test_every_pair_of_seeds_and_sizes_is_reproducible() -> None:
     log = single(500)
     for seed, size in itertools.product((0, 1), (1, 4)):

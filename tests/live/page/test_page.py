@@ -409,6 +409,7 @@ def test_the_server_comes_back_at_the_same_address(own_site: Site) -> None:
     assert any("was started again" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_the_server_ends_with_its_session(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     """A session that is killed leaves no server and no recorder behind; the recording is whole."""
     loop = start_loop()

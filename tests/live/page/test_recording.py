@@ -304,6 +304,7 @@ def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["SIGTERM", "stopped", "dead"])
 def test_a_recorder_ends_its_file(tmp_path: Path, start_loop: Callable[..., Any], end: str) -> None:
     loop = start_loop()
@@ -357,6 +358,7 @@ def kill_at_random(folder: Path, loop: Any, times: int, seed: int) -> list[int]:
     return lost
 
 
+@pytest.mark.slow
 def test_kill_9_of_the_recorder_costs_less_than_a_tenth_of_a_second(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
@@ -372,6 +374,7 @@ def test_kill_9_at_100_random_times(tmp_path: Path, start_loop: Callable[..., An
     assert np.median(lost) <= 100  # as above
 
 
+@pytest.mark.slow
 def test_another_recorder_goes_on_where_one_was_killed(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     """All parts together hold every frame from the first to the last."""
     loop = start_loop()
