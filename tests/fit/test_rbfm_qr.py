@@ -41,10 +41,7 @@ def test_predictions_equal_those_of_a_full_qr(twin: Dataset, name: str) -> None:
     peer, condition = by_qr(matrix[:, free], twin.effort)
     assert condition > 1e3
     apart = found.model.predict(twin) - peer
-    # Gains of 1e8 that cancel: as doubles they cannot say more than this.
-    gains_rounding = np.finfo(float).eps * np.linalg.norm(np.abs(matrix) @ np.abs(gains))
-    assert gains_rounding <= 1e-5 * np.linalg.norm(peer)
-    assert np.linalg.norm(apart) <= max(1e-6 * np.linalg.norm(peer), gains_rounding)
+    assert np.linalg.norm(apart) <= 1e-6 * np.linalg.norm(peer)
     # Where a gain is held at zero, letting it in would need it negative.
     nonnegative = np.array([g.nonnegative for g in structure.gains()])
     slope = matrix[:, ~free].T @ (twin.effort - peer)
