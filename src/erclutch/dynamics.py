@@ -181,10 +181,10 @@ def _filter(u: Array, clock: Clock, share: Array, *, settled: bool = True) -> Ar
     The recursion is a lower bidiagonal system, x_k - (1 - share_k) x_{k-1} = share_k u_k, which BLAS runs through
     forward.
     """
-    from scipy.linalg.blas import dtbsv
-
     if isinstance(u, Exact) and settled:
         return _row_by_row(u, clock, share)
+    from scipy.linalg.blas import dtbsv
+
     drive = share * u
     band = np.ones((2, u.size), order="F")
     band[1, :-1] = share[1:] - 1.0

@@ -23,17 +23,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from erclutch._version import __version__
-from erclutch.comparison import Comparison, Entry
 from erclutch.errors import RunError
 from erclutch.model import TIMES, TorqueModel, digest_of, require_schema
 from erclutch.saved import Model, load_model
 from erclutch.signals import Recording
 from erclutch.whole_folder import whole_folder
+
+if TYPE_CHECKING:
+    from erclutch.comparison import Comparison, Entry
 
 RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.

@@ -1,4 +1,4 @@
-"""Units as engineers write them, over pint (imported when the first unit is read, not before).
+"""Units as engineers write them, over pint (imported for the first unit that is not a common one).
 
 Angle is kept apart from plain numbers: ``rad/s``, ``rpm`` and ``1/s`` are three things, although pint calls the radian
 dimensionless. ``Hz`` and ``1/min`` are refused for a speed, because half of the world means turns by them.
@@ -33,6 +33,39 @@ _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+
+#: Units of most logs with what pint says of them, factor and dimension, since pint takes half a second to load.
+_FORCE = (("gram", 1.0), ("meter", 1.0), ("second", -2.0))
+_TORQUE = (("gram", 1.0), ("meter", 2.0), ("second", -2.0))
+_VOLTAGE = (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0))
+_FIELD = (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0))
+_ANGLE, _TURNING = (("radian", 1.0),), (("radian", 1.0), ("second", -1.0))
+_LENGTH, _SPEED, _TIME = (("meter", 1.0),), (("meter", 1.0), ("second", -1.0)), (("second", 1.0),)
+COMMON: dict[str, tuple[float, tuple[tuple[str, float], ...]]] = {
+    "V": (1e3, _VOLTAGE),
+    "kV": (1e6, _VOLTAGE),
+    "V/m": (1e3, _FIELD),
+    "kV/mm": (1e9, _FIELD),
+    "A": (1.0, (("ampere", 1.0),)),
+    "A/m": (1.0, (("ampere", 1.0), ("meter", -1.0))),
+    "T": (1e3, (("ampere", -1.0), ("gram", 1.0), ("second", -2.0))),
+    "rad": (1.0, _ANGLE),
+    "rad/s": (1.0, _TURNING),
+    "m": (1.0, _LENGTH),
+    "mm": (1e-3, _LENGTH),
+    "m/s": (1.0, _SPEED),
+    "mm/s": (1e-3, _SPEED),
+    "cm/s": (1e-2, _SPEED),
+    "N": (1e3, _FORCE),
+    "kN": (1e6, _FORCE),
+    "N*m": (1e3, _TORQUE),
+    "N m": (1e3, _TORQUE),
+    "Nm": (1e3, _TORQUE),
+    "Pa": (1e3, (("gram", 1.0), ("meter", -1.0), ("second", -2.0))),
+    "1/s": (1.0, (("second", -1.0),)),
+    "s": (1.0, _TIME),
+    "ms": (1e-3, _TIME),
+}
 
 
 @dataclass(frozen=True)
@@ -77,6 +110,8 @@ def parse(text: str) -> Unit:
     """
     if text.strip() in _NO_DIMENSION:
         return Unit(text, 1.0, ())
+    if text in COMMON:
+        return Unit(text, *COMMON[text])
     spelled = _spelled(text.strip())
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     if len(text) > _LONGEST or not _FORM.fullmatch(spelled) or re.search(r"\^|\*\*", _POWER.sub("", spelled)):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -171,17 +172,23 @@ def fmu3(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) ->
 def test_a_plain_c_host_loads_it(
     machine: str, label: str, kind: str, fmu3: Any, tmp_path: Path, need: Callable[..., None]
 ) -> None:
-    from xml.etree import ElementTree
-
     compiler, emulator = _MACHINES[machine]
     need(compiler, *emulator[:1])
     program, place = fmu3(label)
+    library = next((place / "binaries" / machine).glob("*.so"))
+    _hosted(program, place, machine, library, kind, tmp_path)
+
+
+def _hosted(program: Program, place: Path, machine: str, library: Path, kind: str, tmp_path: Path) -> None:
+    """A host in plain C gives what the emulator gives."""
+    from xml.etree import ElementTree
+
+    compiler, emulator = _MACHINES[machine]
     token = ElementTree.parse(place / "modelDescription.xml").getroot().attrib["instantiationToken"]
     # Only what a host has: its own declarations of the standard's functions, and dlopen.
     subprocess.run(
         [compiler, "-std=c99", "-Wall", "-Werror", str(_HOST), "-o", str(tmp_path / "host"), "-ldl"], check=True
     )
-    library = next((place / "binaries" / machine).glob("*.so"))
     rows = vectors_of(program).rows[:64]
     rows = rows[np.all(np.isfinite(rows), axis=1)]
     lines = "\n".join(" ".join(float(x).hex() for x in row) for row in rows)
@@ -201,18 +208,68 @@ def test_a_plain_c_host_loads_it(
 def test_a_broken_cross_compiler_leaves_its_binary_out(
     models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:
-    from erclutch.export import fmu
-    from erclutch.export.compilers import Compiler, native
+    from erclutch.export import fmu_binaries
+    from erclutch.export.fmu_binaries import Builder
 
     need("gcc")
-    found = [(("x86_64-linux", "so"), native()), (("x86_64-windows", "dll"), Compiler("broken", ("false",)))]
-    monkeypatch.setattr(fmu, "compilers", lambda version: iter(found))
+
+    def fails(sources: Sequence[Path], out: Path) -> None:
+        out.write_bytes(b"half")
+        raise ExportError("broken cannot compile", remedy="Mend it")
+
+    found = [next(b for b in fmu_binaries.builders(3) if b.needed), Builder("x86_64-windows", "dll", "broken", fails)]
+    monkeypatch.setattr(fmu_binaries, "builders", lambda version: iter(found))
     folder = exported(models["bingham, single"], "fmu3", tmp_path / "f")
     said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
     assert said[0].startswith("x86_64-linux: by ")
-    assert said[1].startswith("x86_64-windows: left out, broken cannot compile")
+    assert said[1] == "x86_64-windows: left out, broken cannot compile"
     with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
         assert {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")} == {"x86_64-linux"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", list(_MACHINES))
+def test_zig_builds_libraries_for_other_machines_with_an_empty_cache(
+    machine: str, fmu3: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> None:
+    pytest.importorskip("ziglang", reason="pip install ziglang")
+    from erclutch.export.cross import Cross
+
+    compiler, emulator = _MACHINES[machine]
+    need(compiler, *emulator[:1])
+    monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(tmp_path / "cache"))
+    program, place = fmu3("hem+rise-fall, coaxial")
+    library = tmp_path / "zig" / "m.so"
+    library.parent.mkdir()
+    Cross(f"{machine}-gnu").shared(sorted((place / "sources").glob("*.c")), library)
+    _hosted(program, place, machine, library, "exchange", tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [2, 3])
+def test_the_windows_library_exports_the_interface_and_needs_only_windows(
+    version: int, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> None:
+    pytest.importorskip("ziglang", reason="pip install ziglang")
+    from erclutch.export.cross import Cross
+
+    need("gcc", "objdump", "nm")
+    folder = exported(models["hem+rise-fall, coaxial"], f"fmu{version}", tmp_path / "f")
+    with zipfile.ZipFile(folder / f"m_fmi{version}.fmu") as archive:
+        archive.extractall(tmp_path / "x")
+    sources = sorted((tmp_path / "x" / "sources").glob("*.c"))
+    made = [tmp_path / "a" / "m.dll", tmp_path / "b" / "m.dll"]
+    for path in made:
+        path.parent.mkdir()
+        Cross("x86_64-windows-gnu").shared(sources, path)
+    assert made[0].read_bytes() == made[1].read_bytes()
+    said = subprocess.run(["objdump", "-p", str(made[0])], check=True, capture_output=True, text=True).stdout
+    native = next((tmp_path / "x" / "binaries").glob("*linux*/*.so"))
+    words = ["nm", "-D", "--defined-only", "--format=just-symbols", str(native)]
+    wanted = subprocess.run(words, check=True, capture_output=True, text=True).stdout.split()
+    assert len(wanted) > 30
+    assert re.findall(r"^\s*\[ *\d+\] (\w+)$", said, re.MULTILINE) == sorted(wanted)
+    assert re.findall(r"DLL Name: (\S+)", said) == ["msvcrt.dll"]
 
 
 @pytest.mark.slow

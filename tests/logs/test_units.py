@@ -121,3 +121,13 @@ def test_heavy_modules_wait_until_they_are_needed() -> None:
     code = f"import sys, erclutch.logs; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_common_units_are_what_pint_says() -> None:
+    for text, (factor, dimension) in units.COMMON.items():
+        assert units._evaluate(text, units._spelled(text)) == units.Unit(text, factor, dimension)
+
+
+def test_a_log_in_si_units_does_not_wait_for_pint() -> None:
+    wanted = {unit for kind in SIGNALS.values() for unit in kind.si_units} - units._NO_DIMENSION
+    assert wanted <= units.COMMON.keys() | {"%"}

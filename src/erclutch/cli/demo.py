@@ -159,12 +159,12 @@ def _tell(move: Callable[[str], None]) -> Callable[[int, int, str], None]:
 
 def _sum_up(material: Material, comparison: Comparison) -> None:
     """The ranking, and what it means in plain words."""
-    from erclutch.cli import show
+    from erclutch.cli import ranked, show
     from erclutch.diagnostics.text import percent, plain
 
     screen = show.console()
     screen.print()
-    screen.print(show.ranking(comparison, screen.width))
+    screen.print(ranked.ranking(comparison, screen.width))
     chosen = material.run.entry(material.recommended)
     textbook = next((s.name for s in material.shown if s.role == "baseline"), material.recommended)
     error = material.effort.of(chosen["test"]["rmse"][0])

@@ -146,22 +146,22 @@ def compare_with_progress(data: Dataset, settings: Settings) -> Comparison:
 
 def print_comparison(comparison: Comparison) -> None:
     """Findings, ranking, recommendation and the recommended model's parameters."""
-    from erclutch.cli import show
+    from erclutch.cli import ranked, show
 
     screen = show.console()
     held = int(comparison.test.sum())
     screen.print(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out", markup=False)
-    if which := show.held_out(comparison):
+    if which := ranked.held_out(comparison):
         screen.print(which, markup=False)
     for finding in comparison.findings:
         screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
     screen.print()
-    screen.print(show.ranking(comparison, screen.width))
-    for line in show.model_notes(comparison.entries):
+    screen.print(ranked.ranking(comparison, screen.width))
+    for line in ranked.model_notes(comparison.entries):
         screen.print(line, style="dim", markup=False)
     screen.print()
-    screen.print(show.verdict(comparison), style="bold", markup=False)
-    if moving := show.at_rest(comparison):
+    screen.print(ranked.verdict(comparison), style="bold", markup=False)
+    if moving := ranked.at_rest(comparison):
         screen.print(moving, markup=False)
     screen.print()
-    screen.print(show.parameters(comparison.entry(comparison.recommended).outcome))
+    screen.print(ranked.parameters(comparison.entry(comparison.recommended).outcome))

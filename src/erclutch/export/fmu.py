@@ -1,61 +1,26 @@
-"""What both FMU targets share: model.h, units, binaries for other machines, the archive."""
+"""What both FMU targets share: model.h, units, the archive."""
 
 from __future__ import annotations
 
-import importlib.util
-import platform
 import re
-import shutil
-import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
 
 from erclutch._version import __version__
-from erclutch.errors import ErclutchError, ExportError
+from erclutch.errors import ErclutchError
 from erclutch.export.c_source import FLAGS, header, source
-from erclutch.export.compilers import EXACT, Compiler, native, run
+from erclutch.export.fmu_binaries import build_binaries
 from erclutch.export.program import Program
 from erclutch.export.step_record import has_memory
 
 _BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
-#: zig compiles its C library the first time that it meets a target.
-_PATIENCE = 600.0
 #: Which binaries are in the FMU, and which are not and why.
 BINARIES = "binaries.txt"
-_SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
-
-
-@dataclass(frozen=True)
-class Platform:
-    """A machine that an FMU may carry a binary for.
-
-    Attributes:
-        folder2, folder3: its folder in binaries/ by FMI 2.0 (None: that version knows no such machine) and 3.0.
-        suffix: of a shared library.
-        machine: platform.machine() and sys.platform where it is this one.
-        gcc: name of a cross compiler.
-        zig: target of zig.
-    """
-
-    folder2: str | None
-    folder3: str
-    suffix: str
-    machine: tuple[str, str]
-    gcc: str
-    zig: str
-
-
-PLATFORMS = (
-    Platform("linux64", "x86_64-linux", "so", ("x86_64", "linux"), "x86_64-linux-gnu-gcc", "x86_64-linux-gnu.2.17"),
-    Platform("win64", "x86_64-windows", "dll", ("AMD64", "win32"), "x86_64-w64-mingw32-gcc", "x86_64-windows-gnu"),
-    Platform(None, "aarch64-linux", "so", ("aarch64", "linux"), "aarch64-linux-gnu-gcc", "aarch64-linux-gnu.2.17"),
-)
 
 
 def identifier(program: Program, version: int) -> str:
@@ -69,75 +34,32 @@ def archive_path(program: Program, version: int, folder: Path) -> Path:
 
 
 def write_fmu(
-    program: Program, folder: Path, version: int, description: ElementTree.Element, build: ElementTree.Element | None
+    program: Program,
+    folder: Path,
+    version: int,
+    description: Callable[[Program], ElementTree.Element],
+    build: Callable[[Program], ElementTree.Element] | None = None,
 ) -> None:
     """Compile for every machine that there is a compiler for, and pack.
 
     Raises:
         ExportError: no compiler for this machine, or it failed.
     """
-    with tempfile.TemporaryDirectory() as work:
+    with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
         root = Path(work)
         code = root / "sources"
         code.mkdir()
         _sources(program, version, code)
-        lines = _binaries(program, version, root)
-        (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        files = [code / name for name in source_files(program, version)]
+        # The description is written while the compilers run: to load the units takes half a second.
+        lines = pool.submit(build_binaries, version, files, identifier(program, version), root / "binaries")
         (root / "documentation").mkdir()
         (root / "documentation" / "index.html").write_text(_page(program), encoding="utf-8")
-        _tree(description, root / "modelDescription.xml")
+        _tree(description(program), root / "modelDescription.xml")
         if build is not None:
-            _tree(build, code / "buildDescription.xml")
+            _tree(build(program), code / "buildDescription.xml")
+        (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines.result()), encoding="utf-8")
         _pack(root, archive_path(program, version, folder))
-
-
-def _binaries(program: Program, version: int, root: Path) -> list[str]:
-    """Compile for every machine, side by side, and say what came of it.
-
-    Raises:
-        ExportError: the compiler for this machine failed. One for another machine that fails leaves its binary out.
-    """
-    files = [root / "sources" / name for name in source_files(program, version)]
-
-    def build(known: tuple[tuple[str, str], Compiler]) -> str:
-        (machine, suffix), compiler = known
-        place = root / "binaries" / machine
-        place.mkdir(parents=True)
-        out = place / f"{identifier(program, version)}.{suffix}"
-        words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, files), "-o", str(out)]
-        problem = f"{compiler.name} cannot compile the FMU's binary for {machine}"
-        try:
-            run(words, problem, "Mend or remove that compiler", patience=_PATIENCE)
-        except ExportError as error:
-            if compiler is native():
-                raise
-            shutil.rmtree(place)
-            return f"{machine}: left out, {' '.join(error.problem.split())}"
-        # Debugging data and import libraries stay out: they are large and name folders of this machine.
-        for other in place.iterdir():
-            if other != out:
-                other.unlink()
-        return f"{machine}: by {compiler.name}"
-
-    with ThreadPoolExecutor() as pool:
-        return list(pool.map(build, list(compilers(version))))
-
-
-def compilers(version: int) -> Iterator[tuple[tuple[str, str], Compiler]]:
-    """Folder and suffix of each binary, and its compiler: this machine's own, then cross compilers, zig from PyPI."""
-    here = (platform.machine(), sys.platform)
-    zig = importlib.util.find_spec("ziglang") is not None
-    for known in PLATFORMS:
-        place = known.folder2 if version == 2 else known.folder3
-        if place is None:
-            continue
-        if known.machine == here:
-            yield (place, known.suffix), native()
-        elif shutil.which(known.gcc):
-            yield (place, known.suffix), Compiler(known.gcc, (known.gcc,))
-        elif zig:
-            command = (sys.executable, "-m", "ziglang", "cc", "-target", known.zig)
-            yield (place, known.suffix), Compiler(f"zig for {known.zig}", command)
 
 
 def _sources(program: Program, version: int, folder: Path) -> None:
@@ -301,21 +223,3 @@ def _pack(root: Path, out: Path) -> None:
             entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), (1980, 1, 1, 0, 0, 0))
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(entry, path.read_bytes())
-
-
-# --- verify ----------------------------------------------------------------------------------------------------------
-
-
-def check_binary(program: Program, version: int, path: Path) -> None:
-    """Whether there is a binary for this machine.
-
-    Raises:
-        ExportError: there is none.
-    """
-    here = (platform.machine(), sys.platform)
-    known = next((p for p in PLATFORMS if p.machine == here), None)
-    folder = None if known is None else (known.folder2 if version == 2 else known.folder3)
-    with zipfile.ZipFile(path) as archive:
-        names: Sequence[str] = archive.namelist()
-    if folder is None or not any(name.startswith(f"binaries/{folder}/") for name in names):
-        raise ExportError("has no binary for this machine", where=str(path), remedy="Export it again on this machine")

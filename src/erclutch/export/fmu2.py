@@ -16,7 +16,7 @@ TITLE = "an FMU 2.0 for co-simulation, with its C sources"
 
 def write(program: Program, folder: Path) -> None:
     """NAME_fmi2.fmu."""
-    fmu.write_fmu(program, folder, 2, _description(program), None)
+    fmu.write_fmu(program, folder, 2, _description)
 
 
 def _description(program: Program) -> ElementTree.Element:

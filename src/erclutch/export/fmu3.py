@@ -16,7 +16,7 @@ TITLE = "an FMU 3.0 for co-simulation and model exchange, with its C sources"
 
 def write(program: Program, folder: Path) -> None:
     """NAME_fmi3.fmu."""
-    fmu.write_fmu(program, folder, 3, _description(program), _build(program))
+    fmu.write_fmu(program, folder, 3, _description, _build)
 
 
 def _build(program: Program) -> ElementTree.Element:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
 from erclutch.export.check import Check, ulps
-from erclutch.export.fmu import archive_path, check_binary, identifier
+from erclutch.export.fmu import archive_path, identifier
+from erclutch.export.fmu_binaries import check_binary
 from erclutch.export.program import Program
 from erclutch.export.step_record import has_memory
 from erclutch.export.vectors import vectors_of
@@ -32,7 +33,7 @@ def check_fmu(program: Program, folder: Path, version: int, kinds: Sequence[str]
     except ImportError as error:
         raise ExportError("fmpy is not installed", remedy="pip install fmpy") from error
     path = archive_path(program, version, folder)
-    check_binary(program, version, path)
+    check_binary(version, path)
     problems = validation.validate_fmu(str(path))
     if problems:
         raise ExportError(f"FMPy finds: {'; '.join(problems)}", where=str(path), remedy="Export the model again")

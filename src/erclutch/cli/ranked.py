@@ -1,0 +1,131 @@
+"""What the terminal says of a comparison: the ranking, the recommendation, what to worry about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+
+from erclutch.cli.show import estimates, number, table, with_unit
+from erclutch.dataset import constant_stretches
+from erclutch.evaluate import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
+
+if TYPE_CHECKING:
+    from erclutch.comparison import AnyOutcome, Comparison, Entry
+    from erclutch.evaluate import Figure
+
+
+def _band(figure: Figure) -> str:
+    return f"{number(figure.low, 3)} - {number(figure.high, 3)}"
+
+
+def _percent(figure: Figure) -> str:
+    value, low, high = (100.0 * v for v in figure.to_list())
+    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e3 else "far worse"
+
+
+def ranking(comparison: Comparison, width: int) -> Table:
+    """Models, best test error first; on a narrow screen the less needed columns are left out."""
+    unit = comparison.data.units.effort
+    cells: dict[str, list[str]] = {
+        "": ["*" if e.name == comparison.recommended else "" for e in comparison.entries],
+        "model": [e.name for e in comparison.entries],
+        "par.": [str(e.outcome.parameters) for e in comparison.entries],
+        with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in comparison.entries],
+        "95 % band": [_band(e.test.rmse) for e in comparison.entries],
+        "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in comparison.entries],
+        "of std": [f"{100 * e.test.share.value:.1f} %" for e in comparison.entries],
+        "R2": [f"{e.test.r2.value:.3f}" for e in comparison.entries],
+        "max error": [number(e.test.largest.value, 3) for e in comparison.entries],
+        "train RMSE": [number(e.train.rmse.value, zeros=True) for e in comparison.entries],
+        "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in comparison.entries],
+    }
+    if any(e.folds for e in comparison.entries):
+        folds = f"{len(comparison.entries[0].folds)}-block RMSE"
+        cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
+    for name in ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band"):
+        if sum(max(map(len, [head, *column])) + 2 for head, column in cells.items()) + len(cells) <= width:
+            break
+        cells.pop(name)
+    rows = [list(row) for row in zip(*cells.values(), strict=True)]
+    made = table("Models on the rows held out (* recommended)", list(cells), rows, left=2)
+    made.columns[1].no_wrap = True
+    return made
+
+
+def verdict(comparison: Comparison) -> str:
+    """The recommendation in a sentence or two."""
+    share = comparison.entry(comparison.recommended).test.share.value
+    if not share > NEXT_TO_NOTHING:
+        return _recommended(comparison)
+    return (
+        f"{_recommended(comparison)} But it explains next to nothing: a constant would err by {1 / share:.0%} of that."
+    )
+
+
+def _recommended(comparison: Comparison) -> str:
+    best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
+    unit = comparison.data.units.effort.replace("?", "")
+    if len(comparison.entries) == 1:
+        return f"Only {chosen.name} was fitted, so there is nothing to recommend it over."
+    if not chosen.sound:
+        return f"Nothing to recommend: these data identify no model's parameters. The nearest is {chosen.name}."
+    if best.name == chosen.name:
+        return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
+    if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
+        return (
+            f"Recommended: {chosen.name}, the best model that can be trusted. {best.name} errs by less, but see its "
+            f"note above; {chosen.name} errs by {_percent(chosen.excess)} more."
+        )
+    doubt = "" if best.sound else ", not to be trusted: see its note above"
+    return (
+        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
+        f"the best one, {best.name} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
+        f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
+    )
+
+
+def held_out(comparison: Comparison) -> str:
+    """Which rows were held out, where that is not the end of each log."""
+    test, data = comparison.settings.test, comparison.data
+    if not isinstance(test, float | int):
+        logs = [name for name, (a, b) in zip(data.sources, data.source_rows, strict=True) if comparison.test[a:b].all()]
+        more = f" and {len(logs) - 6} more" if len(logs) > 6 else ""
+        return f"held out: {', '.join(logs[:6])}{more}"
+    cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
+    if not cut:
+        return ""
+    return f"held out: the last {test:.0%} of each stretch between gaps, since each has a field of its own"
+
+
+def at_rest(comparison: Comparison) -> str:
+    """The error over rows in motion, where many of those held out are at rest."""
+    still = comparison.data.at_rest[comparison.test]
+    share = float(still.mean())
+    if share < MANY_AT_REST or share == 1.0:
+        return ""
+    chosen = comparison.entry(comparison.recommended)
+    error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
+    unit = comparison.data.units.effort.replace("?", "")
+    moving, overall = (number(v, zeros=True) for v in (float(np.sqrt(np.mean(error**2))), chosen.test.rmse.value))
+    return (
+        f"{share:.0%} of the rows held out are at rest, where effort and errors are small: over those in motion "
+        f"{chosen.name} errs by {moving} {unit}, not {overall}."
+    )
+
+
+def parameters(outcome: AnyOutcome) -> Table | str:
+    """Parameters of a model with their intervals, and the published symbols where they differ; a network's count."""
+    if outcome.weights:
+        return f"{outcome.model.name}: {outcome.weights} weights, which mean nothing one by one."
+    made = estimates(f"Parameters of {outcome.model.name}", outcome.estimates)
+    for name, value in outcome.paper_form.items():
+        made.add_row(name, "as published", number(value), "", "")
+    return made
+
+
+def model_notes(entries: Sequence[Entry]) -> list[str]:
+    """What to worry about, a line a model."""
+    return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]

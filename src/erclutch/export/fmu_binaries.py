@@ -1,0 +1,137 @@
+"""The binaries of an FMU: one for each machine that a compiler is found for."""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import shutil
+import sys
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from erclutch.errors import ExportError
+from erclutch.export.compilers import EXACT, Compiler, native, run
+from erclutch.export.cross import Cross
+
+_SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A machine that an FMU may carry a binary for.
+
+    Attributes:
+        folder2, folder3: its folder in binaries/ by FMI 2.0 (None: that version knows no such machine) and 3.0.
+        suffix: of a shared library.
+        machine: platform.machine() and sys.platform where it is this one.
+        gcc: name of a cross compiler.
+        zig: target of zig.
+    """
+
+    folder2: str | None
+    folder3: str
+    suffix: str
+    machine: tuple[str, str]
+    gcc: str
+    zig: str
+
+    def folder(self, version: int) -> str | None:
+        """Its folder in binaries/."""
+        return self.folder2 if version == 2 else self.folder3
+
+
+PLATFORMS = (
+    Platform("linux64", "x86_64-linux", "so", ("x86_64", "linux"), "x86_64-linux-gnu-gcc", "x86_64-linux-gnu"),
+    Platform("win64", "x86_64-windows", "dll", ("AMD64", "win32"), "x86_64-w64-mingw32-gcc", "x86_64-windows-gnu"),
+    Platform(None, "aarch64-linux", "so", ("aarch64", "linux"), "aarch64-linux-gnu-gcc", "aarch64-linux-gnu"),
+)
+
+
+@dataclass(frozen=True)
+class Builder:
+    """How the binary of a machine is made.
+
+    Attributes:
+        folder: of the machine in binaries/.
+        suffix: of a shared library there.
+        name: of the compiler.
+        shared: compiles sources to a shared library.
+        needed: the FMU is of no use here without it.
+    """
+
+    folder: str
+    suffix: str
+    name: str
+    shared: Callable[[Sequence[Path], Path], None]
+    needed: bool = False
+
+
+def builders(version: int) -> Iterator[Builder]:
+    """This machine's own compiler, and for each other one a cross compiler, or zig from PyPI."""
+    here = (platform.machine(), sys.platform)
+    zig = importlib.util.find_spec("ziglang") is not None
+    for known in PLATFORMS:
+        folder = known.folder(version)
+        if folder is None:
+            continue
+        if known.machine == here:
+            yield Builder(folder, known.suffix, native().name, _shared_by(native()), needed=True)
+        elif shutil.which(known.gcc):
+            yield Builder(folder, known.suffix, known.gcc, _shared_by(Compiler(known.gcc, (known.gcc,))))
+        elif zig:
+            cross = Cross(known.zig)
+            yield Builder(folder, known.suffix, cross.name, cross.shared)
+
+
+def _shared_by(compiler: Compiler) -> Callable[[Sequence[Path], Path], None]:
+    def shared(sources: Sequence[Path], out: Path) -> None:
+        words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, sources), "-o", str(out)]
+        run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
+
+    return shared
+
+
+def build_binaries(version: int, sources: Sequence[Path], name: str, binaries: Path) -> list[str]:
+    """Compile for every machine, side by side, and say what came of it.
+
+    Raises:
+        ExportError: the compiler for this machine failed. One for another machine that fails leaves its binary out.
+    """
+
+    def build(builder: Builder) -> str:
+        place = binaries / builder.folder
+        place.mkdir(parents=True)
+        out = place / f"{name}.{builder.suffix}"
+        try:
+            builder.shared(sources, out)
+        except ExportError as error:
+            if builder.needed:
+                raise
+            shutil.rmtree(place)
+            return f"{builder.folder}: left out, {' '.join(error.problem.split())}"
+        # Debugging data and import libraries stay out: they are large and name folders of this machine.
+        for other in place.iterdir():
+            if other != out:
+                other.unlink()
+        return f"{builder.folder}: by {builder.name}"
+
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(build, builders(version)))
+
+
+def check_binary(version: int, path: Path) -> None:
+    """Whether there is a binary for this machine.
+
+    Raises:
+        ExportError: there is none.
+    """
+    here = (platform.machine(), sys.platform)
+    known = next((p for p in PLATFORMS if p.machine == here), None)
+    folder = None if known is None else known.folder(version)
+    with zipfile.ZipFile(path) as archive:
+        names: Sequence[str] = archive.namelist()
+    if folder is None or not any(name.startswith(f"binaries/{folder}/") for name in names):
+        raise ExportError("has no binary for this machine", where=str(path), remedy="Export it again on this machine")
