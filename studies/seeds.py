@@ -1,6 +1,8 @@
 """How surely a network reaches its best known optimum, on the TWIN: `python studies/seeds.py [--seeds 20]`.
 
-Best known: the lowest error of all fits of the size in the run, polished ones included.
+Best known, of all fits of the size in the run, polished ones included: the lowest training error, the lowest test
+error, and the test error of the fit with the lowest training error. The lowest test error is chosen on the test rows,
+so it falls with every fit that is added; the last one is what a user with unlimited time would have.
 """
 
 from __future__ import annotations
@@ -33,11 +35,11 @@ def fits(runs: dict[str, Dataset], name: str, seeds: int, polish: bool) -> np.nd
 
 
 def line(label: str, found: np.ndarray, best: np.ndarray, near: float) -> str:
-    """One line: CPU seconds, and the shares of seeds near the best training and test error."""
-    shares = np.mean(found[:, :2] <= near * best, axis=0)
+    """One line: CPU seconds, and the shares of seeds near the best training error and the two best test errors."""
+    shares = np.mean(found[:, [0, 1, 1]] <= near * best, axis=0)
     return (
         f"{label:18}{np.median(found[:, 2]):8.2f}{found[:, 2].max():8.2f}{found[:, 0].min():12.3e}"
-        f"{np.median(found[:, 0] / best[0]):10.4f}{shares[0]:10.0%}{shares[1]:10.0%}"
+        f"{np.median(found[:, 0] / best[0]):10.4f}" + "".join(f"{share:14.0%}" for share in shares)
     )
 
 
@@ -52,12 +54,14 @@ def main() -> None:
     print(
         f"TWIN, {next(iter(runs.values())).rows:,} training rows; near: within 2 % (polished: 0.2 %) of the best known"
     )
-    print(f"{'fit':18}{'CPU s':>8}{'most':>8}{'best MSE':>12}{'median':>10}{'train':>10}{'test':>10}")
+    heads = "".join(f"{name:>14}" for name in ("train", "lowest test", "best's test"))
+    print(f"{'fit':18}{'CPU s':>8}{'most':>8}{'best MSE':>12}{'median':>10}{heads}")
     with threadpool_limits(1):
         for name in NAMES:
             quick = fits(runs, name, asked.seeds, False)
             fine = fits(runs, name, asked.polished, True)
-            best = np.minimum(quick[:, :2].min(axis=0), fine[:, :2].min(axis=0))
+            every = np.vstack([quick, fine])
+            best = np.array([*every[:, :2].min(axis=0), every[every[:, 0].argmin(), 1]])
             print(line(name, quick, best, 1.02))
             print(line(f"{name} polished", fine, best, 1.002))
 

@@ -14,6 +14,7 @@ tanh:  float64 -e / (2 + e) with e = expm1(-2 |x|); float32 a rational function,
 from __future__ import annotations
 
 import struct
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -84,14 +85,14 @@ def format_of(precision: Precision) -> Format:
 # Each is answered for three kinds of numbers: an operand that records, a Python float, an array.
 
 
-class Recorder(Operand):
+class Recorder(Operand, ABC):
     """An operand that writes down, besides ufuncs, a choice and what is done to the bits of a number."""
 
     __slots__ = ()
 
+    @abstractmethod
     def record(self, operation: str, *arguments: Any, bits: bool = False) -> Any:
         """The operand for an operation on some operands and numbers; ``bits``: it is bits that come out."""
-        raise NotImplementedError
 
 
 def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:

@@ -127,13 +127,14 @@ def _need(*tools: str) -> None:
         "cppcheck": "cppcheck",
         "g++": "g++",
         "octave-cli": "octave",
+        "wine64": "wine64",
     }
     missing = [packages.get(tool, tool) for tool in tools if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"apt install {' '.join(missing)}")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def need() -> Callable[..., None]:
     """``need("gcc", ...)`` skips where a program is missing."""
     return _need

@@ -1,28 +1,53 @@
-/* A host of FMI 3.0 FMUs with nothing but dlopen: rows of inputs (hex floats) in, effort and flags out.
-   host LIBRARY TOKEN exchange|simulate PERIOD INPUTS */
-#include <dlfcn.h>
+/* A host of FMI 3.0 FMUs with nothing but dlopen, or LoadLibrary: rows of inputs in, effort and flags out, as doubles.
+   host LIBRARY TOKEN exchange|simulate PERIOD INPUTS ROWS RESULTS */
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#if defined(_WIN32)
+void *LoadLibraryA(const char *name);
+void *GetProcAddress(void *library, const char *name);
+int __getmainargs(int *count, char ***words, char ***environment, int wildcards, int *mode);
+#define open_library(name) LoadLibraryA(name)
+#define find_symbol(library, name) GetProcAddress(library, name)
+
+/* What is called main is compiled with a call to a C runtime, and here is none. */
+#define main host
+int main(int count, char **words);
+
+void start(void)
+{
+    int count, mode = 0;
+    char **words, **environment;
+    __getmainargs(&count, &words, &environment, 0, &mode);
+    exit(main(count, words));
+}
+#else
+#include <dlfcn.h>
+#define open_library(name) dlopen(name, RTLD_NOW)
+#define find_symbol(library, name) dlsym(library, name)
+#endif
+
 typedef void (*log_message)(void *, int, const char *, const char *);
 
 static void say(void *environment, int status, const char *category, const char *message)
 {
     (void)environment;
-    fprintf(stderr, "%d %s: %s\n", status, category, message);
+    (void)status;
+    (void)category;
+    puts(message);
 }
 
 static void *library;
 
 static void *find(const char *name)
 {
-    void *found = dlsym(library, name);
+    void *found = find_symbol(library, name);
     if (found == NULL)
     {
-        fprintf(stderr, "no %s\n", name);
+        puts(name);
         exit(2);
     }
     return found;
@@ -42,9 +67,11 @@ int main(int count, char **words)
     long k = 0;
     bool exchange, flag, event, stop, early;
     void *fmu;
-    if (count != 6 || (library = dlopen(words[1], RTLD_NOW)) == NULL)
+    FILE *rows, *results;
+    if (count != 8 || (library = open_library(words[1])) == NULL || (rows = fopen(words[6], "rb")) == NULL ||
+        (results = fopen(words[7], "wb")) == NULL)
     {
-        fprintf(stderr, "%s\n", (count == 6) ? dlerror() : "five arguments");
+        puts("seven arguments: a library that loads, and files");
         return 2;
     }
     exchange = strcmp(words[3], "exchange") == 0;
@@ -69,7 +96,7 @@ int main(int count, char **words)
                  : fmi3InstantiateCoSimulation("x", "wrong", NULL, false, false, false, false, NULL, 0u, NULL, NULL,
                                                NULL) != NULL)
     {
-        fprintf(stderr, "a wrong token is taken\n");
+        puts("a wrong token is taken");
         return 1;
     }
     fmu = exchange ? fmi3InstantiateModelExchange("x", words[2], NULL, false, false, NULL, say)
@@ -90,13 +117,10 @@ int main(int count, char **words)
         double effort, next;
         uint32_t flags;
         int bad = 0;
-        for (i = 0u; i < inputs; i++)
+        if (fread(values, sizeof values[0], inputs, rows) != inputs)
         {
-            if (scanf("%lf", &values[i]) != 1)
-            {
-                fmi3FreeInstance(fmu);
-                return 0;
-            }
+            fmi3FreeInstance(fmu);
+            return fclose(results);
         }
         if (exchange)
         {
@@ -115,6 +139,11 @@ int main(int count, char **words)
         {
             return 1;
         }
-        printf("%a %u\n", effort, flags);
+        values[0] = effort;
+        values[1] = (double)flags;
+        if (fwrite(values, sizeof values[0], 2u, results) != 2u)
+        {
+            return 1;
+        }
     }
 }

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+import sys
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -145,7 +147,7 @@ def test_a_static_model_has_no_state_in_onnx(models: dict[str, Model], tmp_path:
 # --- FMU -------------------------------------------------------------------------------------------------------------
 
 _HOST = Path(__file__).with_name("fmi3_host.c")
-#: Folder of a binary -> compiler of a host for it, and what runs that here.
+#: Folder of a binary -> compiler of a host for it, and what runs that here; Windows is further down.
 _MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
     "x86_64-linux": ("gcc", ()),
     "aarch64-linux": ("aarch64-linux-gnu-gcc", ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")),
@@ -176,30 +178,33 @@ def test_a_plain_c_host_loads_it(
     need(compiler, *emulator[:1])
     program, place = fmu3(label)
     library = next((place / "binaries" / machine).glob("*.so"))
-    _hosted(program, place, machine, library, kind, tmp_path)
+    _hosted(program, place, library, kind, _by(compiler), emulator)
 
 
-def _hosted(program: Program, place: Path, machine: str, library: Path, kind: str, tmp_path: Path) -> None:
+def _by(compiler: str) -> Callable[[Path, Path], None]:
+    """Builds a host with nothing but what a host has: its own declarations of the standard's functions, and dlopen."""
+
+    def build(source: Path, out: Path) -> None:
+        subprocess.run([compiler, "-std=c99", "-Wall", "-Werror", str(source), "-o", str(out), "-ldl"], check=True)
+
+    return build
+
+
+def _hosted(
+    program: Program, place: Path, library: Path, kind: str, build: Callable[[Path, Path], None], runner: Sequence[str]
+) -> None:
     """A host in plain C gives what the emulator gives."""
     from xml.etree import ElementTree
 
-    compiler, emulator = _MACHINES[machine]
     token = ElementTree.parse(place / "modelDescription.xml").getroot().attrib["instantiationToken"]
-    # Only what a host has: its own declarations of the standard's functions, and dlopen.
-    subprocess.run(
-        [compiler, "-std=c99", "-Wall", "-Werror", str(_HOST), "-o", str(tmp_path / "host"), "-ldl"], check=True
-    )
+    host, given, result = (place / name for name in ("host.exe", "rows.bin", "result.bin"))
+    build(_HOST, host)
     rows = vectors_of(program).rows[:64]
-    rows = rows[np.all(np.isfinite(rows), axis=1)]
-    lines = "\n".join(" ".join(float(x).hex() for x in row) for row in rows)
-    done = subprocess.run(
-        [*emulator, str(tmp_path / "host"), str(library), token, kind, str(PERIOD), str(rows.shape[1])],
-        input=lines,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    found = np.array([[float.fromhex(a), int(b)] for a, b in (line.split() for line in done.stdout.splitlines())])
+    rows = rows[np.all(np.isfinite(rows), axis=1)].astype(np.float64)
+    given.write_bytes(rows.tobytes())
+    words = [str(library), token, kind, str(PERIOD), str(rows.shape[1]), str(given), str(result)]
+    subprocess.run([*runner, str(host), *words], check=True, capture_output=True, timeout=300)
+    found = np.frombuffer(result.read_bytes()).reshape(-1, 2)
     effort, flags = run(program, rows)
     assert list(found[:, 0]) == list(effort)
     assert list(found[:, 1]) == list(flags)
@@ -242,7 +247,47 @@ def test_zig_builds_libraries_for_other_machines_with_an_empty_cache(
     library = tmp_path / "zig" / "m.so"
     library.parent.mkdir()
     Cross(f"{machine}-gnu").shared(sorted((place / "sources").glob("*.c")), library)
-    _hosted(program, place, machine, library, "exchange", tmp_path)
+    _hosted(program, place, library, "exchange", _by(compiler), emulator)
+
+
+def _windows_program(source: Path, out: Path) -> None:
+    """As the FMU's library is built: zig's clang and LLD, and the C library that Windows has."""
+    zig = [sys.executable, "-m", "ziglang"]
+    made, libraries = out.with_suffix(".o"), [out.with_name("c.lib"), out.with_name("kernel.lib")]
+    names = (
+        ("msvcrt", "__getmainargs atof atoi exit fclose fopen fread fwrite puts strcmp"),
+        ("kernel32", "LoadLibraryA GetProcAddress"),
+    )
+    flags = ["-target", "x86_64-windows-gnu", "-std=c99", "-O2", "-mno-stack-arg-probe", "-Wall", "-Werror"]
+    subprocess.run([*zig, "cc", *flags, "-c", str(source), "-o", str(made)], check=True)
+    for library, (dll, functions) in zip(libraries, names, strict=True):
+        listed = library.with_suffix(".def")
+        listed.write_text("\n".join([f"LIBRARY {dll}.dll", "EXPORTS", *functions.split(), ""]))
+        subprocess.run([*zig, "dlltool", "-m", "i386:x86-64", "-d", str(listed), "-l", str(library)], check=True)
+    options = ["/entry:start", "/subsystem:console", "/nodefaultlib", "/lldmingw", f"/out:{out}"]
+    subprocess.run([*zig, "lld-link", *options, str(made), *map(str, libraries)], check=True)
+
+
+@pytest.fixture(scope="module")
+def wine(tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]) -> Iterator[tuple[str, ...]]:
+    """Wine's loader and C library are not Microsoft's, but they load what Windows loads."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PATH", f"{os.environ['PATH']}:/usr/lib/wine")  # where Debian's wine64 is
+        need("wine64")
+        patch.setenv("WINEPREFIX", str(tmp_path_factory.mktemp("wine")))
+        patch.setenv("WINEDEBUG", "-all")
+        patch.setenv("WINEDLLOVERRIDES", "mscoree,mshtml,winemenubuilder.exe=")
+        yield ("wine64",)
+        subprocess.run(["wineserver64", "-k"], check=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["exchange", "simulate"])
+@pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "fnn-16, coaxial"])
+def test_a_host_on_windows_loads_it(label: str, kind: str, fmu3: Any, wine: Sequence[str]) -> None:
+    pytest.importorskip("ziglang", reason="pip install ziglang")
+    program, place = fmu3(label)
+    _hosted(program, place, place / "binaries/x86_64-windows/m_fmi3.dll", kind, _windows_program, wine)
 
 
 @pytest.mark.slow

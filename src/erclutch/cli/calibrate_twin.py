@@ -44,10 +44,6 @@ def calibrate_twin(
     """
     from dataclasses import replace
 
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from erclutch.calibrate import calibrate
     from erclutch.cli import show
     from erclutch.rig.parameters import default_rig, load_rig
     from erclutch.rig.rig_file import write_rig
@@ -60,28 +56,38 @@ def calibrate_twin(
     start = default_rig() if rig is None else load_rig(rig)
     target = _target(log, seed, seconds, replace(reading, device="coaxial"))
     names = parameters or _open(start, log is not None)
-    screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("TWIN: calibrating", total=evaluations)
-
-        def told(done: int, cost: float) -> None:
-            bar.update(task, completed=done, description=f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
-
-        found = calibrate(
-            start,
-            names,
-            target,
-            seed=seed,
-            evaluations=evaluations,
-            workers=workers,
-            journal=out.with_suffix(".journal"),
-            progress=told,
-        )
+    found = _with_progress(
+        evaluations,
+        start,
+        names,
+        target,
+        seed=seed,
+        evaluations=evaluations,
+        workers=workers,
+        journal=out.with_suffix(".journal"),
+    )
     about = _about(found, target, seed, log is None)
     write_rig(out, found.rig, about)
     out.with_suffix(".journal").unlink(missing_ok=True)
     _print(found, show.console())
     show.console().print(f"{out}: use it with --rig {out}", markup=False, soft_wrap=True)
+
+
+def _with_progress(total: int, *given: Any, **settings: Any) -> Calibration:
+    """`calibrate` with a progress bar on a terminal's standard error."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from erclutch.calibrate import calibrate
+
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        task = bar.add_task("TWIN: calibrating", total=total)
+
+        def told(done: int, cost: float) -> None:
+            bar.update(task, completed=done, description=f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
+
+        return calibrate(*given, **settings, progress=told)
 
 
 def _target(log: Path | None, seed: int, seconds: float, reading: LogOptions) -> Target:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from erclutch.diagnostics.paired import Pairing
 
 
 def compare(
@@ -27,9 +31,7 @@ def compare(
     """
     from erclutch.cli import show
     from erclutch.diagnostics.paired import pair
-    from erclutch.diagnostics.text import count, plain
     from erclutch.errors import SettingError
-    from erclutch.report.comparison import band, joined, sentence
     from erclutch.report.output import may_write_report
     from erclutch.runs import read_run
 
@@ -38,8 +40,25 @@ def compare(
     if out is not None:
         may_write_report(out, force)
     found = pair([read_run(run) for run in runs], model)
-    scale = joined(found).effort
+    _print(found, runs)
+    if out is not None:
+        from erclutch.report.comparison import write_comparison
+
+        write_comparison(found, out)
+        show.console().print(f"{out}: {out.stat().st_size / 1e6:.2f} MB", markup=False, soft_wrap=True)
+    if open_ and out is not None:
+        from erclutch.cli.report import open_file
+
+        open_file(out)
+
+
+def _print(found: Pairing, runs: Sequence[Path]) -> None:
+    from erclutch.cli import show
+    from erclutch.diagnostics.text import count, plain
+    from erclutch.report.comparison import band, joined, sentence
+
     screen = show.console()
+    scale = joined(found).effort
     screen.print(plain(f"{count(found.rows)} rows that all {len(runs)} runs held out"), markup=False)
     head = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
     rows = [
@@ -63,12 +82,3 @@ def compare(
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
     screen.print(plain(sentence(found, scale)), style="bold", markup=False)
-    if out is not None:
-        from erclutch.report.comparison import write_comparison
-
-        write_comparison(found, out)
-        screen.print(f"{out}: {out.stat().st_size / 1e6:.2f} MB", markup=False, soft_wrap=True)
-    if open_ and out is not None:
-        from erclutch.cli.report import open_file
-
-        open_file(out)

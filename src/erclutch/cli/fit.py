@@ -81,10 +81,14 @@ def fit(
     if out is not None:
         write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
     if not json:
-        from erclutch.cli import show
+        _print_kept(out)
 
-        kept = f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it."
-        show.console().print(kept, markup=False, soft_wrap=True)
+
+def _print_kept(out: Path | None) -> None:
+    from erclutch.cli import show
+
+    kept = f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it."
+    show.console().print(kept, markup=False, soft_wrap=True)
 
 
 def _print_all(recordings: Sequence[Recording], comparison: Comparison, seconds: float) -> None:

@@ -35,6 +35,7 @@ def inspect(
         seconds: Length of the section.
         reading: How to read the log.
     """
+    from erclutch.cli import show
     from erclutch.logs import read_table
 
     if not seconds > 0 or not (start is None or start >= 0):
@@ -52,6 +53,16 @@ def inspect(
     if json:
         _print_json(raw, recording, problem)
         return
+    _print_columns(log, raw)
+    if recording is None:
+        _print_problem(raw, problem)
+        return
+    _print_signals(recording, reading.dataset([recording]))
+    for path in drawn:
+        show.console().print(f"drawn: {path}", markup=False, soft_wrap=True)
+
+
+def _print_columns(log: Path, raw: Table) -> None:
     from erclutch.cli import show
 
     screen = show.console()
@@ -63,13 +74,22 @@ def inspect(
     screen.print(show.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
     if raw.clock is not None:
         screen.print(f"  {_dates(raw.clock_name, raw.clock)}", markup=False)
-    if recording is None:
-        for note in raw.notes:
-            screen.print(f"  {note}", markup=False)
-        screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
-        return
+
+
+def _print_problem(raw: Table, problem: ErclutchError | None) -> None:
+    from erclutch.cli import show
+
+    screen = show.console()
+    for note in raw.notes:
+        screen.print(f"  {note}", markup=False)
+    screen.print(f"Not understood yet: {problem}", style="yellow", markup=False)
+
+
+def _print_signals(recording: Recording, data: Dataset) -> None:
+    from erclutch.cli import show
+
+    screen = show.console()
     screen.print("\n".join(show.recording_lines([recording], most=50)), markup=False)
-    data = reading.dataset([recording])
     ranges = [
         [name, recording.units[name] or "1", *(show.number(v) for v in _figures(values)[:3])]
         for name, values in recording.signals.items()
@@ -84,8 +104,6 @@ def inspect(
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         screen.print(show.coverage(element.field, element.slip, name, units), markup=False)
-    for path in drawn:
-        screen.print(f"drawn: {path}", markup=False, soft_wrap=True)
 
 
 def _dates(name: str, clock: Array) -> str:

@@ -6,10 +6,22 @@ from erclutch.export.program import Program
 
 VERSION = 1
 
+_DECLARED = """EXPORT const char *erc_model_digest(void);
+EXPORT const char *erc_model_name(void);
+EXPORT uint32_t erc_model_abi(void);
+EXPORT uint32_t erc_model_inputs(void);
+EXPORT uint32_t erc_model_state_size(void);
+EXPORT void erc_model_reset(void *state);
+EXPORT uint32_t erc_model_step(void *state, const double *in, double *effort);
+EXPORT uint32_t erc_model_steady(const double *in, double *effort);
+EXPORT uint32_t erc_model_inverse(const double *in, double wanted, double *field);
+EXPORT void erc_model_run(void *state, size_t rows, const double *in, double *effort, uint32_t *flags);
+"""
+
 
 def wrapper(program: Program) -> str:
     """NAME_abi.c: erc_model_* around the step."""
-    n, count = program.name, len(program.inputs)
+    n = program.name
     return f"""/* The model ABI, version {VERSION}: {n} behind names that are the same for every model. */
 #include <stddef.h>
 
@@ -21,18 +33,13 @@ def wrapper(program: Program) -> str:
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-EXPORT const char *erc_model_digest(void);
-EXPORT const char *erc_model_name(void);
-EXPORT uint32_t erc_model_abi(void);
-EXPORT uint32_t erc_model_inputs(void);
-EXPORT uint32_t erc_model_state_size(void);
-EXPORT void erc_model_reset(void *state);
-EXPORT uint32_t erc_model_step(void *state, const double *in, double *effort);
-EXPORT uint32_t erc_model_steady(const double *in, double *effort);
-EXPORT uint32_t erc_model_inverse(const double *in, double wanted, double *field);
-EXPORT void erc_model_run(void *state, size_t rows, const double *in, double *effort, uint32_t *flags);
+{_DECLARED}
+{_about(n)}
+{_calls(n, len(program.inputs))}"""
 
-const char *erc_model_digest(void)
+
+def _about(n: str) -> str:
+    return f"""const char *erc_model_digest(void)
 {{
     return {n.upper()}_DIGEST;
 }}
@@ -61,8 +68,11 @@ void erc_model_reset(void *state)
 {{
     {n}_reset(({n}_state *)state);
 }}
+"""
 
-static void convert(const double *in, {n}_real values[{n.upper()}_INPUTS])
+
+def _calls(n: str, count: int) -> str:
+    return f"""static void convert(const double *in, {n}_real values[{n.upper()}_INPUTS])
 {{
     uint32_t i;
     for (i = 0u; i < {n.upper()}_INPUTS; i++)

@@ -136,7 +136,11 @@ static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_
     return bits_of(x) == expected && flags == expected_flags;
 }}
 
-int main(void)
+{_main(n)}"""
+
+
+def _main(n: str) -> str:
+    return f"""int main(void)
 {{
     static {n}_state state;
     unsigned bad_steps = 0u;

@@ -299,14 +299,18 @@ static uint32_t {n}limited({n}real value, {n}real *effort)
 
 def inverse(program: Program, n: str) -> str:
     """The search for a field."""
-    s, p, e = program.search, program.precision, program.elements
-    k, zero, w = p.constant, f"0.0{p.suffix}", program.elements + len(program.extras)
+    s, k = program.search, program.precision.constant
     ends = [end for end in (s.plus, s.minus) if end != s.origin]
+    steps = table(f"{n}real", f"{n}steps", [k((end - s.origin) / s.segments) for end in ends])
+    return "\n".join([_miss(program, n), _close(program, n), steps, _search(program, n, len(ends))])
+
+
+def _miss(program: Program, n: str) -> str:
+    e, zero, w = program.elements, f"0.0{program.precision.suffix}", program.elements + len(program.extras)
     apart = f"    x[0] = {n}command(field);"
     if e == 2:
         apart = f"""    x[0] = {n}command(({zero} < field) ? field : {zero});
     x[1] = {n}command((field < {zero}) ? -field : {zero});"""
-    steps = table(f"{n}real", f"{n}steps", [k((end - s.origin) / s.segments) for end in ends])
     return f"""/* Effort at rest for a signed field, less the wanted one. */
 static {n}real {n}miss({n}real field, const {n}real w[{w}], {n}real wanted)
 {{
@@ -319,8 +323,14 @@ static {n}real {n}magnitude({n}real x)
 {{
     return (x < {zero}) ? -x : x;
 }}
+"""
 
-/* The field between a and b where the miss crosses zero: secants and halvings in turn, {s.most} at most. */
+
+def _close(program: Program, n: str) -> str:
+    s, p, w = program.search, program.precision, program.elements + len(program.extras)
+    k, zero = p.constant, f"0.0{p.suffix}"
+    about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {s.most} at most"
+    return f"""/* {about}. */
 static {n}real {n}close(const {n}real w[{w}], {n}real wanted, const {n}real from[2], const {n}real to[2])
 {{
     {n}real a = from[0];
@@ -357,18 +367,22 @@ static {n}real {n}close(const {n}real w[{w}], {n}real wanted, const {n}real from
     }}
     return x;
 }}
+"""
 
-{steps}
-/* Brackets outward from {_short(s.origin)}, so the field found is the one nearest to it. */
+
+def _search(program: Program, n: str, sides: int) -> str:
+    s, p, w = program.search, program.precision, program.elements + len(program.extras)
+    k, zero = p.constant, f"0.0{p.suffix}"
+    return f"""/* Brackets outward from {_short(s.origin)}, so the field found is the one nearest to it. */
 static uint32_t {n}search(const {n}real w[{w}], {n}real wanted, {n}real *field)
 {{
-    {n}real left[{len(ends)}][2];
+    {n}real left[{sides}][2];
     {n}real best = {k(s.origin)};
     {n}real best_miss = {n}miss(best, w, wanted);
     uint32_t i;
     uint32_t side;
     uint32_t done;
-    for (side = 0u; side < {len(ends)}u; side++)
+    for (side = 0u; side < {sides}u; side++)
     {{
         left[side][0] = best;
         left[side][1] = best_miss;
@@ -377,7 +391,7 @@ static uint32_t {n}search(const {n}real w[{w}], {n}real wanted, {n}real *field)
     done = (best_miss <= {k(s.tolerance)}) ? (uint32_t)1u : (uint32_t)0u;
     for (i = 1u; (i <= {s.segments}u) && (done == 0u); i++)
     {{
-        for (side = 0u; (side < {len(ends)}u) && (done == 0u); side++)
+        for (side = 0u; (side < {sides}u) && (done == 0u); side++)
         {{
             {n}real right[2];
             right[0] = {k(s.origin)} + (({n}real)i * {n}steps[side]);

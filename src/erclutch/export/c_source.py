@@ -74,19 +74,19 @@ def _preamble(program: Program) -> str:
 
 
 def _public(program: Program, n: str) -> str:
-    e, w, p = program.elements, program.elements + len(program.extras), program.precision
-    N, zero = n.upper(), f"0.0{p.suffix}"
-    commands = "\n".join(f"        x[{i}] = {n}command(x[{i}]);" for i in range(e))
+    return "\n".join([_reset(program, n), _step(program, n), _steady(program, n), _inverse(program, n)])
+
+
+def _commands(program: Program, n: str) -> str:
+    return "\n".join(f"        x[{i}] = {n}command(x[{i}]);" for i in range(program.elements))
+
+
+def _step(program: Program, n: str) -> str:
+    e, w, N = program.elements, program.elements + len(program.extras), n.upper()
     lag = f"        {n}respond(state, x);\n" if program.lag else ""
     effort = f"{n}present(state, x, w)" if program.past else f"{n}rest(x, w)"
     settled = "        state->settled = 1u;\n" if program.lag or program.past else ""
-    finite = f"""    for (i = {e}u; i < {N}INPUTS; i++)
-    {{
-        good &= {n}finite(input[i]);
-    }}"""
-    rest = "\n".join(f"        x[{i}] = {n}command(x[{i}]);" for i in range(e))
-    return f"""{_reset(program, n)}
-uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)
+    return f"""uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)
 {{
     uint32_t flags = {n}accept(state, input);
     if (state->started != 0u)
@@ -95,14 +95,19 @@ uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effor
         {n}real w[{w}];
         flags |= {n}fields(state->last, x);
         flags |= {n}slips(state->last, w);
-{commands}
+{_commands(program, n)}
 {lag}        flags |= {n}limited({effort}, &state->effort);
 {settled}    }}
     *effort = state->effort;
     return flags;
 }}
+"""
 
-uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)
+
+def _steady(program: Program, n: str) -> str:
+    e, w, N = program.elements, program.elements + len(program.extras), n.upper()
+    zero = f"0.0{program.precision.suffix}"
+    return f"""uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)
 {{
     uint32_t flags = {N}NON_FINITE;
     uint32_t good = 1u;
@@ -118,18 +123,26 @@ uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)
         {n}real w[{w}];
         flags = {n}fields(input, x);
         flags |= {n}slips(input, w);
-{rest}
+{_commands(program, n)}
         flags |= {n}limited({n}rest(x, w), effort);
     }}
     return flags;
 }}
+"""
 
-uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field)
+
+def _inverse(program: Program, n: str) -> str:
+    e, w, N = program.elements, program.elements + len(program.extras), n.upper()
+    zero = f"0.0{program.precision.suffix}"
+    return f"""uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field)
 {{
     uint32_t flags = {N}NON_FINITE;
     uint32_t good = {n}finite(wanted);
     uint32_t i;
-{finite}
+    for (i = {e}u; i < {N}INPUTS; i++)
+    {{
+        good &= {n}finite(input[i]);
+    }}
     *field = {zero};
     if (good != 0u)
     {{

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from erclutch._version import __version__
@@ -44,15 +44,13 @@ def class_name(program: Program) -> str:
 
 
 def _class(program: Program) -> str:
-    n, N, name = program.name, program.name.upper(), class_name(program)
+    n, N = program.name, program.name.upper()
     members = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
     members = [x if members.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(members)]
     fields = "\n".join(
         f"    Real {m}{{}};  ///< {program.inputs[i]} [{program.units[i]}]" for i, m in enumerate(members)
     )
-    listed = ", ".join(f"in.{m}" for m in members)
     unit = program.model.units.effort or "1"
-    period = "0" if program.period is None else repr(program.period)
     return f"""// {program.model.title} ({program.model.name}) as a C++ class. Written by erclutch {__version__}.
 // Model {program.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
 // real-time loop. One object a device; an object is used by one thread at a time.
@@ -88,7 +86,18 @@ struct Command {{
     bool ok() const noexcept {{ return flags == 0u; }}
 }};
 
-class {name} {{
+{_device(program, members)}
+}}  // namespace {n}_model
+
+#endif
+"""
+
+
+def _device(program: Program, members: Sequence[str]) -> str:
+    n, N, name = program.name, program.name.upper(), class_name(program)
+    listed = ", ".join(f"in.{m}" for m in members)
+    period = "0" if program.period is None else repr(program.period)
+    return f"""class {name} {{
 public:
     /// Sampling period in s that the step is made for; 0 where it does not matter.
     static constexpr double period = {period};
@@ -128,10 +137,6 @@ public:
 private:
     {n}_state state_;
 }};
-
-}}  // namespace {n}_model
-
-#endif
 """
 
 

@@ -19,7 +19,7 @@ from erclutch.fit.backprop import Rows
 
 Array = NDArray[np.float64]
 
-_SHARE = 0.55  # of the first layer's neurons that start as transitions, about: as many for each slip
+_SHARE = 0.55  # of the first layer's neurons that start as transitions without further inputs: as many for each slip
 _WIDTHS = (0.01, 0.4)  # of transitions, over the slip's root mean square
 _FIELD = 0.7  # standard deviation of a transition's weight of the field
 _RIDGE = 1e-4  # of the least squares, over the number of rows: neurons that start alike do not cancel
@@ -59,12 +59,17 @@ def _spread(rng: np.random.Generator, before: int, after: int) -> tuple[Array, A
 
 
 def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> None:
-    """Make the first neurons transitions at zero slip, slip after slip, each of a width of its own."""
-    count = slips.offset.size * round(_SHARE * b.size / slips.offset.size)
+    """Make the first neurons transitions at zero slip, slip after slip, each of a width of its own.
+
+    Their weights of further inputs stay, and the more of these there are, the more neurons stay as they were.
+    """
+    own = np.any(slips.slope != 0.0, axis=0)
+    own[0] = True  # the field
+    count = slips.offset.size * round(_SHARE * float(own.mean()) * b.size / slips.offset.size)
     narrow, wide = _WIDTHS
     width = narrow * (wide / narrow) ** rng.uniform(size=count)
     which = np.arange(count) % slips.offset.size
-    w[:count] = slips.slope[which] / width[:, None]
+    w[:count, own] = (slips.slope[which] / width[:, None])[:, own]
     w[:count, 0] += _FIELD * rng.standard_normal(count)
     b[:count] = slips.offset[which] / width
 

@@ -2,9 +2,10 @@
 
 A step is that of Levenberg-Marquardt plus its geodesic acceleration (Transtrum and Sethna 2012, arXiv:1201.5885),
 which follows the narrow curved valleys of a network's cost: half as many steps, and better minima. Damping is by mu
-times the diagonal of J'J with a floor, updated after Nielsen (1999). Starts run on the coarsest grid, the worse of them
-are dropped at each halving, the best one goes on to finer grids, and to all rows if asked.
-Deterministic for a seed, whatever the number of threads: a start's arithmetic does not depend on its neighbours.
+times the diagonal of J'J with a floor; it grows and falls after Nielsen (1999), but falls more slowly. Starts run on
+the coarsest grid, the worse of them are dropped at each halving, the best one goes on to finer grids, and to all rows
+if asked. Deterministic for a seed, whatever the number of threads: a start's arithmetic does not depend on its
+neighbours.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ _FALLING = 1e-6  # relative fall of the cost that counts as progress
 _PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}  # falls of the cost that rounding hides
 _PATIENCE = 3  # steps without progress before it counts as converged
 _LEAST_DAMPING, _FIRST_DAMPING, _MOST_TRIES = 1e-14, 1e-3, 20
+_SLOWLY = 0.65  # of the damping that is left after a good step: one refused step costs as much as several small ones
 _FLOOR = 1e-2  # of the damping's scale, over the largest diagonal element: weights that hardly matter do not run away
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
 _MOST_BENT = 0.75  # twice the acceleration over the step
@@ -115,9 +117,9 @@ def _step(rows: Rows, theta: Array, now: Point, mu: float) -> tuple[Array, Point
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
             # In single precision a tiny predicted fall may come out as anything.
             gain = min(fall / max(predicted, 1e-300), 2.0)
-            easier = max(0.2, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
+            easier = max(_SLOWLY, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
             return after, there, max(mu * easier, _LEAST_DAMPING)
-        mu, growth = mu * growth, 2.0 * growth
+        mu, growth = mu * growth, 4.0 * growth
     return None
 
 

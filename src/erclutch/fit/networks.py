@@ -76,7 +76,7 @@ def fit_network(
         {"seed": str(seed)},
         period_of(data),
     )
-    residual = data.effort - model.predict(data)
+    residual = data.effort - model.of_inputs(x, exactly=False)
     return outcome_of(model, stop, steps, float(residual @ residual), data.rows)
 
 

@@ -108,7 +108,12 @@ class NetworkModel:
         exactly: bool = True,
     ) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
-        x = self.scaling.inputs(inputs_of(self.structure, elements, clock, extras or {}, self.dynamics))
+        inputs = inputs_of(self.structure, elements, clock, extras or {}, self.dynamics)
+        return self.of_inputs(inputs, exactly=exactly)
+
+    def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
+        """Effort from all inputs as they are (inputs, n), shape (n,)."""
+        x = self.scaling.inputs(inputs)
         rows = _BLOCK // max(self.structure.hidden)
         parts = [self.forward(x[:, at : at + rows], exactly=exactly) for at in range(0, x.shape[1], rows)]
         return np.concatenate(parts) if parts else np.zeros(0)
