@@ -128,6 +128,7 @@ def _need(*tools: str) -> None:
         "g++": "g++",
         "octave-cli": "octave",
         "wine64": "wine64",
+        "colcon": "ament-cmake colcon python3-colcon-ros",
     }
     missing = [packages.get(tool, tool) for tool in tools if shutil.which(tool) is None]
     if missing:

@@ -458,3 +458,89 @@ def test_no_compiler_is_said(models: dict[str, Model], tmp_path: Path, monkeypat
     with pytest.raises(ExportError, match="no C compiler is found"):
         exported(models["bingham, single"], "fmu3", tmp_path / "f")
     assert list(tmp_path.iterdir()) == []
+
+
+# --- C++ in its build systems ----------------------------------------------------------------------------------------
+
+_USER = """#include <cstdio>
+#include "m/m.hpp"
+
+int main() {
+    m_model::M device;
+    const auto out = device.step({500.0, 0.0, 20.0, 3.0});
+    std::printf("%a %u\\n", out.effort, static_cast<unsigned>(out.flags));
+}
+"""
+_ROS_PACKAGE = """<?xml version="1.0"?>
+<package format="3"><name>user</name><version>0.0.1</version><description>Uses the model</description>
+<maintainer email="nobody@example.com">nobody</maintainer><license>Apache-2.0</license>
+<buildtool_depend>ament_cmake</buildtool_depend><depend>m</depend>
+<export><build_type>ament_cmake</build_type></export></package>
+"""
+_ROS_CMAKE = """cmake_minimum_required(VERSION 3.16)
+project(user CXX)
+find_package(ament_cmake REQUIRED)
+find_package(m REQUIRED)
+add_executable(user user.cpp)
+ament_target_dependencies(user m)
+install(TARGETS user DESTINATION lib/user)
+ament_package()
+"""
+_PLAIN_CMAKE = """cmake_minimum_required(VERSION 3.16)
+project(user CXX)
+enable_testing()
+add_subdirectory(m)
+add_executable(user user.cpp)
+target_link_libraries(user m)
+"""
+
+
+def _in_system(words: Sequence[str], folder: Path) -> str:
+    """Output of a system's tool that must not find this test's Python."""
+    clean = {"PATH": "/usr/bin:/bin", "HOME": str(folder)}
+    done = subprocess.run(words, cwd=folder, env=clean, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def _workspace(model: Model, folder: Path, cmake: str) -> tuple[Path, str]:
+    """A model's package under a user's, and what the user's program must print."""
+    folder.mkdir(parents=True)
+    exported(model, "cpp", folder / "m")
+    (folder / "user.cpp").write_text(_USER)
+    (folder / "CMakeLists.txt").write_text(cmake)
+    program = program_of(model, Options(name="m", period=PERIOD))
+    effort, flags = run(program, np.array([[500.0, 0.0, 20.0, 3.0]]))
+    return folder, f"{float(effort[0]).hex()} {int(flags[0])}"
+
+
+def _printed(text: str) -> str:
+    effort, flags = text.split()
+    return f"{float.fromhex(effort).hex()} {flags}"
+
+
+@pytest.mark.slow
+def test_plain_cmake_takes_it_as_a_folder(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+    need("g++", "cmake")
+    folder, expected = _workspace(models["hem+rise-fall, coaxial"], tmp_path / "w", _PLAIN_CMAKE)
+    _in_system(["cmake", "-S", ".", "-B", "build"], folder)
+    _in_system(["cmake", "--build", "build"], folder)
+    assert "100% tests passed, 0 tests failed out of 1" in _in_system(["ctest", "--test-dir", "build"], folder)
+    assert _printed(_in_system(["build/user"], folder)) == expected
+
+
+@pytest.mark.slow
+def test_ros_2_builds_it_as_a_package(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+    """colcon and ament_cmake, as ROS 2 has them."""
+    need("g++", "cmake", "colcon")
+    folder, expected = _workspace(models["hem+rise-fall, coaxial"], tmp_path / "w", _ROS_CMAKE)
+    source = folder / "src" / "user"
+    source.mkdir(parents=True)
+    (source / "package.xml").write_text(_ROS_PACKAGE)
+    for name in ("user.cpp", "CMakeLists.txt"):
+        (folder / name).rename(source / name)
+    (folder / "m").rename(folder / "src" / "m")
+    assert re.findall(r"Finished <<< (\w+)", _in_system(["colcon", "build"], folder)) == ["m", "user"]
+    _in_system(["colcon", "test"], folder)
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in _in_system(["colcon", "test-result", "--all"], folder)
+    assert _printed(_in_system(["install/user/lib/user/user"], folder)) == expected
