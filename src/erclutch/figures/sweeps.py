@@ -77,9 +77,10 @@ def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> lis
         axis: Any = figure.subplots()
         axis.plot(kernels, train, "o-", ms=2.5, color=BLUE, label="training")
         axis.plot(kernels, test, "s--", ms=2.5, color=RED, label="test")
-        axis.set_xlabel("Kernels of the RBFM")
+        axis.set_xlabel("Kernels")
+        axis.xaxis.get_major_locator().set_params(integer=True)
         axis.set_ylabel("MSE [N$^2$ m$^2$]")
-        axis.set_title(label, loc="left")
+        axis.set_title(f"RBFM, {label}", loc="left")
         axis.legend()
         paths = [save(figure, folder / f"kernels.{kind}") for kind in ("pdf", "png")]
     rows = [(int(k), float(a), float(b)) for k, a, b in zip(kernels, train, test, strict=True)]
