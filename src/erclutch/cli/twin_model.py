@@ -7,6 +7,7 @@ import json
 import os
 import tempfile
 from collections.abc import Sequence
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 _SECONDS = 60.0
 _LIVE = "fnn-16"
+_MADE_BY = ("rig", "laws", "networks", "fit")
 
 
 def twin_model(rig: RigParameters, output: Console) -> Path:
@@ -39,7 +41,7 @@ def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> li
     from erclutch.live.build import cache_folder
     from erclutch.runs import file_name
 
-    about = json.dumps([_version.__version__, _SECONDS, rig.to_dict()], sort_keys=True)
+    about = json.dumps([_version.__version__, _code(), _SECONDS, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
     files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
     missing = tuple(name for name, file in files.items() if not file.exists())
@@ -48,6 +50,13 @@ def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> li
         for name, text in _fitted(rig, missing).items():
             _write(files[name], text)
     return list(files.values())
+
+
+def _code() -> str:
+    """Digest of what simulates and fits: a model that older code made is not taken for this code's."""
+    package = resources.files("erclutch")
+    files = (f for name in _MADE_BY for f in package.joinpath(name).iterdir() if f.name.endswith(".py"))
+    return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files, key=str))).hexdigest()
 
 
 def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
