@@ -11,6 +11,7 @@ import pytest
 
 from erclutch.errors import SettingError
 from erclutch.experiments.online import EXPERIMENTS, lines, run, tracking_error, trial
+from erclutch.export.program import LIMITED, OUTSIDE
 from erclutch.figures.online import draw_online
 from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.core import Core
@@ -41,8 +42,11 @@ def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
     assert len(traces) == (2 if name == "tracking" else 1)
     for trace in traces:
         assert trace.compiled_off == 0.0
-        assert trace.numpy_off < 1e-12
+        assert trace.numpy_off == 0.0
         frames = trace.frames
+        # Outside its range the compiled model holds its inputs, NumPy does not: how much is left to compare.
+        inside = frames["flags"] & (OUTSIDE | LIMITED) == 0
+        assert inside.mean() > (0.5 if name == "zero-field" else 0.95)
         assert len(frames) == 4000 // len(traces)
         assert (np.minimum(frames["field1"], frames["field2"]) == 0.0).all()
         assert np.isfinite(frames["estimate"]).all()

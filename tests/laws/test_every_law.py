@@ -30,12 +30,12 @@ SLIPS = np.array([0.0, 0.7, -0.3, 0.0, 1e-3, -2.0, 0.5, -1e-3, 4.0])
 
 def assert_slopes(of: Callable[[float], tuple[Any, ...]], columns: tuple[Any, ...], index: int, at: float) -> None:
     """Derivatives of columns by seed ``index`` against central differences of ``of`` around ``at``."""
-    step = 1e-6 * max(abs(at), 1e-2)
+    # Extended precision, where there is any: terms that nearly cancel leave its digits to the difference.
+    step = np.longdouble(1e-6 * max(abs(at), 1e-2))
     for ahead, behind, column in zip(of(at + step), of(at - step), columns, strict=True):
         difference = (np.asarray(ahead) - np.asarray(behind)) / (2 * step)
         exact = np.broadcast_to(partial_of(column, index), difference.shape)
-        # Rounding of the difference over the step: a few ulp of its terms, which cancel in some rows but not in all.
-        floor = 2e-15 * (1 + np.abs(value_of(column)).max()) / step + 1e-9
+        floor = 4.0 * np.finfo(np.longdouble).eps * (1 + np.abs(value_of(column)).max()) / step + 1e-9
         np.testing.assert_array_less(np.abs(exact - difference), 2e-5 * np.abs(exact) + floor + 1e-30)
 
 
