@@ -31,6 +31,8 @@ myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
 html_math_renderer = "drawn"
+# Two hyphens are an option's, no dash.
+smartquotes_action = "qe"
 # A word in single backticks in a docstring is code.
 default_role = "code"
 
