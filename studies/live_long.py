@@ -3,7 +3,8 @@
     python studies/live_long.py --hours 24          # accelerated: the loop's C core and the twin in one process
     python studies/live_long.py --minutes 20        # real time: loop, rig and recorder, each a process
 
-The accelerated twin takes internal steps of 1/3 ms in place of 0.05 ms; what is tested is the loop.
+The accelerated twin takes internal steps of 1/3 ms in place of 0.05 ms; what is tested is the loop. In real time
+cyclictest (Debian: rt-tests) runs beside, where it is there: deadlines that it misses too are the machine's.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from live_lateness import cyclictest, of_cyclictest, process
 
 from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.frame import EVENTS, State
@@ -96,7 +98,11 @@ def real_time(minutes: float) -> None:
     with (
         tempfile.TemporaryDirectory() as name,
         Session(TWIN, settings, model_of(rig), Options(60.0 * minutes)) as session,
+        contextlib.ExitStack() as beside,
     ):
+        measured = Path(name) / "cyclictest.json"
+        if words := cyclictest(60.0 * minutes - 5.0, measured):
+            beside.enter_context(process(words))
         with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
             observers.record(True)
             watch, warm = Watch(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
@@ -111,11 +117,11 @@ def real_time(minutes: float) -> None:
             watch.poll()
             observers.record(False)
             kept = np.concatenate([read_table(path).columns["seq"] for path in observers.recordings.files])
-        report(minutes, watch)
+        report(minutes, watch, of_cyclictest(measured))
         head = watch.reader.head
-        for process, size in first.items():
+        for which, size in first.items():
             print(
-                f"resident memory of the {process} in MB: {size:.2f} at first, {last[process] - size:+.2f} at the end"
+                f"resident memory of the {which} in MB: {size:.2f} at first, {last[which] - size:+.2f} at the end"
             )
         print(
             f"recording: {kept.size} frames of the loop's {head}, first {kept[0]:.0f}, last {kept[-1]:.0f}, "
@@ -134,13 +140,16 @@ def memory(session: Session, observers: Observers) -> dict[str, float]:
     return {}
 
 
-def report(minutes: float, watch: Watch) -> None:
-    """Print what the loop did."""
+def report(minutes: float, watch: Watch, beside: list[float]) -> None:
+    """Print what the loop did, and cyclictest's lateness beside."""
     counts = {event: n for event, n in watch.reader.counts.items() if n}
     late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]
     print(f"TWIN, {minutes:g} min real time, {watch.reader.realtime}: {watch.frames} frames read")
     print(f"missed {watch.missed}, lost by the observer {watch.reader.lost}, events {counts}")
-    print(f"lateness us p50 {late[0]:.0f} p99 {late[1]:.0f} p99.9 {late[2]:.0f} largest {late[3]:.0f}")
+    for name, values in (("loop", late), ("cyclictest", beside)):
+        if values:
+            p50, p99, p999, largest = values
+            print(f"lateness us, {name}: p50 {p50:.0f} p99 {p99:.0f} p99.9 {p999:.0f} largest {largest:.0f}")
 
 
 def main() -> None:

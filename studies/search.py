@@ -50,7 +50,7 @@ def search(data: Dataset) -> None:
     for name in LADDER:
         structure = Structure("single", name, law_from_name(name), "lag", True, True)
         costs, seconds = [], []
-        for starts, points in ((usual, fit._SCAN_POINTS), (5 * usual, 10 * fit._SCAN_POINTS)):
+        for starts, points in ((usual, fit.SCAN_POINTS), (5 * usual, 10 * fit.SCAN_POINTS)):
             fit._ROUGH_STARTS = starts
             began = time.process_time()
             costs.append(fit.fit_structure(data, structure, scan=points).train_cost)
@@ -71,10 +71,11 @@ def intervals(data: Dataset) -> None:
 def recursion(data: Dataset) -> None:
     """The lag by BLAS against the same row by row."""
     field = data.elements[0].field
+    share = dynamics._share(data.clock, None, 5e-3, 5e-3)
     times = {}
     for name, run in (
-        ("BLAS", lambda: dynamics._follow(field, data.clock, 5e-3, None)),
-        ("loop", lambda: dynamics._switched(field, data.clock, 5e-3, 5e-3)),
+        ("BLAS", lambda: dynamics._filter(field, data.clock, share)),
+        ("loop", lambda: dynamics._switched(field, data.clock, share, share)),
     ):
         times[name] = min(_seconds(run) for _ in range(5))
     print(

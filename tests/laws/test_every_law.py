@@ -28,7 +28,7 @@ FIELDS = np.array([0.0, 0.0, 0.01, 0.2, 0.41, 0.7, 1.0, 1.0, 1.3])
 SLIPS = np.array([0.0, 0.7, -0.3, 0.0, 1e-3, -2.0, 0.5, -1e-3, 4.0])
 
 
-def assert_slopes(of: Callable[[float], tuple[Any, ...]], columns: tuple[Any, ...], index: int, at: float) -> None:
+def assert_slopes(of: Callable[[Any], tuple[Any, ...]], columns: tuple[Any, ...], index: int, at: float) -> None:
     """Derivatives of columns by seed ``index`` against central differences of ``of`` around ``at``."""
     # Extended precision, where there is any: terms that nearly cancel leave its digits to the difference.
     step = np.longdouble(1e-6 * max(abs(at), 1e-2))
