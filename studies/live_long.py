@@ -120,9 +120,7 @@ def real_time(minutes: float) -> None:
         report(minutes, watch, of_cyclictest(measured))
         head = watch.reader.head
         for which, size in first.items():
-            print(
-                f"resident memory of the {which} in MB: {size:.2f} at first, {last[which] - size:+.2f} at the end"
-            )
+            print(f"resident memory of the {which} in MB: {size:.2f} at first, {last[which] - size:+.2f} at the end")
         print(
             f"recording: {kept.size} frames of the loop's {head}, first {kept[0]:.0f}, last {kept[-1]:.0f}, "
             f"missing in between {int((np.diff(kept) - 1).sum())}"

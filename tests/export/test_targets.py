@@ -291,6 +291,24 @@ def test_a_host_on_windows_loads_it(label: str, kind: str, fmu3: Any, wine: Sequ
 
 
 @pytest.mark.slow
+def test_zig_alone_makes_an_fmu(
+    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> None:
+    pytest.importorskip("ziglang", reason="pip install ziglang")
+    from erclutch.export import fmu_binaries
+    from erclutch.export.compilers import Compiler
+
+    monkeypatch.setattr(fmu_binaries, "native", lambda: Compiler("zig", ("false",)))
+    monkeypatch.setattr(fmu_binaries.shutil, "which", lambda name: None)
+    monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(tmp_path / "cache"))
+    folder = exported(models["hem+rise-fall, coaxial"], "fmu3", tmp_path / "f")
+    said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
+    assert [line.split(": by ")[0] for line in said] == ["x86_64-linux", "x86_64-windows", "aarch64-linux"]
+    assert all("by zig" in line for line in said)
+    assert all(check.other_bits == 0 for check in verify_export(folder))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_windows_library_exports_the_interface_and_needs_only_windows(
     version: int, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]

@@ -77,12 +77,13 @@ def builders(version: int) -> Iterator[Builder]:
         folder = known.folder(version)
         if folder is None:
             continue
+        cross = Cross(known.zig)
         if known.machine == here:
-            yield Builder(folder, known.suffix, native().name, _shared_by(native()), needed=True)
+            own = cross.shared if native().name == "zig" else _shared_by(native())
+            yield Builder(folder, known.suffix, native().name, own, needed=True)
         elif shutil.which(known.gcc):
             yield Builder(folder, known.suffix, known.gcc, _shared_by(Compiler(known.gcc, (known.gcc,))))
         elif zig:
-            cross = Cross(known.zig)
             yield Builder(folder, known.suffix, cross.name, cross.shared)
 
 
