@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
@@ -174,6 +174,7 @@ COLUMNS = {name: values.copy() for name, values in table_of(WHOLE).columns.items
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.integers(1, 255)), min_size=1, max_size=4))
+@example([(WHOLE.rindex(b"float64 field") + 8, 1)])  # the schema as the summary repeats it
 def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
     """Every byte of the data is under a checksum: a changed file is refused, or reads as it was before."""
     data = bytearray(WHOLE)
@@ -193,6 +194,25 @@ def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
 def test_any_bytes_give_an_error_of_ours(data: bytes) -> None:
     with suppress(ErclutchError):
         assert table_of(data).rows
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flip", [1, 128, 255])
+def test_no_single_byte_gets_through(flip: int) -> None:
+    for place in range(len(WHOLE)):
+        data = bytearray(WHOLE)
+        data[place] ^= flip
+        with suppress(ErclutchError):
+            found = table_of(bytes(data)).columns
+            assert list(found) == list(COLUMNS)
+            assert all(np.array_equal(found[name], COLUMNS[name]) for name in COLUMNS)
+
+
+def test_a_summary_that_says_otherwise_is_refused_without_checksums_too() -> None:
+    data = bytearray(UNGUARDED)
+    data[data.rindex(b"float64 field") + 8] ^= 1
+    with pytest.raises(LogError, match="describes the messages of schema 1 in two ways"):
+        table_of(bytes(data))
 
 
 UNGUARDED = written(crc=False, compression=CompressionType.NONE)

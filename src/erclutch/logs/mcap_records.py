@@ -215,10 +215,12 @@ def _note(kind: int, body: bytes, contents: Contents) -> None:
     """Keep what a record says of the messages; skip kinds that say nothing of them."""
     if kind == Opcode.SCHEMA:
         schema = parse(kinds.Schema, body)
-        contents.schemas[schema.id] = schema
+        if contents.schemas.setdefault(schema.id, schema) != schema:
+            raise DamageError(f"it describes the messages of schema {schema.id} in two ways")
     elif kind == Opcode.CHANNEL:
         channel = parse(kinds.Channel, body)
-        contents.channels[channel.id] = channel
+        if contents.channels.setdefault(channel.id, channel) != channel:
+            raise DamageError(f"it describes channel {channel.id} in two ways")
     elif kind == Opcode.METADATA:
         record = parse(kinds.Metadata, body)
         contents.metadata[record.name] = record.metadata
@@ -246,6 +248,8 @@ def read_contents(data: bytes) -> Contents:
             contents.runs.extend(runs_of(data[place.start - _HEAD.size : place.stop], contents))
         elif place.kind == Opcode.DATA_END:
             _check_data(data, place, end)
+        elif place.kind == Opcode.FOOTER:
+            _check_summary(data, place)
         else:
             _note(place.kind, body, contents)
         end = place.stop
@@ -262,6 +266,15 @@ def _check_data(data: bytes, place: Place, stop: int) -> None:
     (checksum,) = struct.unpack_from("<I", data, place.start)
     if checksum and zlib.crc32(memoryview(data)[:stop]) != checksum:
         raise DamageError("the checksum of its data does not match")
+
+
+def _check_summary(data: bytes, place: Place) -> None:
+    """The checksum of what the file says of itself after its data, where it has one; it ends inside the footer."""
+    footer = parse(kinds.Footer, data[place.start : place.stop])
+    start = footer.summary_start or place.start - _HEAD.size
+    until = place.start + 16
+    if footer.summary_crc and zlib.crc32(memoryview(data)[start:until]) != footer.summary_crc:
+        raise DamageError("the checksum of its summary does not match")
 
 
 def _check_counts(contents: Contents) -> None:
