@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from erclutch.dual import Dual, partial_of, seed, value_of
 from erclutch.errors import SettingError
 from erclutch.laws import LADDER, Law, law_from_name, law_names
+from erclutch.laws.smooth import OFF_ZERO
 from erclutch.laws.yield_stress import YIELD_FORMS
 
 Columns = Callable[[Law, Any, Any, Sequence[Any]], tuple[Any, ...]]
@@ -35,7 +36,10 @@ def assert_slopes(of: Callable[[Any], tuple[Any, ...]], columns: tuple[Any, ...]
     for ahead, behind, column in zip(of(at + step), of(at - step), columns, strict=True):
         difference = (np.asarray(ahead) - np.asarray(behind)) / (2 * step)
         exact = np.broadcast_to(partial_of(column, index), difference.shape)
-        floor = 4.0 * np.finfo(np.longdouble).eps * (1 + np.abs(value_of(column)).max()) / step + 1e-9
+        size = 1 + np.abs(value_of(column)).max()
+        # Rounding of the difference; and of the derivative, whose terms grow as 1 / rate where a rate goes to zero.
+        rate = max(abs(at), OFF_ZERO)
+        floor = 4.0 * size * (np.finfo(np.longdouble).eps / step + np.finfo(float).eps / rate) + 1e-9
         np.testing.assert_array_less(np.abs(exact - difference), 2e-5 * np.abs(exact) + floor + 1e-30)
 
 
