@@ -34,13 +34,13 @@ _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
-#: Units of most logs with what pint says of them, factor and dimension, since pint takes half a second to load.
 _FORCE = (("gram", 1.0), ("meter", 1.0), ("second", -2.0))
 _TORQUE = (("gram", 1.0), ("meter", 2.0), ("second", -2.0))
 _VOLTAGE = (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0))
 _FIELD = (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0))
 _ANGLE, _TURNING = (("radian", 1.0),), (("radian", 1.0), ("second", -1.0))
 _LENGTH, _SPEED, _TIME = (("meter", 1.0),), (("meter", 1.0), ("second", -1.0)), (("second", 1.0),)
+#: Units of most logs with what pint says of them, factor and dimension, since pint takes half a second to load.
 COMMON: dict[str, tuple[float, tuple[tuple[str, float], ...]]] = {
     "V": (1e3, _VOLTAGE),
     "kV": (1e6, _VOLTAGE),
