@@ -199,9 +199,7 @@ def fit_large(
         SettingError: models that cannot be fitted this way, or none.
         RunError: no room for the temporary file.
     """
-    logs = [paths] if isinstance(paths, str | Path) else list(paths)
-    if not logs:
-        raise SettingError("no log was given", remedy="Give at least one log file")
+    logs = _listed(paths)
     how, report = reading or Reading(), progress or _silent
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
     with Spool(scratch) as spool:
@@ -225,6 +223,13 @@ def fit_large(
     return LargeFit(
         tuple(entries), sources, names, rows, units, findings, tuple(left_out), seconds, _asked(settings, device)
     )
+
+
+def _listed(paths: Sequence[str | Path] | str | Path) -> list[str | Path]:
+    logs: list[str | Path] = [paths] if isinstance(paths, str | Path) else list(paths)
+    if not logs:
+        raise SettingError("no log was given", remedy="Give at least one log file")
+    return logs
 
 
 def _silent(what: str, rows: int) -> None:

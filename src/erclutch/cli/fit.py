@@ -63,7 +63,7 @@ def fit(
     """
     from dataclasses import replace
 
-    from erclutch.runs import may_write, run_to_dict, write_run
+    from erclutch.runs import may_write, write_run
 
     began = time.perf_counter()
     if out is not None:
@@ -73,15 +73,21 @@ def fit(
     data = reading.dataset(recordings)
     comparison = compare_with_progress(data, settings)
     if json:
-        from json import dumps
-
-        print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
+        _print_json(comparison, recordings, reading)
     else:
         _print_all(recordings, comparison, time.perf_counter() - began)
     if out is not None:
         write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
     if not json:
         _print_kept(out)
+
+
+def _print_json(comparison: Comparison, recordings: Sequence[Recording], reading: LogOptions) -> None:
+    from json import dumps
+
+    from erclutch.runs import run_to_dict
+
+    print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
 
 
 def _print_kept(out: Path | None) -> None:

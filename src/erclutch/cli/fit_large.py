@@ -57,11 +57,7 @@ def fit_large(
     from erclutch.large import MARKER, write_large
     from erclutch.runs import may_write
 
-    if workers < 1 or seed < 0 or batch < 10_000:
-        raise SettingError(
-            f"--workers {workers} --seed {seed} --batch {batch}",
-            remedy="Give --workers 1 or more, --seed 0 or more, --batch 10000 or more",
-        )
+    _require(workers, seed, batch)
     if out is not None:
         may_write(out, force, MARKER)
     names = tuple(name for word in models for name in word.replace(",", " ").split())
@@ -80,6 +76,14 @@ def fit_large(
     if out is not None:
         write_large(out, result, force=force)
     _print(result, json, out)
+
+
+def _require(workers: int, seed: int, batch: int) -> None:
+    if workers < 1 or seed < 0 or batch < 10_000:
+        raise SettingError(
+            f"--workers {workers} --seed {seed} --batch {batch}",
+            remedy="Give --workers 1 or more, --seed 0 or more, --batch 10000 or more",
+        )
 
 
 def _how(reading: LogOptions, batch: int) -> Reading:
