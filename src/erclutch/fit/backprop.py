@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.quick import tanh_in_place
+
 Array = NDArray[np.float64]
 Floats = NDArray[Any]
 Layers = Sequence[tuple[Floats, Floats]]
@@ -143,7 +145,7 @@ def _activations(layers: Layers, x: Floats) -> list[Floats]:
     for w, b in layers[:-1]:
         z = w @ active[-1]
         z += b[:, None]
-        active.append(np.tanh(z, out=z))
+        active.append(tanh_in_place(z))
     return active
 
 

@@ -16,6 +16,7 @@ from erclutch.exact import exp, tanh
 from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of, require_schema
 from erclutch.networks import NetworkStructure, network_from_name
 from erclutch.networks.inputs import inputs_of
+from erclutch.quick import tanh_in_place
 
 Array = NDArray[np.float64]
 
@@ -163,11 +164,13 @@ class NetworkModel:
 
 def forward_fnn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
     """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
-    a, layer, function = x, 1, tanh if exactly else np.tanh
+    a, layer = x, 1
     while f"W{layer}" in weights:
-        a = function(_affine(weights[f"W{layer}"], a, weights[f"b{layer}"]))
+        w, b = weights[f"W{layer}"], weights[f"b{layer}"]
+        a = tanh(_affine(w, a, b)) if exactly else tanh_in_place(w @ a + b[:, None])
         layer += 1
-    return weights["b_out"][0] + _weighted(weights["W_out"][0], a)
+    w_out = weights["W_out"][0]
+    return weights["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
 
 
 def forward_rbfn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:

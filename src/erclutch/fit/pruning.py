@@ -1,0 +1,45 @@
+"""Which neuron a network can spare, and what the other weights do without it.
+
+A network with some neurons too many trains to lower minima than one of the final size, and stays low as they go one by
+one. The neuron of the last hidden layer goes whose output weight costs least to set to zero while all other weights
+follow: the optimal brain surgeon (Hassibi and Stork 1993, doi 10.1109/ICNN.1993.298572) on a damped J'J.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.backprop import Rows, unpacked
+
+Array = NDArray[np.float64]
+
+_DAMPING, _FLOOR = 1e-5, 1e-2  # over each diagonal element of J'J, over the largest of them
+
+
+def without_least(rows: Rows, theta: Array) -> Array:
+    """Weights of the network without the neuron of its last hidden layer that it misses least."""
+    square = rows.gram(rows.at(theta))[:-1, :-1]
+    diagonal = square.diagonal()
+    square[np.diag_indices_from(square)] += _DAMPING * (diagonal + _FLOOR * diagonal.max())
+    inverse = np.linalg.inv(square)
+    outputs = np.arange(-1 - rows.sizes[-2], -1) + theta.size
+    cost = theta[outputs] ** 2 / inverse.diagonal()[outputs]
+    least = int(np.argmin(cost))
+    gone = outputs[least]
+    return _without(theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone]), rows.sizes, least)
+
+
+def smaller(sizes: Sequence[int]) -> tuple[int, ...]:
+    """Layers with one neuron less in the last hidden one."""
+    return (*sizes[:-2], sizes[-2] - 1, sizes[-1])
+
+
+def _without(theta: Array, sizes: Sequence[int], neuron: int) -> Array:
+    """The same weights without those into and out of a neuron of the last hidden layer."""
+    layers = unpacked(theta, sizes)
+    (w, b), (w_out, b_out) = layers[-2:]
+    kept = [*layers[:-2], (np.delete(w, neuron, 0), np.delete(b, neuron)), (np.delete(w_out, neuron, 1), b_out)]
+    return np.concatenate([part for w, b in kept for part in (w.ravel(), b)])
