@@ -125,7 +125,7 @@ def test_a_known_network_is_found_again() -> None:
     truth = first_weights(rng, sizes) + rng.normal(size=weights_of(sizes))
     x = rng.uniform(-1, 1, (2, 4000))
     y = forward_fnn(tables_of(truth, sizes), x)
-    found = train(x, y / np.abs(y).max(), (3,), 0, schedule_for((3,), polish=True))
+    found = train(x, y / np.abs(y).max(), (3,), 0, schedule_for((3,), 2, polish=True))
     error = forward_fnn(tables_of(found.theta, sizes), x) * np.abs(y).max() - y
     assert np.sqrt(np.mean(error**2)) < 1e-4 * y.std()
 

@@ -79,18 +79,21 @@ class Schedule:
         return {round.level for round in self.rounds}
 
 
-def schedule_for(hidden: Sequence[int], polish: bool = False) -> Schedule:
-    """Small networks have more bad minima and cost less a start, so they get more starts and spare neurons."""
+def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Schedule:
+    """Small networks have more bad minima and cost less a start, so they get more starts and spare neurons.
+
+    With many inputs the coarsest grid has too few cells along each to prune on.
+    """
     small = sum(hidden) <= 8
     spare = 8 if small else max(3, round(0.375 * hidden[-1]))
-    few = min(spare, 2)
+    few, middle = min(spare, 2), 0 if inputs <= 3 else 1
     if polish:
         starts, kept = (24, 8) if small else (16, 6)
-        last = Round(0, 20, 3), Round(2, 30, 2), Round(2, 60, 1)
-        return Schedule(starts, (Round(0, 30, starts, spare), Round(0, 0, kept, few), *last), spare, polish=10)
+        last = Round(middle, 20, 3), Round(2, 30, 2), Round(2, 60, 1)
+        return Schedule(starts, (Round(0, 30, starts, spare), Round(middle, 0, kept, few), *last), spare, polish=10)
     starts, kept = (8, 4) if small else (4, 2)
-    last = Round(0, 20 if small else 10, 2), Round(2, 0, 1), Round(2, 20 if small else 16, 1)
-    return Schedule(starts, (Round(0, 30, starts, spare), Round(0, 0, kept, few), *last), spare)
+    last = Round(middle, 20 if small else 10, 2), Round(2, 0, 1), Round(2, 30 if middle else 20 if small else 16, 1)
+    return Schedule(starts, (Round(0, 30, starts, spare), Round(middle, 0, kept, few), *last), spare)
 
 
 @dataclass(frozen=True)

@@ -192,7 +192,7 @@ def learn(
     with threadpool_limits(1):  # the matrices are small: more threads would only wait for each other
         if structure.kind == "rbfn":
             return _learn_rbfn(unit, target, structure, seed, polish, spaced)
-        schedule = schedule_for(structure.hidden, polish)
+        schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
         slips = None if squares is None else slips_for(structure, scaling, squares)
         found = train(unit, target, structure.hidden, seed, schedule, workers, spaced, slips)
         return fnn_tables(found, x.shape[0], structure), found.stop, found.steps

@@ -213,7 +213,7 @@ def _learn(
 ) -> tuple[dict[str, Array], Stop, int]:
     structure = rows.structure
     if structure.kind == "fnn":
-        schedule = schedule_for(structure.hidden)
+        schedule = schedule_for(structure.hidden, len(structure.inputs))
         cells = rows.cells(sorted(schedule.levels), extent, scaling, squares)
         slips = slips_for(structure, scaling, squares)
         found = train_on(cells, structure.hidden, seed, schedule, workers, slips)

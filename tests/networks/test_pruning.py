@@ -1,0 +1,75 @@
+"""A network with neurons to spare loses them one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.fit.backprop import Rows, tables_of, unpacked, weights_of
+from erclutch.fit.network import Round, Schedule, schedule_for, train
+from erclutch.fit.pruning import smaller, without_least
+from erclutch.networks.model import forward_fnn
+from erclutch.quick import tanh_in_place
+
+
+def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -> tuple[Rows, np.ndarray]:
+    x = rng.uniform(-1.0, 1.0, (sizes[0], 500))
+    y = forward_fnn(tables_of(theta, sizes), x)
+    return Rows(x, y, None, sizes, single=False), x
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 999), layers=st.sampled_from([(3, 6, 1), (2, 4, 5, 1), (1, 2, 1)]), data=st.data())
+def test_the_neuron_that_does_nothing_goes_first(seed: int, layers: tuple[int, ...], data: st.DataObject) -> None:
+    rng = np.random.default_rng(seed)
+    theta = rng.normal(size=weights_of(layers))
+    idle = data.draw(st.integers(0, layers[-2] - 1))
+    unpacked(theta, layers)[-1][0][0, idle] = 0.0  # a view
+    rows, x = _rows(layers, theta, rng)
+    left = without_least(rows, theta)
+    assert left.size == weights_of(smaller(layers))
+    after = forward_fnn(tables_of(left, smaller(layers)), x)
+    assert np.allclose(after, rows.y, atol=1e-12)
+
+
+def test_the_other_weights_make_up_for_a_neuron_that_has_a_twin() -> None:
+    rng = np.random.default_rng(3)
+    sizes = (2, 3, 1)
+    w, b, out = rng.normal(size=(3, 2)), rng.normal(size=3), np.array([0.8, 1.5, 0.8])
+    w[2], b[2] = w[0], b[0]
+    theta = np.concatenate([w.ravel(), b, out, [0.1]])
+    rows, x = _rows(sizes, theta, rng)
+    left = without_least(rows, theta)
+    lost = forward_fnn(tables_of(left, smaller(sizes)), x) - rows.y
+    assert np.sqrt(np.mean(lost**2)) < 1e-3 * rows.y.std()
+    output = unpacked(left, smaller(sizes))[-1][0][0]
+    assert np.sort(np.abs(output)) == pytest.approx([1.5, 1.6], rel=5e-2)
+
+
+@pytest.mark.parametrize("hidden", [(1,), (4,), (3, 2)])
+def test_what_is_left_has_the_size_asked_for_even_with_few_rows(hidden: tuple[int, ...]) -> None:
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1.0, 1.0, (2, 40))  # fewer rows than the weights of the starts
+    found = train(x, np.tanh(3.0 * x[0]) * x[1], hidden, 0, schedule_for(hidden, 2))
+    assert found.theta.size == weights_of((2, *hidden, 1))
+    assert np.all(np.isfinite(found.theta))
+
+
+def test_spare_neurons_lead_lower() -> None:
+    rng = np.random.default_rng(5)
+    x = rng.uniform(-1.0, 1.0, (2, 3000))
+    y = np.tanh(20.0 * x[1]) * x[0] ** 2 + 0.3 * np.sin(3.0 * x[0])
+    last = Round(0, 60, 1)
+    plain = [train(x, y, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
+    spare = [train(x, y, (5,), seed, Schedule(1, (Round(0, 30, 1, 5), last), 5)).cost for seed in range(8)]
+    assert np.median(spare) < 0.9 * np.median(plain)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_the_quick_tanh_is_tanh(kind: type) -> None:
+    x = np.concatenate([np.linspace(-30.0, 30.0, 20_001), [-1e30, 1e30, -np.inf, np.inf, 0.0]])
+    quick = tanh_in_place(x.astype(kind))
+    assert quick.dtype == kind
+    assert np.abs(quick - np.tanh(x.astype(kind).astype(np.float64))).max() < 4 * np.finfo(kind).eps
