@@ -132,6 +132,11 @@ def test_a_rate_must_be_positive() -> None:
         timing.from_rate(100, 0.0)
 
 
+def test_steps_that_no_logger_makes_are_refused() -> None:
+    with pytest.raises(TimingError, match=r"1e-239 s, below the shortest of 1e-12 s"):
+        clock_of(1e-239 * np.arange(20))
+
+
 @settings(max_examples=200, deadline=None)
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_nan=False) | st.sampled_from([0.0, 1e-3, 1e-300, 5e-324]), max_size=40),

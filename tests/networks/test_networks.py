@@ -22,7 +22,8 @@ from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, S
 from erclutch.fit.backprop import Rows, tables_of, theta_of, weights_of
 from erclutch.fit.compress import LEVELS, compress
 from erclutch.fit.first_weights import first_weights, with_best_output
-from erclutch.fit.network import levenberg_marquardt, schedule_for, train
+from erclutch.fit.geodesic import levenberg_marquardt
+from erclutch.fit.network import schedule_for, train
 from erclutch.fit.networks import fit_network, mean_squares, scaling_of, slips_for, slips_of
 from erclutch.fit.rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.networks import is_network, network_from_name

@@ -11,7 +11,6 @@ from erclutch.fit.backprop import Rows, tables_of, unpacked, weights_of
 from erclutch.fit.network import Round, Schedule, schedule_for, train
 from erclutch.fit.pruning import smaller, without_least
 from erclutch.networks.model import forward_fnn
-from erclutch.quick import tanh_in_place
 
 
 def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -> tuple[Rows, np.ndarray]:
@@ -65,11 +64,3 @@ def test_spare_neurons_lead_lower() -> None:
     plain = [train(x, y, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
     spare = [train(x, y, (5,), seed, Schedule(1, (Round(0, 30, 1, 5), last), 5)).cost for seed in range(8)]
     assert np.median(spare) < 0.9 * np.median(plain)
-
-
-@pytest.mark.parametrize("kind", [np.float32, np.float64])
-def test_the_quick_tanh_is_tanh(kind: type) -> None:
-    x = np.concatenate([np.linspace(-30.0, 30.0, 20_001), [-1e30, 1e30, -np.inf, np.inf, 0.0]])
-    quick = tanh_in_place(x.astype(kind))
-    assert quick.dtype == kind
-    assert np.abs(quick - np.tanh(x.astype(kind).astype(np.float64))).max() < 4 * np.finfo(kind).eps

@@ -19,7 +19,7 @@ from erclutch.fit import fit_structure
 from erclutch.fit.backprop import Rows, tables_of
 from erclutch.fit.compress import Centroids, compress
 from erclutch.fit.first_weights import Slips, first_weights, with_best_output
-from erclutch.fit.network import Trained, levenberg_marquardt
+from erclutch.fit.geodesic import Trained, levenberg_marquardt
 from erclutch.fit.networks import mean_squares, scaling_of, slips_for, spaced_by
 from erclutch.fit.rbfn import candidates, forward_selection, weights_for
 from erclutch.laws import law_from_name
@@ -82,7 +82,7 @@ def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report:
         spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
     """
     unit = _Unit(network_from_name("rbfn-1", train.device), train, test)
-    cells, fine = unit.cells(0), unit.cells(2)
+    cells, fine = unit.cells(1), unit.cells(2)
     pool = candidates(cells, seed)
     chosen_by: dict[float, list[int]] = {}
     total = len(SPREADS) + len(RBFN_NEURONS)
@@ -145,7 +145,7 @@ def fnn_sweep(
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
     unit = _Unit(network_from_name("fnn-1", train.device), train, test)
-    coarse, fine = unit.cells(0), unit.cells(1)
+    coarse, fine = unit.cells(1), unit.cells(2)
     found: list[Any] = []
     with _one_thread():
         for i, n in enumerate(neurons, start=1):

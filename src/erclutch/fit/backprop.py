@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.quick import tanh_in_place
-
 Array = NDArray[np.float64]
 Floats = NDArray[Any]
 Layers = Sequence[tuple[Floats, Floats]]
 
-_BLOCK = 2048
+_BLOCK = 2048  # rows
+_WHOLE = 4_000_000  # elements of J that are one block: J is then worked out once a step
 _KEPT = 50_000_000  # activations that are kept from one use to the next
 
 
@@ -82,7 +81,8 @@ class Rows:
         self.root = root.astype(kind)
         self.sizes, self.kind = tuple(sizes), kind
         self.count = weights_of(sizes)
-        self._store = np.empty((self.count + 1, _BLOCK), kind)
+        self._block = self.y.size if self.y.size * self.count <= _WHOLE else min(_BLOCK, self.y.size)
+        self._store = np.empty((self.count + 1, self._block), kind)
         self._kept = self.y.size * sum(sizes[1:-1]) <= _KEPT
 
     def at(self, theta: Array) -> Point:
@@ -112,27 +112,41 @@ class Rows:
         return total
 
     def bend(self, point: Point, step: Array) -> Array:
-        """J' f_vv, shape (p,): the slope of the cost that the output's curvature along a step adds."""
+        """J' f_vv, shape (p,): the slope of the cost that the output's curvature along a step adds.
+
+        Only after `gram` at the same point: J is still there if all rows are one block.
+        """
         along = unpacked(step.astype(self.kind), self.sizes)
         total = np.zeros(self.count)
         for block, active in self._active(point):
-            squared = self.root[block] ** 2
-            total += _pulled_back(point.layers, active, _second(point.layers, along, active) * squared)
+            root = self.root[block]
+            bent = _second(point.layers, along, active)
+            bent *= root
+            j = self._store[:-1, : root.size]
+            if self._block < self.y.size:
+                _slopes(point.layers, active, root, j)
+            total += j @ bent
         return total
 
-    def output_gram(self, point: Point) -> Array:
-        """`gram` of the output layer's weights alone, with the weighted effort in place of the residual."""
-        size = self.sizes[-2] + 1
-        total = np.zeros((size + 1, size + 1))
+    def output_gram(self, point: Point, more: tuple[Array, Array] | None = None) -> Array:
+        """J'J of the output layer's weights alone, with the weighted effort in the last row and column.
+
+        ``more`` holds W and b of further neurons of the last hidden layer, whose columns come before that of the bias.
+        """
+        total: Array | float = 0.0
         for block, active in self._active(point):
             root = self.root[block]
-            j = np.vstack([active[-1] * root, root, self.y[block] * root])
-            total += j @ j.T
-        return total
+            functions = [active[-1]]
+            if more is not None:
+                w, b = (part.astype(self.kind) for part in more)
+                functions.append(_layer(w, b, active[-2]))
+            j = np.vstack([*(f * root for f in functions), root, self.y[block] * root])
+            total = total + (j @ j.T).astype(np.float64)
+        return np.asarray(total)
 
     def _blocks(self) -> Iterator[slice]:
-        for at in range(0, self.y.size, _BLOCK):
-            yield slice(at, min(at + _BLOCK, self.y.size))
+        for at in range(0, self.y.size, self._block):
+            yield slice(at, min(at + self._block, self.y.size))
 
     def _active(self, point: Point) -> Iterator[tuple[slice, Sequence[Floats]]]:
         for i, block in enumerate(self._blocks()):
@@ -143,10 +157,14 @@ def _activations(layers: Layers, x: Floats) -> list[Floats]:
     """The inputs, and each hidden layer's output, shape (neurons, m)."""
     active = [x]
     for w, b in layers[:-1]:
-        z = w @ active[-1]
-        z += b[:, None]
-        active.append(tanh_in_place(z))
+        active.append(_layer(w, b, active[-1]))
     return active
+
+
+def _layer(w: Floats, b: Floats, below: Floats) -> Floats:
+    z = w @ below
+    z += b[:, None]
+    return np.tanh(z, out=z)
 
 
 def _output(last: tuple[Floats, Floats], active: Floats) -> Floats:
@@ -164,7 +182,7 @@ def _slopes(layers: Layers, active: Sequence[Floats], root: Floats, j: Floats) -
     for i in range(len(layers) - 2, -1, -1):
         w, _ = layers[i]
         rows, columns = w.shape
-        delta = np.multiply(delta, 1.0 - active[i + 1] ** 2, out=j[end - rows : end])
+        delta = np.multiply(delta, _steep(active[i + 1]), out=j[end - rows : end])
         outer = j[end - rows - w.size : end - rows].reshape(rows, columns, -1)
         np.multiply(delta[:, None, :], active[i][None], out=outer)
         end -= rows + w.size
@@ -182,21 +200,17 @@ def _second(layers: Layers, along: Layers, active: Sequence[Floats]) -> Floats:
         if i:
             z += w @ first
         h = active[i + 1]
-        steep = 1.0 - h * h
+        steep = _steep(h)
         moved = steep * z
-        bent = -2.0 * h * moved * z
-        second = bent + steep * (2.0 * (dw @ first) + w @ second) if i else bent
+        z *= moved
+        z *= h
+        z *= -2.0
+        second = z + steep * (2.0 * (dw @ first) + w @ second) if i else z
         first = moved
     return (2.0 * (along[-1][0] @ first) + layers[-1][0] @ second)[0]
 
 
-def _pulled_back(layers: Layers, active: Sequence[Floats], v: Floats) -> Array:
-    """J'v for unweighted derivatives of the output, shape (p,)."""
-    parts: list[Floats] = [np.array([v.sum()]), active[-1] @ v]
-    delta: Floats = layers[-1][0][0][:, None] * v
-    for i in range(len(layers) - 2, -1, -1):
-        delta = delta * (1.0 - active[i + 1] ** 2)
-        parts += [delta.sum(axis=1), (delta @ active[i].T).ravel()]
-        if i:
-            delta = layers[i][0].T @ delta
-    return np.concatenate(parts[::-1]).astype(np.float64)
+def _steep(h: Floats) -> Floats:
+    """Slope of tanh where its value is h."""
+    square = h * h
+    return np.subtract(1.0, square, out=square)

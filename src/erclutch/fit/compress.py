@@ -20,8 +20,8 @@ Places = NDArray[np.int64]
 #: Cells along each input by number of inputs, coarse to fine.
 _LEVELS = {
     1: ((64,), (256,), (1024,)),
-    2: ((48, 40), (96, 80), (192, 160)),
-    3: ((16, 20, 20), (40, 24, 24), (64, 32, 32)),
+    2: ((24, 32), (48, 40), (192, 160)),
+    3: ((8, 16, 16), (16, 20, 20), (32, 64, 64)),
     4: ((16, 12, 12, 10), (24, 16, 16, 12), (32, 20, 20, 16)),
 }
 _MANY = ((8,), (10,), (14,))  # cells along each of more inputs: only those with rows count

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from erclutch.fit.backprop import Rows
 
 Array = NDArray[np.float64]
+Layer = tuple[Array, Array]
 
 _SHARE = 0.55  # of the first layer's neurons that start as transitions without further inputs: as many for each slip
 _WIDTHS = (0.01, 0.4)  # of transitions, over the slip's root mean square
 _FIELD = 0.7  # standard deviation of a transition's weight of the field
+_ONE_HIDDEN = 3  # layers, with those of inputs and output
 _RIDGE = 1e-4  # of the least squares, over the number of rows: neurons that start alike do not cancel
 
 
@@ -50,7 +52,15 @@ def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips |
     return np.concatenate([*parts, rng.uniform(-scale, scale, sizes[-2]), np.zeros(1)])
 
 
-def _spread(rng: np.random.Generator, before: int, after: int) -> tuple[Array, Array]:
+def new_neurons(rng: np.random.Generator, sizes: Sequence[int], count: int, slips: Slips | None) -> Layer:
+    """W and b of so many random neurons for the last hidden layer."""
+    w, b = _spread(rng, sizes[-3], count)
+    if len(sizes) == _ONE_HIDDEN and slips is not None:
+        _transitions(rng, slips, w, b)
+    return w, b
+
+
+def _spread(rng: np.random.Generator, before: int, after: int) -> Layer:
     """Weights whose transitions lie evenly over the inputs (Nguyen and Widrow)."""
     w = rng.uniform(-1.0, 1.0, (after, before))
     reach = 0.7 * after ** (1.0 / before)

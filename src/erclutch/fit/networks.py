@@ -15,8 +15,9 @@ from erclutch.errors import CheckError
 from erclutch.fit.backprop import tables_of, weights_of
 from erclutch.fit.compress import Centroids, compress
 from erclutch.fit.first_weights import Slips
+from erclutch.fit.geodesic import Trained
 from erclutch.fit.lm import Stop
-from erclutch.fit.network import Trained, schedule_for, train
+from erclutch.fit.network import schedule_for, train
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.ranges import period_of, range_of
 from erclutch.fit.rbfn import Centres, by_forward_selection, by_k_means, refined, weights_for
@@ -191,7 +192,7 @@ def learn(
     threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
     with threadpool_limits(1):  # the matrices are small: more threads would only wait for each other
         if structure.kind == "rbfn":
-            return _learn_rbfn(unit, target, structure, seed, polish, spaced)
+            return _learn_rbfn(unit, target, structure, seed, spaced)
         schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
         slips = None if squares is None else slips_for(structure, scaling, squares)
         found = train(unit, target, structure.hidden, seed, schedule, workers, spaced, slips)
@@ -248,23 +249,23 @@ def fnn_tables(found: Trained, inputs: int, structure: NetworkStructure) -> dict
 
 
 def _learn_rbfn(
-    x: Array, y: Array, structure: NetworkStructure, seed: int, polish: bool, by: Array | None
+    x: Array, y: Array, structure: NetworkStructure, seed: int, by: Array | None
 ) -> tuple[dict[str, Array], Stop, int]:
-    cells = {level: compress(x, y, level, by) for level in rbfn_levels(structure, polish)}
+    cells = {level: compress(x, y, level, by) for level in rbfn_levels(structure)}
     found = centres_on(cells, structure, seed)
     return rbfn_tables(x, y, found), found.stop, found.steps
 
 
-def rbfn_levels(structure: NetworkStructure, polish: bool = False) -> tuple[int, ...]:
+def rbfn_levels(structure: NetworkStructure) -> tuple[int, ...]:
     """Levels of compression that an RBFN's centres need."""
-    return (0, 2 if polish else 1) if structure.centres in ("refined", "spreads") else (0,)
+    return (1, 2) if structure.centres in ("refined", "spreads") else (1,)
 
 
 def centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> Centres:
     """Centres and spreads of an RBFN on centroids by level: found on the coarsest, refined on the finest."""
     neurons, how = structure.hidden[0], structure.centres
     search = by_k_means if how == "kmeans" else by_forward_selection
-    found = search(cells[0], neurons, seed)
+    found = search(cells[min(cells)], neurons, seed)
     return refined(cells[max(cells)], found, one_spread=how == "refined") if len(cells) > 1 else found
 
 

@@ -7,7 +7,7 @@ follow: the optimal brain surgeon (Hassibi and Stork 1993, doi 10.1109/ICNN.1993
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +21,20 @@ _DAMPING, _FLOOR = 1e-5, 1e-2  # over each diagonal element of J'J, over the lar
 
 def without_least(rows: Rows, theta: Array) -> Array:
     """Weights of the network without the neuron of its last hidden layer that it misses least."""
+    return next(without_one(rows, theta))
+
+
+def without_one(rows: Rows, theta: Array) -> Iterator[Array]:
+    """Weights of the network without one neuron of its last hidden layer, for each, the least missed first."""
     square = rows.gram(rows.at(theta))[:-1, :-1]
     diagonal = square.diagonal()
     square[np.diag_indices_from(square)] += _DAMPING * (diagonal + _FLOOR * diagonal.max())
     inverse = np.linalg.inv(square)
     outputs = np.arange(-1 - rows.sizes[-2], -1) + theta.size
     cost = theta[outputs] ** 2 / inverse.diagonal()[outputs]
-    least = int(np.argmin(cost))
-    gone = outputs[least]
-    return _without(theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone]), rows.sizes, least)
+    for neuron in np.argsort(cost).tolist():
+        gone = outputs[neuron]
+        yield _without(theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone]), rows.sizes, neuron)
 
 
 def smaller(sizes: Sequence[int]) -> tuple[int, ...]:

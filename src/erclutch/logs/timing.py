@@ -17,6 +17,7 @@ from erclutch.signals import Array
 
 MINIMUM_ROWS = 10
 _GAP = 1.5  # periods
+_SHORTEST = 1e-12  # s: no logger samples at a THz
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
 _COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
@@ -73,7 +74,7 @@ def from_stamps(
         TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
     """
     require_rows(stamps.size, where)
-    _refuse_backwards(stamps, column, where)
+    _refuse_no_clock(stamps, column, where)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
     grain = _resolution(stamps)
@@ -113,11 +114,16 @@ def require_rows(rows: int, where: str) -> None:
         raise ShortLogError(problem, remedy="Give a longer log", where=where)
 
 
-def _refuse_backwards(stamps: Array, column: str, where: str) -> None:
+def _refuse_no_clock(stamps: Array, column: str, where: str) -> None:
     steps = np.diff(stamps)
     if not np.any(steps):
         problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
         remedy = "Choose the time column (--time) or give a sampling rate (--rate)"
+        raise TimingError(problem, remedy=remedy, where=where)
+    usual = float(np.median(steps[steps != 0]))
+    if abs(usual) < _SHORTEST:
+        problem = f"steps of column {column} are {usual:.3g} s, below the shortest of {_SHORTEST:g} s"
+        remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
         raise TimingError(problem, remedy=remedy, where=where)
     back = np.flatnonzero(steps < 0)
     if back.size:

@@ -16,7 +16,6 @@ from erclutch.exact import exp, tanh
 from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of, require_schema
 from erclutch.networks import NetworkStructure, network_from_name
 from erclutch.networks.inputs import inputs_of
-from erclutch.quick import tanh_in_place
 
 Array = NDArray[np.float64]
 
@@ -167,7 +166,7 @@ def forward_fnn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True)
     a, layer = x, 1
     while f"W{layer}" in weights:
         w, b = weights[f"W{layer}"], weights[f"b{layer}"]
-        a = tanh(_affine(w, a, b)) if exactly else tanh_in_place(w @ a + b[:, None])
+        a = tanh(_affine(w, a, b)) if exactly else np.tanh(w @ a + b[:, None])
         layer += 1
     w_out = weights["W_out"][0]
     return weights["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)

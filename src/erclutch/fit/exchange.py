@@ -1,0 +1,93 @@
+"""A trained network gives up a neuron for another and trains on: the way from a good minimum to a better one.
+
+A neuron that is hardly missed goes (`pruning`), and of many random ones the one comes that takes most from the
+residual beside those that are there, as in orthogonal forward selection (Chen, Cowan and Grant 1991,
+doi 10.1109/72.80341). It stays if the cost ends lower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.backprop import Rows, unpacked
+from erclutch.fit.first_weights import Slips, new_neurons, with_best_output
+from erclutch.fit.geodesic import FIRST_DAMPING, Trained, levenberg_marquardt
+from erclutch.fit.pruning import smaller, without_one
+
+Array = NDArray[np.float64]
+_CANDIDATES = 60
+_AFTER_LOSS, _STEPS_AFTER_LOSS, _STEPS = 1e-4, 6, 20
+_RIDGE = 1e-3  # of a candidate's square, over the number of rows: none comes that is a copy of what is there
+_ROUNDING = 1e-7  # of the largest square, which single precision hides
+_LOWER = 0.9995  # of the cost: a smaller fall ends the search
+
+
+def exchanged(
+    rows_of: Callable[[Sequence[int]], Rows],
+    sizes: Sequence[int],
+    found: Trained,
+    rng: np.random.Generator,
+    slips: Slips | None,
+    tries: int,
+    most: int,
+) -> Trained:
+    """A trained network after exchanges of neurons of its last hidden layer, until none lowers its cost.
+
+    Args:
+        rows_of: rows for a network of these layers.
+        sizes: layers of the network, inputs and output included.
+        found: where to begin.
+        rng: of the new neurons.
+        slips: along which some of them are transitions.
+        tries: neurons that an exchange tries to replace, the least missed first; the best result stays.
+        most: exchanges.
+    """
+    if sizes[-2] == 1:
+        return replace(found, steps=0)
+    rows, fewer = rows_of(sizes), rows_of(smaller(sizes))
+    best, steps = found, 0
+    for _ in range(most):
+        before = best
+        for theta in islice(without_one(rows, before.theta), tries):
+            left = levenberg_marquardt(fewer, with_best_output(fewer, theta), _STEPS_AFTER_LOSS, _AFTER_LOSS)
+            more = with_best_output(rows, _with_new(fewer, left.theta, rng, slips))
+            after = levenberg_marquardt(rows, more, _STEPS, FIRST_DAMPING)
+            steps += left.steps + after.steps
+            best = min(best, after, key=lambda t: t.cost)
+        if best.cost >= _LOWER * before.cost:
+            break
+    return replace(best, steps=steps)
+
+
+def _with_new(rows: Rows, theta: Array, rng: np.random.Generator, slips: Slips | None) -> Array:
+    """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
+    w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
+    best = int(np.argmax(_gains(rows, theta, (w_new, b_new))))
+    layers = unpacked(theta, rows.sizes)
+    (w, b), (w_out, b_out) = layers[-2:]
+    grown = [
+        *layers[:-2],
+        (np.vstack([w, w_new[best]]), np.append(b, b_new[best])),
+        (np.append(w_out, [[0.0]], axis=1), b_out),
+    ]
+    return np.concatenate([part for layer in grown for part in (layer[0].ravel(), layer[1])])
+
+
+def _gains(rows: Rows, theta: Array, new: tuple[Array, Array]) -> Array:
+    """How much each new neuron would take from the cost with the output layer at its least squares."""
+    total = rows.output_gram(rows.at(theta), new)
+    size = len(total)
+    there = np.array([*range(rows.sizes[-2]), size - 2])  # neurons and bias
+    come = np.arange(rows.sizes[-2], size - 2)
+    square = total[np.ix_(there, there)]
+    square[np.diag_indices_from(square)] += _ROUNDING * square.diagonal().max()
+    across = total[np.ix_(there, come)]
+    along = np.linalg.solve(square, across).astype(np.float64, copy=False)
+    own = total[come, come] - np.einsum("ij,ij->j", across, along)
+    slope = total[come, -1] - total[there, -1] @ along
+    return slope**2 / (np.maximum(own, 0.0) + _RIDGE * rows.y.size)

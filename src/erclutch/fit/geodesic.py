@@ -1,0 +1,98 @@
+"""Training an FNN on its rows: Levenberg-Marquardt over all weights, with geodesic acceleration.
+
+A step is that of Levenberg-Marquardt plus its acceleration (Transtrum and Sethna 2012, arXiv:1201.5885), which follows
+the narrow curved valleys of a network's cost: half as many steps, and better minima. Damping is by mu times the
+diagonal of J'J with a floor; it grows and falls after Nielsen (1999), but falls more slowly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotrs
+
+from erclutch.fit.backprop import Point, Rows
+from erclutch.fit.lm import Stop
+
+Array = NDArray[np.float64]
+FIRST_DAMPING = 1e-3
+_FALLING = 1e-6  # relative fall of the cost that counts as progress
+_PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}  # falls of the cost that rounding hides
+_PATIENCE = 3  # steps without progress before it counts as converged
+_LEAST_DAMPING, _MOST_TRIES = 1e-14, 20
+_SLOWLY = 0.65  # of the damping that a good step leaves at least: a refused one costs half as much as a good one
+_FLOOR = 1e-2  # of the damping's scale, over the largest diagonal element: weights that hardly matter do not run away
+_MOST_BENT = 0.75  # twice the acceleration over the step
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A trained weight vector.
+
+    Attributes:
+        theta: all weights, layer by layer (W, then b).
+        cost: weighted sum of squares on the rows of the last round, in normalised units.
+        steps: of all starts and rounds together.
+        stop: how the last round ended.
+        damping: that the next step would have had.
+    """
+
+    theta: Array
+    cost: float
+    steps: int
+    stop: Stop
+    damping: float = FIRST_DAMPING
+
+
+def levenberg_marquardt(rows: Rows, theta: Array, most: int, damping: float = FIRST_DAMPING) -> Trained:
+    """Accelerated steps until the cost falls no more, or ``most`` are done."""
+    mu, idle, now = damping, 0, rows.at(theta)
+    for step in range(1, most + 1):
+        found = _step(rows, theta, now, mu)
+        if found is None:
+            return Trained(theta, now.cost, step, "converged", mu)
+        before = now.cost
+        theta, now, mu = found
+        idle = idle + 1 if before - now.cost < _FALLING * before else 0
+        if idle >= _PATIENCE:
+            return Trained(theta, now.cost, step, "converged", mu)
+    return Trained(theta, now.cost, most, "iterations", mu)
+
+
+def _step(rows: Rows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
+    """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
+    p = rows.count
+    total = rows.gram(now)
+    square, slope, growth = total[:p, :p], total[:p, p], 2.0
+    scale = square.diagonal() + _FLOOR * square.diagonal().max()
+    for _ in range(_MOST_TRIES):
+        damped = square.copy(order="F")
+        damped[np.diag_indices(p)] += mu * scale
+        root, failed = dpotrf(damped, overwrite_a=True, clean=False)
+        if failed:  # rounding left it indefinite
+            mu, growth = mu * growth, 4.0 * growth
+            continue
+        d = dpotrs(root, slope)[0]
+        if float(d @ slope) <= _PRECISION[rows.kind] * now.cost:
+            return None
+        bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
+        after = theta + _curved(d, bent, scale)
+        there = rows.at(after)
+        fall = now.cost - there.cost
+        if fall > 0.0:
+            predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
+            # In single precision a tiny predicted fall may come out as anything.
+            gain = min(fall / max(predicted, 1e-300), 2.0)
+            easier = max(_SLOWLY, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
+            return after, there, max(mu * easier, _LEAST_DAMPING)
+        mu, growth = mu * growth, 4.0 * growth
+    return None
+
+
+def _curved(d: Array, bent: Array, scale: Array) -> Array:
+    """The step with its acceleration, which is cut where it is no longer small beside the step."""
+    length, extra = np.sqrt(float(d @ (scale * d))), np.sqrt(float(bent @ (scale * bent)))
+    return d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra) if extra > 0.0 else d
