@@ -41,7 +41,7 @@ KERNELS = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20)
 _COARSE_STEPS, _FINE_STEPS = 60, 40
 
 
-class _Unit:
+class UnitRows:
     """Rows of two runs in a network's normalised units."""
 
     def __init__(self, structure: NetworkStructure, train: Dataset, test: Dataset) -> None:
@@ -51,11 +51,11 @@ class _Unit:
         self.scale = scaling.effort_scale
         self.y, self.y_test = ((d.effort - scaling.effort_offset) / self.scale for d in (train, test))
         squares = mean_squares(structure, x)
-        self._spaced, self.slips = spaced_by(structure, x, squares), slips_for(structure, scaling, squares)
+        self.spaced, self.slips = spaced_by(structure, x, squares), slips_for(structure, scaling, squares)
 
     def cells(self, level: int) -> Centroids:
         """Centroids of the training rows."""
-        return compress(self.x, self.y, level, self._spaced)
+        return compress(self.x, self.y, level, self.spaced)
 
     def errors(self, forward: Callable[[Array], Array]) -> list[float]:
         """Mean squared errors in the data's units, on the training and on the test rows."""
@@ -81,7 +81,7 @@ def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report:
         ``spreads``; ``neurons``; ``scan``, training errors on centroids, shape (spreads, neurons); and at the best
         spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
     """
-    unit = _Unit(network_from_name("rbfn-1", train.device), train, test)
+    unit = UnitRows(network_from_name("rbfn-1", train.device), train, test)
     cells, fine = unit.cells(1), unit.cells(2)
     pool = candidates(cells, seed)
     chosen_by: dict[float, list[int]] = {}
@@ -144,7 +144,7 @@ def fnn_sweep(
     Returns:
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
-    unit = _Unit(network_from_name("fnn-1", train.device), train, test)
+    unit = UnitRows(network_from_name("fnn-1", train.device), train, test)
     coarse, fine = unit.cells(1), unit.cells(2)
     found: list[Any] = []
     with _one_thread():

@@ -26,6 +26,7 @@ from erclutch.fit.pruning import smaller, without_least
 Array = NDArray[np.float64]
 _AFTER_LOSS = 1e-4  # damping after a neuron has gone
 _HARDER = 3.0  # damping on the next level of compression over that on the last
+_SMALL, _FEW = 8, 3  # neurons, inputs
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
 
 
@@ -77,21 +78,25 @@ class Schedule:
 def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Schedule:
     """Small networks have more bad minima and cost less a start, so they get more starts and more exchanges.
 
-    With many inputs the coarsest grid has too few cells along each to prune on.
+    With many inputs the coarsest grid has too few cells along each to prune on, and exchanges bring nothing.
     """
-    middle = 0 if inputs <= 3 else 1
-    if sum(hidden) <= 8:
-        starts = 16 if polish else 10
-        first = Round(0, 15, starts, 3), Round(middle, 8, 4, tries=2, exchanges=6)
-        last = (Round(1, 20, 3), Round(2, 30, 1)) if polish else (Round(1, 10, 2), Round(2, 0, 1), Round(2, 20, 1))
-        return Schedule(starts, (*first, *last), 3, 6, 10 if polish else 0)
-    spare = max(3, round(0.375 * hidden[-1]))
+    spare = 3 if sum(hidden) <= _SMALL else max(3, round(0.375 * hidden[-1]))
     few = min(spare, 2)
+    if inputs > _FEW:
+        starts, kept, polished = (16, 6, 10) if polish else (4, 2, 0)
+        last = Round(1, 10, 2), Round(2, 0, 1), Round(2, 60 if polish else 30, 1)
+        return Schedule(starts, (Round(0, 30, starts, spare), Round(1, 0, kept, few), *last), spare, 15, polished)
+    if sum(hidden) <= _SMALL:
+        starts = 16 if polish else 10
+        first = Round(0, 15, starts, spare), Round(0, 8, 4, tries=2, exchanges=6)
+        last = (Round(1, 20, 3), Round(2, 30, 1)) if polish else (Round(1, 10, 2), Round(2, 0, 1), Round(2, 20, 1))
+        return Schedule(starts, (*first, *last), spare, 6, 10 if polish else 0)
     if polish:
-        last = Round(1, 10, 4), Round(1, 0, 2, tries=4, exchanges=8), Round(2, 0, 1), Round(2, 30, 1)
-        return Schedule(8, (Round(0, 30, 4, spare), Round(middle, 0, 4, few), *last), spare, polish=6)
-    last = Round(1, 10, 1), Round(1, 0, 1, tries=3, exchanges=2), Round(2, 12, 1)
-    return Schedule(8, (Round(0, 30, 4, spare), Round(middle, 0, 3, few), *last), spare)
+        traded = Round(1, 10, 4), Round(1, 0, 2, tries=4, exchanges=3), Round(1, 0, 1, tries=4, exchanges=6)
+        first = Round(0, 30, 4, spare), Round(0, 0, 4, few)
+        return Schedule(8, (*first, *traded, Round(2, 60, 1)), spare, polish=6)
+    traded = Round(1, 10, 1), Round(1, 0, 1, tries=2, exchanges=2)
+    return Schedule(8, (Round(0, 30, 3, spare), Round(0, 0, 2, few), *traded, Round(2, 12, 1)), spare)
 
 
 def train(
