@@ -67,7 +67,10 @@ class UnitRows:
     def thinned_error(self, tables: dict[str, Array]) -> float:
         """Mean squared error of an FNN on every tenth training row."""
         x, y = self.x[:, ::10], self.y[::10]
-        return float(np.mean((y - _in_blocks(lambda part: forward_fnn(tables, part), x)) ** 2)) * self.scale**2
+        return (
+            float(np.mean((y - _in_blocks(lambda part: forward_fnn(tables, part, exactly=False), x)) ** 2))
+            * self.scale**2
+        )
 
 
 def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
@@ -108,7 +111,7 @@ def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report:
 
             def score(n: int = n, spread: float = SPREADS[int(best[j])]) -> list[float]:
                 tables, _ = _tables(fine, centres(spread, n), spread)
-                return unit.errors(lambda x: forward_rbfn(tables, x))
+                return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
 
             found.append(points.get(f"neurons {n}", score))
             report(len(SPREADS) + j + 1, total, f"{n} neurons")
@@ -158,7 +161,7 @@ def fnn_sweep(
                 best = levenberg_marquardt(rows, best.theta, _FINE_STEPS)
                 tables = tables_of(best.theta, sizes)
                 each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
-                return {"best": unit.errors(lambda x: forward_fnn(tables, x)), "all": each}
+                return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
 
             found.append(points.get(f"neurons {n}", make))
             report(i, len(neurons), f"{n} neurons")
