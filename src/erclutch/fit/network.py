@@ -148,39 +148,52 @@ def train_on(
     steps = 0
     for k, part in enumerate(schedule.rounds):
         neurons, harder = hidden[-1] + part.spare, 1.0 if part.level == level else _HARDER
-        run = partial(_through, cells[part.level], sizes, neurons, part, schedule.between, harder, slips)
+        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips)
         random = [np.random.default_rng([seed, k, rank]) for rank in range(len(found))]
         with ThreadPoolExecutor(max_workers=max(1, min(workers, len(found)))) as pool:
-            found = sorted(pool.map(run, found, random), key=lambda t: t.cost)
+            found = sorted(pool.map(stage.through, found, random), key=lambda t: t.cost)
         steps += sum(t.steps for t in found)
         found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
     return replace(found[0], steps=steps)
 
 
-def _through(
-    c: Centroids,
-    sizes: tuple[int, ...],
-    neurons: int,
-    part: Round,
-    between: int,
-    harder: float,
-    slips: Slips | None,
-    start: Trained,
-    rng: np.random.Generator,
-) -> Trained:
-    """A start after a round: neurons go one by one until so many are left in the last hidden layer, then steps."""
-    rows, found, steps = _rows(c, sizes), start, 0
-    while rows.sizes[-2] > neurons:
-        theta = without_least(rows, found.theta)
-        rows = _rows(c, smaller(rows.sizes))
-        found = levenberg_marquardt(rows, with_best_output(rows, theta), between, _AFTER_LOSS)
+@dataclass(frozen=True)
+class _Stage:
+    """What all starts of a round have in common.
+
+    Attributes:
+        part: the round.
+        cells: its rows.
+        sizes: layers at its beginning.
+        neurons: of the last hidden layer at its end.
+        between: most steps after a neuron has gone.
+        harder: damping over that of the last round.
+        slips: see `train`.
+    """
+
+    part: Round
+    cells: Centroids
+    sizes: tuple[int, ...]
+    neurons: int
+    between: int
+    harder: float
+    slips: Slips | None
+
+    def through(self, start: Trained, rng: np.random.Generator) -> Trained:
+        """A start after the round: neurons go one by one, steps follow, then exchanges."""
+        rows, found, steps = _rows(self.cells, self.sizes), start, 0
+        while rows.sizes[-2] > self.neurons:
+            theta = without_least(rows, found.theta)
+            rows = _rows(self.cells, smaller(rows.sizes))
+            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, _AFTER_LOSS)
+            steps += found.steps
+        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder)
         steps += found.steps
-    found = levenberg_marquardt(rows, found.theta, part.steps, found.damping * harder)
-    steps += found.steps
-    if part.exchanges:
-        found = exchanged(partial(_rows, c), rows.sizes, found, rng, slips, part.tries, part.exchanges)
-        steps += found.steps
-    return replace(found, steps=steps)
+        if self.part.exchanges:
+            rows_of = partial(_rows, self.cells)
+            found = exchanged(rows_of, rows.sizes, found, rng, self.slips, self.part.tries, self.part.exchanges)
+            steps += found.steps
+        return replace(found, steps=steps)
 
 
 def _rows(c: Centroids, sizes: Sequence[int]) -> Rows:
