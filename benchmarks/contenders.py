@@ -9,6 +9,7 @@ GROUPS = {
     "rbfm": "RBFM-10 (rbfm-10/forward): 22 bounded linear parameters",
     "hem": "HEM (hem/forward): 2 nonlinear and 4 linear parameters",
     "seo-seo": "Seo-Seo (seo-seo/forward): 2 nonlinear and 4 linear parameters",
+    "cho-choi-jhon": "CCJ (cho-choi-jhon/forward): 4 nonlinear and 4 linear parameters",
     "call": "FNN-16: prediction of one sample",
 }
 
@@ -53,6 +54,7 @@ _BY_GROUP: dict[str, tuple[tuple[str, str], ...]] = {
     "rbfm": (("erclutch", ""), ("scipy lsq_linear trf", ""), ("scipy lsq_linear bvls", ""), ("scipy SLSQP", "")),
     "hem": _LAW,
     "seo-seo": _LAW,
+    "cho-choi-jhon": _LAW,
     "call": (("erclutch", ""), ("scikit-learn", "scikit-learn"), ("torch", "torch")),
 }
 

@@ -1,4 +1,4 @@
-"""RBFM, HEM and Seo-Seo: erclutch and peers, on the same columns of the same law."""
+"""RBFM, HEM, Seo-Seo and CCJ: erclutch and peers, on the same columns of the same law."""
 
 from __future__ import annotations
 
@@ -18,7 +18,12 @@ from erclutch.model import Reference, Structure
 
 Array = NDArray[np.float64]
 
-LAWS = {"rbfm": "rbfm-10/forward", "hem": "hem/forward", "seo-seo": "seo-seo/forward"}
+LAWS = {
+    "rbfm": "rbfm-10/forward",
+    "hem": "hem/forward",
+    "seo-seo": "seo-seo/forward",
+    "cho-choi-jhon": "cho-choi-jhon/forward",
+}
 
 
 def structure_of(task: Task) -> Structure:
@@ -108,7 +113,7 @@ def scipy_slsqp(task: Task) -> Predict:
     return _linear(task, structure, reference, found.x)
 
 
-# --- HEM and Seo-Seo: all parameters at once, from one start ----------------------------------------------------------
+# --- HEM, Seo-Seo and CCJ: all parameters at once, from one start -----------------------------------------------------
 
 
 class Whole:
