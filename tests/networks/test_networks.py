@@ -55,8 +55,11 @@ def single(rows: int = 2000, seed: int = 0) -> Dataset:
     inputs=st.integers(1, 4),
     seed=st.integers(0, 999),
     kept=st.booleans(),
+    one_block=st.booleans(),
 )
-def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, seed: int, kept: bool) -> None:
+def test_the_gram_matrix_is_that_of_the_slopes(
+    hidden: list[int], inputs: int, seed: int, kept: bool, one_block: bool
+) -> None:
     rng = np.random.default_rng(seed)
     sizes = (inputs, *hidden, 1)
     x, y, weight = rng.uniform(-1, 1, (inputs, 40)), rng.normal(size=40), rng.uniform(1, 9, 40)
@@ -72,6 +75,8 @@ def test_the_gram_matrix_is_that_of_the_slopes(hidden: list[int], inputs: int, s
     whole = np.column_stack([slopes, residual(theta)])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("erclutch.fit.backprop._KEPT", 10**6 if kept else 0)
+        patch.setattr("erclutch.fit.backprop._WHOLE", 10**6 if one_block else 0)
+        patch.setattr("erclutch.fit.backprop._BLOCK", 16)
         rows = Rows(x, y, weight, sizes, single=False)
     point = rows.at(theta)
     assert bool(point.active) is kept

@@ -40,6 +40,11 @@ def unpacked(theta: Floats, sizes: Sequence[int]) -> list[tuple[Floats, Floats]]
     return layers
 
 
+def packed(layers: Layers) -> Array:
+    """Back from (W, b) of each layer."""
+    return np.concatenate([part for w, b in layers for part in (w.ravel(), b)])
+
+
 def tables_of(theta: Array, sizes: Sequence[int]) -> dict[str, Array]:
     """Weights as the tables of a NetworkModel."""
     *hidden, (w, b) = unpacked(theta, sizes)

@@ -14,14 +14,14 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows, unpacked
+from erclutch.fit.backprop import Rows, packed, unpacked
 from erclutch.fit.first_weights import Slips, new_neurons, with_best_output
 from erclutch.fit.geodesic import FIRST_DAMPING, Trained, levenberg_marquardt
-from erclutch.fit.pruning import smaller, without_one
+from erclutch.fit.pruning import AFTER_LOSS, smaller, without_one
 
 Array = NDArray[np.float64]
 _CANDIDATES = 60
-_AFTER_LOSS, _STEPS_AFTER_LOSS, _STEPS = 1e-4, 6, 20
+_STEPS_AFTER_LOSS, _STEPS = 6, 20
 _RIDGE = 1e-3  # of a candidate's square, over the number of rows: none comes that is a copy of what is there
 _ROUNDING = 1e-7  # of the largest square, which single precision hides
 _LOWER = 0.9995  # of the cost: a smaller fall ends the search
@@ -54,7 +54,7 @@ def exchanged(
     for _ in range(most):
         before = best
         for theta in islice(without_one(rows, before.theta), tries):
-            left = levenberg_marquardt(fewer, with_best_output(fewer, theta), _STEPS_AFTER_LOSS, _AFTER_LOSS)
+            left = levenberg_marquardt(fewer, with_best_output(fewer, theta), _STEPS_AFTER_LOSS, AFTER_LOSS)
             more = with_best_output(rows, _with_new(fewer, left.theta, rng, slips))
             after = levenberg_marquardt(rows, more, _STEPS, FIRST_DAMPING)
             steps += left.steps + after.steps
@@ -75,7 +75,7 @@ def _with_new(rows: Rows, theta: Array, rng: np.random.Generator, slips: Slips |
         (np.vstack([w, w_new[best]]), np.append(b, b_new[best])),
         (np.append(w_out, [[0.0]], axis=1), b_out),
     ]
-    return np.concatenate([part for layer in grown for part in (layer[0].ravel(), layer[1])])
+    return packed(grown)
 
 
 def _gains(rows: Rows, theta: Array, new: tuple[Array, Array]) -> Array:

@@ -21,10 +21,9 @@ from erclutch.fit.compress import Centroids, compress
 from erclutch.fit.exchange import exchanged
 from erclutch.fit.first_weights import Slips, first_weights, with_best_output
 from erclutch.fit.geodesic import Trained, levenberg_marquardt
-from erclutch.fit.pruning import smaller, without_least
+from erclutch.fit.pruning import AFTER_LOSS, smaller, without_least
 
 Array = NDArray[np.float64]
-_AFTER_LOSS = 1e-4  # damping after a neuron has gone
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
@@ -185,7 +184,7 @@ class _Stage:
         while rows.sizes[-2] > self.neurons:
             theta = without_least(rows, found.theta)
             rows = _rows(self.cells, smaller(rows.sizes))
-            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, _AFTER_LOSS)
+            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, AFTER_LOSS)
             steps += found.steps
         found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder)
         steps += found.steps

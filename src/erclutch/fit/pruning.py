@@ -12,10 +12,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows, unpacked
+from erclutch.fit.backprop import Rows, packed, unpacked
 
 Array = NDArray[np.float64]
 
+AFTER_LOSS = 1e-4  # damping of the first step after a neuron has gone
 _DAMPING, _FLOOR = 1e-5, 1e-2  # over each diagonal element of J'J, over the largest of them
 
 
@@ -46,5 +47,4 @@ def _without(theta: Array, sizes: Sequence[int], neuron: int) -> Array:
     """The same weights without those into and out of a neuron of the last hidden layer."""
     layers = unpacked(theta, sizes)
     (w, b), (w_out, b_out) = layers[-2:]
-    kept = [*layers[:-2], (np.delete(w, neuron, 0), np.delete(b, neuron)), (np.delete(w_out, neuron, 1), b_out)]
-    return np.concatenate([part for w, b in kept for part in (w.ravel(), b)])
+    return packed([*layers[:-2], (np.delete(w, neuron, 0), np.delete(b, neuron)), (np.delete(w_out, neuron, 1), b_out)])
