@@ -44,11 +44,11 @@ venv: $(READY) ## only set up .venv
 
 .PHONY: test
 test: $(READY) ## the fast tests
-	@$(BIN)/python -m pytest -n auto -m "not slow" $(PYTEST_FLAGS)
+	@$(BIN)/python -m pytest -n auto --dist loadgroup -m "not slow" $(PYTEST_FLAGS)
 
 .PHONY: test-slow
 test-slow: $(READY) ## the slow tests
-	@$(BIN)/python -m pytest -n auto -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] && echo "no slow test found"; } || exit $$s
+	@$(BIN)/python -m pytest -n auto --dist loadgroup -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] && echo "no slow test found"; } || exit $$s
 
 .PHONY: test-all
 test-all: $(READY) ## all tests

@@ -88,6 +88,7 @@ def test_grid_search_over_blocks_in_time(rows: tuple[np.ndarray, np.ndarray, Any
     assert pipeline.fit(X, y).score(X, y) > 0.5
 
 
+@pytest.mark.slow
 def test_workers_and_clones_change_nothing(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     X, y, _ = rows
     one = FnnRegressor((5,), seed=1).fit(X, y)

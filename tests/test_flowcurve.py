@@ -132,6 +132,7 @@ def test_units_of_the_parameters() -> None:
     assert units == {"T_sy": "Pa", "eta": "Pa*s", "a": "s", "b": "1"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bingham", "casson", "herschel-bulkley"])
 def test_the_law_that_made_a_curve_wins_mostly(name: str) -> None:
     """Herschel-Bulkley holds Bingham, so by luck it wins now and then."""

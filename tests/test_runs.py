@@ -56,6 +56,7 @@ def test_the_files_of_a_run(run: Path) -> None:
     assert stat.S_IMODE(run.stat().st_mode) == 0o755
 
 
+@pytest.mark.slow
 def test_the_same_log_and_settings_give_the_same_bytes(tmp_path: Path, recording: Recording) -> None:
     folders = []
     for workers in (1, 2, 2):

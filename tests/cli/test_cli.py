@@ -368,6 +368,7 @@ def test_an_interrupted_demo_leaves_nothing(at: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_more_unknowns_than_rows(tmp_path: Path) -> None:
     (tmp_path / "short.csv").write_text(rows_text(80))
     good("fit", "short.csv", "--models", "rbfm-100", "--lag", "none", cwd=tmp_path)

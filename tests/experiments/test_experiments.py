@@ -46,6 +46,7 @@ def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
     assert printed("nothing") == {}
 
 
+@pytest.mark.slow
 def test_sweeps_draw_what_they_found_and_resume(runs: dict[str, Dataset], tmp_path: Path) -> None:
     train, test = runs.values()
     settings = {"rows": train.rows}

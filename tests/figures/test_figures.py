@@ -38,6 +38,7 @@ def test_section_and_coverage(tmp_path: Path, suffix: str, scenario: str) -> Non
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in (*section, *coverage))
 
 
+@pytest.mark.slow
 def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
     log = prepare("test", seconds=1.0).recording()
     for suffix in MAGIC:

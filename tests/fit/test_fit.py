@@ -100,6 +100,7 @@ def test_coverage_of_the_intervals_over_repetitions() -> None:
     assert 0.88 <= hits / 120 <= 1.0
 
 
+@pytest.mark.slow
 def test_the_same_data_give_the_same_numbers() -> None:
     data = rows_of(noise=0.01)
     truth = truth_of(data, structure(dynamics="lag"), [0.1, 1.6, 0.002, 0.008], [0.5, 0.2])

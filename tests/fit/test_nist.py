@@ -73,6 +73,7 @@ def test_the_certified_residuals_come_out() -> None:
         assert np.isclose(residual @ residual, certified, rtol=1e-6), name
 
 
+@pytest.mark.slow
 def test_the_command() -> None:
     done = subprocess.run([sys.executable, SCRIPT, FOLDER], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr

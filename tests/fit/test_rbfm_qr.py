@@ -29,6 +29,7 @@ def by_qr(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
     return (wide @ gains).astype(np.float64), float(np.linalg.cond(r))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rbfm-5", "rbfm-10"])
 def test_predictions_equal_those_of_a_full_qr(twin: Dataset, name: str) -> None:
     structure = Structure("coaxial", name, law_from_name(name, "coaxial"))

@@ -71,6 +71,7 @@ def test_a_network_of_one_neuron_stays_as_it_is() -> None:
     assert after.steps == 0
 
 
+@pytest.mark.slow
 def test_exchanges_lead_lower_than_more_steps() -> None:
     x, y = _target(np.random.default_rng(5), 3000)
     plain = [train(x, y, (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]

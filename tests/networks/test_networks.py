@@ -136,6 +136,7 @@ def test_a_known_network_is_found_again() -> None:
     assert np.sqrt(np.mean(error**2)) < 1e-4 * y.std()
 
 
+@pytest.mark.slow
 def test_polish_never_makes_it_worse(data: Dataset) -> None:
     rough, fine = (fit_network(data, network_from_name("fnn-6"), polish=p).train_cost for p in (False, True))
     assert fine <= rough * (1 + 1e-9)
@@ -244,6 +245,7 @@ def test_past_samples_stay_inside_their_stretch() -> None:
     assert structure.inputs == ("field", "slip", "field[-1]", "slip[-1]", "field[-2]", "slip[-2]")
 
 
+@pytest.mark.slow
 def test_a_further_input_helps_and_must_be_there() -> None:
     log = single()
     hidden = np.sin(np.arange(log.rows) / 7.0)
