@@ -46,9 +46,12 @@ venv: $(READY) ## only set up .venv
 test: $(READY) ## the fast tests
 	@$(BIN)/python -m pytest -n auto --dist loadgroup -m "not slow" $(PYTEST_FLAGS)
 
+# Loops at 1 kHz run alone: beside other tests a processor is busy for the 21 ms that trip them.
 .PHONY: test-slow
 test-slow: $(READY) ## the slow tests
-	@$(BIN)/python -m pytest -n auto --dist loadgroup -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] && echo "no slow test found"; } || exit $$s
+	@for tests in "-n auto --ignore=tests/live" tests/live; do \
+	  $(BIN)/python -m pytest $$tests -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] || exit $$s; }; \
+	done
 
 .PHONY: test-all
 test-all: $(READY) ## all tests

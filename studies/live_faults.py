@@ -438,9 +438,16 @@ class Running:
     server: RigServer
     reader: RingReader
 
-    def ready(self, steps: int = 30) -> None:
-        """Wait until the field is on."""
-        until(lambda: self._steady(steps) or self.reader.state is State.TRIPPED, 30.0)
+    def ready(self, steps: int = 30, reset: bool = False) -> None:
+        """Wait until the field is on; a trip before it ends the wait, or is reset (with ``--orders 0``)."""
+
+        def over() -> bool:
+            tripped = self.reader.state is State.TRIPPED
+            if reset and tripped and self.loop.stdin is not None:
+                os.write(self.loop.stdin.fileno(), order_bytes(Order.RESET))
+            return self._steady(steps) or (tripped and not reset)
+
+        until(over, 30.0)
         if self._steady(steps):
             return
         said = self.loop.stderr.read() if self.loop.poll() is not None and self.loop.stderr else b""
@@ -455,10 +462,12 @@ class Running:
         return until(lambda: not self.spy.told[-1][1], 5.0)
 
     def held_up(self) -> bool:
-        """Whether the loop tripped for a delay that it recorded itself: its own, or 20 samples that did not come."""
+        """Whether the loop tripped for a delay that it recorded itself: its own, or 20 periods without a sample."""
         frames = self.reader.latest(self.reader.info.capacity)
         late = bool((frames["lateness_ns"] > 1e7).any())
-        return self.reader.state is State.TRIPPED and (late or self.reader.counts["sample-lost"] >= 20)
+        deadlines = frames["time_ns"].astype(np.int64) - frames["lateness_ns"]
+        missed = int(np.rint(np.diff(deadlines) / self.reader.info.period_ns).sum()) - (len(frames) - 1)
+        return self.reader.state is State.TRIPPED and (late or self.reader.counts["sample-lost"] + missed >= 20)
 
 
 class NeverReadyError(RuntimeError):
@@ -532,7 +541,8 @@ def killed(times: int) -> Finding:
             moment = time.monotonic()
             now.zero()
             waits.append(now.spy.zero_since(moment))
-            certain &= now.server.counts["watchdog"] > 0 and now.spy.steps_with_field() <= WATCHDOG_STEPS
+            acted = until(lambda: now.server.counts["watchdog"] > 0, 5.0)
+            certain &= acted and now.spy.steps_with_field() <= WATCHDOG_STEPS
     passed = certain and len(waits) == times and max(waits) <= 0.020 + SLACK
     return Finding("kill -9 of the loop", len(waits), "zero within 20 ms", _spread(waits), passed, certain)
 
@@ -607,9 +617,7 @@ def wall_clock_jumps(samples: int = 1500) -> Finding:
         recordings.start("jumps")
         try:
             recordings.wait_for_frames(30.0)
-            assert now.loop.stdin is not None
-            os.write(now.loop.stdin.fileno(), order_bytes(Order.RESET))  # to start a process held up the rig's thread
-            now.ready()
+            now.ready(reset=True)  # to start a process held up the rig's thread
             head = now.reader.head
             until(lambda: now.reader.head > head + samples, 30.0)
         finally:
@@ -621,9 +629,12 @@ def wall_clock_jumps(samples: int = 1500) -> Finding:
     periods = np.diff(kept["time_ns"] - kept["lateness_ns"]) / 1e6
     whole = bool((np.abs(periods - np.rint(periods)) < 1e-3).all() and (periods > 0.5).all() and periods.max() < 1e3)
     jumps, jumped = int(moved > 7000.0), count_of(kept["events"], "clock-jump")
-    certain = bool(jumps) and gaps == 0 and len(kept["seq"]) > samples and whole and jumped == 0 and (on or held_up)
-    said = f"{gaps} missing of {len(kept['seq'])}, stamps in step: {whole}, loop {why or 'on'}"
-    return Finding("wall clock jumps", round(samples / 100), "nothing changes", said, certain and on, certain)
+    in_order = bool(jumps) and gaps == 0 and len(kept["seq"]) > samples and whole
+    # A machine that stops the rig for 50 ms moves its stamps, now and then; the wall clock moved many times.
+    certain = in_order and jumped < samples / 200 and (on or held_up)
+    said = f"{gaps} missing of {len(kept['seq'])}, stamps in step: {whole}, {jumped} jumps, loop {why or 'on'}"
+    passed = certain and on and jumped == 0
+    return Finding("wall clock jumps", round(samples / 100), "nothing changes", said, passed, certain)
 
 
 def orphaned() -> Finding:

@@ -89,17 +89,19 @@ def test_the_loop_tracks_with_a_peer(language: str) -> None:
         words = [str(program)]
     else:
         words = [sys.executable, str(PEERS / "peer.py")]
-    for _ in range(3):  # a machine that holds the peer up for 20 ms trips the loop: it is reset, and follows anew
+    settled: list[Any] = []
+    for _ in range(10):  # a machine that holds the peer up for 20 ms trips the loop: it is reset, and follows anew
         reader, frames = _with_peer(words)
-        settled = _tracked(frames)
-        if len(settled) > 1000:  # one period of the reference
+        settled.append(_tracked(frames))
+        if sum(map(len, settled)) > 1000:  # one period of the reference
             break
     assert reader.info.origin == "HARDWARE"
-    assert len(settled) > 1000, reader.counts
-    together = np.corrcoef(settled["reference"], settled["alpha"])[0, 1]
+    followed = np.concatenate(settled)
+    assert len(followed) > 1000, reader.counts
+    together = np.corrcoef(followed["reference"], followed["alpha"])[0, 1]
     assert together > 0.9
-    assert 3.0 < np.ptp(settled["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
-    assert np.nanstd(settled["torque"]) > 0.001
+    assert 3.0 < np.ptp(followed["alpha"]) / 2 < 8.0  # of an amplitude of 5 rad
+    assert np.nanstd(followed["torque"]) > 0.001
 
 
 @pytest.mark.slow

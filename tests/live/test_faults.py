@@ -31,7 +31,7 @@ study = _study()
 
 def _holds(fault: Callable[[], Any]) -> None:
     """What no delay of the machine excuses; times are the study's. A trip before the fault is tried again."""
-    for _ in range(2):
+    for _ in range(4):
         with contextlib.suppress(study.NeverReadyError):
             found = fault()
             break

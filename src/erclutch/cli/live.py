@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_text
+import math
 import signal
 import tempfile
 import time
@@ -234,8 +235,6 @@ def _settings(
     replay: Program | None,
     rig: RigOptions,
 ) -> LoopSettings:
-    import math
-
     from erclutch.differentiate import Derivative
     from erclutch.live.programs import standard_programs, starting_with
     from erclutch.live.settings import LoopSettings
@@ -319,7 +318,7 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.live.orders import Order
 
-    said, warn_at = "", time.monotonic() + _PATIENCE
+    said, answers, warn_at = "", False, time.monotonic() + _PATIENCE
 
     def look(said: str) -> str:
         watch.poll()
@@ -330,10 +329,12 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
 
     while session.running and session.rig_running and not told:
         said = look(said)
-        if warn_at and time.monotonic() > warn_at:
-            warn_at = 0.0
-            if not watch.reader.sensor_seq:
-                output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
+        if not answers and watch.reader.sensor_seq:
+            answers = True
+            output.print("the rig answers", markup=False)
+        if not answers and time.monotonic() > warn_at:
+            warn_at = math.inf
+            output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
         time.sleep(_POLL)
     session.order(Order.STOP)  # told to, or the rig is gone
     session.wait(2.0)
