@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from erclutch.cli import main
 from erclutch.synthetic import write_synthetic_log
@@ -548,3 +550,27 @@ def test_numbers_of_the_terminal(value: float, digits: int, zeros: bool, text: s
     from erclutch.cli.show import number
 
     assert number(value, digits, zeros=zeros) == text
+
+
+@given(st.lists(st.integers(1, 30), min_size=4, max_size=4), st.integers(20, 160))
+def test_a_table_leaves_columns_out_until_it_fits(wide: list[int], width: int) -> None:
+    """No cell is cut while enough columns may go; none goes without need, and the less needed ones first."""
+    from rich.console import Console
+
+    from erclutch.cli.show import narrowed
+
+    columns = {f"h{i}\nTWIN": ["x" * size, str(i)] for i, size in enumerate(wide)}
+    heads = list(columns)
+    made = narrowed("title", columns, [heads[3], heads[1]], width)
+    kept = [str(column.header) for column in made.columns]
+    assert kept in (heads, heads[:3], [heads[0], heads[2]])
+    sizes = {head: max(4, size) + 3 for head, size in zip(heads, wide, strict=True)}
+    for more, fewer in ((heads, heads[:3]), (heads[:3], [heads[0], heads[2]])):
+        if kept == fewer:
+            assert sum(sizes[head] for head in more) > width
+    if sum(sizes[head] for head in kept) <= width:
+        said = io.StringIO()
+        Console(width=width, file=said).print(made)
+        text = said.getvalue()
+        assert all("x" * wide[heads.index(head)] in text for head in kept)
+        assert "…" not in text

@@ -71,6 +71,16 @@ def test_two_candidates_are_not_guessed(log: Callable[..., Path], rows: Rows) ->
     assert '--field "voltage [V]"' in message
 
 
+def test_columns_of_a_coaxial_pair_point_to_its_device(log: Callable[..., Path], rows: Rows) -> None:
+    with pytest.raises(MappingError) as caught:
+        read(log(rows, "t,E1,E2,force [N]"))
+    assert "no column for field" in str(caught.value)
+    assert str(caught.value).endswith("; if E1 and E2 are the fields of a coaxial pair, --device coaxial.")
+    with pytest.raises(MappingError) as caught:
+        read(log(rows, "t,E1,speed,force [N]"))
+    assert "coaxial" not in str(caught.value)
+
+
 def test_a_missing_column_names_a_close_one(log: Callable[..., Path], rows: Rows) -> None:
     with pytest.raises(MappingError) as caught:
         read(log(rows, "t,Field,Speed,Force"), {"effort": "force_N"})

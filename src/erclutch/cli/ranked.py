@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from erclutch.cli.show import estimates, number, table, with_unit
+from erclutch.cli.show import estimates, narrowed, number, with_unit
 from erclutch.dataset import constant_stretches
 from erclutch.evaluate import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
 
@@ -45,14 +45,8 @@ def ranking(comparison: Comparison, width: int) -> Table:
     if any(e.folds for e in comparison.entries):
         folds = f"{len(comparison.entries[0].folds)}-block RMSE"
         cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
-    for name in ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band"):
-        if sum(max(map(len, [head, *column])) + 2 for head, column in cells.items()) + len(cells) <= width:
-            break
-        cells.pop(name)
-    rows = [list(row) for row in zip(*cells.values(), strict=True)]
-    made = table("Models on the rows held out (* recommended)", list(cells), rows, left=2)
-    made.columns[1].no_wrap = True
-    return made
+    less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
+    return narrowed("Models on the rows held out (* recommended)", cells, less_needed, width, left=2)
 
 
 def verdict(comparison: Comparison) -> str:

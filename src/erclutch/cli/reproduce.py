@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -116,41 +116,41 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     screen = show.console()
     lengths = ", ".join(f"{name} {data.rows:,} rows" for name, data in runs.items())
     screen.print(f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them.", markup=False)
-    screen.print(_printed(what, rows, list(runs), origin))
+    screen.print(_printed(what, rows, list(runs), origin, screen.width))
     seconds = sum(row.seconds for row in rows)
     screen.print(f"{len(rows)} models in {seconds:.1f} CPU s", markup=False)
     header, lines = _numbers(rows, list(runs))
     screen.print(f"{save_numbers(out / f'{what}.csv', header, lines)}", markup=False, soft_wrap=True)
 
 
-def _printed(what: What, rows: list[Row], runs: list[str], origin: str) -> Any:
+def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
+    """The table; on a narrow screen bands, seconds and ratios are left out, in this order."""
     from erclutch.cli import show
     from erclutch.experiments.tables import printed
     from erclutch.paper import APPROACHES
 
-    base = rows[0]
+    paper = [printed(row.name) for row in rows]
+    cells: dict[str, list[str]] = {
+        "model": [APPROACHES[row.name].title if row.name in APPROACHES else row.title for row in rows]
+    }
     shown = runs if what == "table2" else runs[1:]
-    paper_base = printed(base.name).get("training")
-    cells: list[list[str]] = []
-    for row in rows:
-        paper = printed(row.name)
-        line = [APPROACHES[row.name].title if row.name in APPROACHES else row.title]
-        for run in shown:
-            low, high = row.bands[run]
-            line += [f"{row.errors[run]:.3e}", f"{low:.1e} - {high:.1e}", _or_dash(paper.get(run), "{:.3e}")]
-        against = paper.get("training")
-        line += [
-            f"{row.errors['training'] / base.errors['training']:.3f}",
-            _or_dash(None if not (against and paper_base) else against / paper_base, "{:.3f}"),
-            f"{row.seconds:.2f}",
-        ]
-        cells.append(line)
-    heads = ["model"]
     for run in shown:
-        heads += [f"{run}\n{origin}", "95 % band", f"{run}\npaper"]
-    heads += [f"to Bingham\n{origin}", "to Bingham\npaper", "CPU s"]
+        cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
+        cells[f"{run}\n95 % band"] = [f"{row.bands[run][0]:.1e} - {row.bands[run][1]:.1e}" for row in rows]
+        cells[f"{run}\npaper"] = [_or_dash(figures.get(run), "{:.3e}") for figures in paper]
+    base = rows[0].errors["training"]
+    cells[f"to Bingham\n{origin}"] = [f"{row.errors['training'] / base:.3f}" for row in rows]
+    cells["to Bingham\npaper"] = [_or_dash(_ratio(figures, paper[0]), "{:.3f}") for figures in paper]
+    cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
+    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", "to Bingham\npaper", f"to Bingham\n{origin}"]
     number = {"table2": "II", "table3": "III"}[what]
-    return show.table(f"Table {number}: {origin} beside the paper", heads, cells)
+    return show.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
+
+
+def _ratio(figures: Mapping[str, float | None], base: Mapping[str, float | None]) -> float | None:
+    """Of a training error as the paper prints it to that of the Bingham model; None where it prints none."""
+    error, against = figures.get("training"), base.get("training")
+    return error / against if error and against else None
 
 
 def _or_dash(value: float | None, form: str) -> str:

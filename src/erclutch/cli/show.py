@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +29,25 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text
     for row in rows:
         made.add_row(*row)
     return made
+
+
+def narrowed(
+    title: str, columns: Mapping[str, Sequence[str]], less_needed: Iterable[str], width: int, left: int = 1
+) -> Table:
+    """A table of columns by heading, without those that are less needed, in their order, until it fits the screen."""
+    kept = dict(columns)
+    for name in less_needed:
+        if sum(_across(head, cells) + 3 for head, cells in kept.items()) <= width:
+            break
+        kept.pop(name, None)
+    made = table(title, list(kept), list(zip(*kept.values(), strict=True)), left)
+    for column in made.columns:
+        column.no_wrap = True
+    return made
+
+
+def _across(head: str, cells: Sequence[str]) -> int:
+    return max(map(len, [*head.split("\n"), *cells]))
 
 
 def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:

@@ -230,7 +230,17 @@ def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
         if not settled:
             names = " or ".join(" and ".join(option) for option in group)
             needed = next(signal for signal in group[0] if signal not in draft.signals)
-            raise failure or guess.missing(draft.table, needed, taken, names)
+            raise _or_a_pair(draft, failure or guess.missing(draft.table, needed, taken, names))
+
+
+def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:
+    """The error, with another remedy where the columns look like those of a coaxial pair."""
+    fields = [guess.candidates(draft.table, signal, ())[0] for signal in ("E1", "E2")]
+    if draft.device != "single" or not all(fields):
+        return error
+    first, second = (names[0] for names in fields)
+    remedy = f"{error.remedy}; if {first} and {second} are the fields of a coaxial pair, --device coaxial"
+    return MappingError(error.problem, remedy=remedy, where=error.where)
 
 
 def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
