@@ -166,9 +166,9 @@ def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
 def refined(columns: Array, target: Array, projection: Projection) -> Projection:
     """The same gains after a step of iterative refinement: what rounding left in the residual is fitted once more.
 
-    Where columns have a condition of 1e10, gains of order 1e7 cancel each other and the first solution predicts to
-    4e-7 only, this one to 1e-7, as do further steps and residuals in extended precision (RBFM-10 on the TWIN; Björck
-    1996, chapter 2.9, doi 10.1137/1.9781611971484). A step that raises the cost or turns a sign is not taken.
+    Ill-conditioned columns have gains that cancel each other, and the rounding of the first solution shows in what they
+    predict (Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484). A step that raises the cost or turns a sign is not
+    taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR whose residuals are in extended precision.
     """
     free = ~projection.held
     if not free.any() or not np.isfinite(projection.cost):
