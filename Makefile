@@ -20,6 +20,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input --quiet
 
 # What a shell set up for something else (ROS 2, a user-wide pip) must not bring in.
 unexport PYTHONPATH PYTHONHOME PIP_USER PIP_TARGET PIP_PREFIX PIP_REQUIRE_VIRTUALENV
+# Without bytecode on disk each command of a test compiles all sources again, which takes four times its own time.
+unexport PYTHONDONTWRITEBYTECODE
 # The pyright that requirements.lock pins, and no word about newer ones.
 unexport PYRIGHT_PYTHON_FORCE_VERSION PYRIGHT_PYTHON_PYLANCE_VERSION
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1

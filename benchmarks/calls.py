@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from rows import HIDDEN, NETWORK, Split
 from task import Task
 
-from erclutch.device import Element
-from erclutch.dynamics import Clock, Span
-from erclutch.fit.backprop import tables_of
-from erclutch.fit.first_weights import first_weights
-from erclutch.fit.ranges import range_of
-from erclutch.networks import network_from_name
-from erclutch.networks.model import NetworkModel
+from erclutch.fit.networks.backprop import tables_of
+from erclutch.fit.networks.first_weights import first_weights
+from erclutch.fit.training_range import range_of
+from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element
 
 Array = NDArray[np.float64]
 Call = Callable[[], float]

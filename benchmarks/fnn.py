@@ -13,9 +13,9 @@ from rows import HIDDEN, NETWORK, Split
 from task import Fit, Task
 from watch import Predict
 
-from erclutch.fit.first_weights import first_weights
-from erclutch.fit.networks import fit_network
-from erclutch.networks import network_from_name
+from erclutch.fit.networks.first_weights import first_weights
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.models.networks import network_from_name
 
 Array = NDArray[np.float64]
 

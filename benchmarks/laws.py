@@ -12,9 +12,9 @@ from rows import Split
 from task import Fit, Task
 from watch import Predict
 
-from erclutch.fit import fit_structure, reference_of
-from erclutch.laws import law_from_name
-from erclutch.model import Reference, Structure
+from erclutch.fit.laws.fit_law import fit_structure, reference_of
+from erclutch.models.law_model import Reference, Structure
+from erclutch.models.laws import law_from_name
 
 Array = NDArray[np.float64]
 

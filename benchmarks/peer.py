@@ -14,13 +14,12 @@ from typing import Any
 
 import calls
 import fnn
+import laws
 import rows
 import scipy.linalg
 import scipy.optimize  # noqa: F401  # here, so that no contender pays for loading it
 from task import Fit, Task
 from watch import OutOfTimeError, Watch, mse, peak_megabytes
-
-import laws
 
 
 def measure(task: Task, fit: Fit) -> dict[str, Any]:

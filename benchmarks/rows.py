@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
-from erclutch.experiments.tables import twin_runs
-from erclutch.fit.networks import scaling_of
-from erclutch.networks import network_from_name
-from erclutch.networks.inputs import inputs_of
-from erclutch.networks.model import Scaling
+from erclutch.fit.networks.fit_network import scaling_of
+from erclutch.logs.dataset import Dataset
+from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import Scaling
+from erclutch.paper.tables import twin_runs
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rows import Split
 from watch import Predict, Watch
 
-from erclutch.networks.model import Scaling
+from erclutch.models.networks.network_model import Scaling
 
 Array = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 
     python studies/elementary.py
 
-prints them as hex floats, as `erclutch.elementary` holds them (a test compares the two). Polynomials are
+prints them as hex floats, as `erclutch.arithmetic.elementary` holds them (a test compares the two). Polynomials are
 Chebyshev fits of 60 digits; tanh for float32 is an odd rational by Lawson's weighted least squares. Needs mpmath, which
 comes with SymPy.
 """

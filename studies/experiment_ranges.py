@@ -11,11 +11,11 @@ import numpy as np
 from rich.console import Console
 
 from erclutch.cli.twin_model import twin_model
-from erclutch.experiments.online import run
-from erclutch.live.model import live_model
-from erclutch.rig.parameters import default_rig
-from erclutch.rig.scenarios import prepare
-from erclutch.saved import load_model
+from erclutch.live.live_model import live_model
+from erclutch.models.load import load_model
+from erclutch.paper.online import run
+from erclutch.rig.twin.parameters import default_rig
+from erclutch.rig.twin.scenarios import prepare
 
 HIGH = 0.3  # field
 

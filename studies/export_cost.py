@@ -19,26 +19,28 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.device import Element
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import ExportError
-from erclutch.export import Options, Program, program_of
-from erclutch.export.boards import BOARDS, run_board
-from erclutch.export.c import write
-from erclutch.export.check import compare, ulps
-from erclutch.export.emulate import receive
+from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.rounding import measured, refuse_noise
-from erclutch.export.vectors import ordinary, vectors_of
-from erclutch.precision import FLOAT64
-from erclutch.runs import read_run
+from erclutch.export.step_numbers import held_signals, named
+from erclutch.export.step_record import step_record
+from erclutch.export.step_vectors import ordinary, vectors_of
+from erclutch.export.target_check import compare, ulps
+from erclutch.export.targets.c import write
+from erclutch.runs.run_folder import read_run
+from erclutch.signals.clock import Clock, Span
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "export" / "cortex_m"))
+from boards import BOARDS, run_board  # pyright: ignore[reportMissingImports]
 
 
-def numpys_own(program: Program) -> float:
+def numpys_own(program: ExportedStep) -> float:
     """What NumPy's own functions make of the same rows, in ulp."""
-    held = receive(program, ordinary(program, np.random.default_rng(0), 2000), FLOAT64)
-    elements = [Element(f, w) for f, w in zip(held.fields, held.slips, strict=True)]
+    made = step_record(program)
+    rows = ordinary(program, np.random.default_rng(0), 2000)
+    _, elements, extras = held_signals(program, made, named(made, rows))
     clock = Clock(np.linspace(0.0, 1.999, 2000), (Span(0, 2000, 1e-3),))
-    own, other = (program.model.effort(elements, clock, exactly=flag) for flag in (True, False))
+    own, other = (program.model.effort(elements, clock, extras, exactly=flag) for flag in (True, False))
     return ulps(program, float(np.max(np.abs(own - other))))
 
 
@@ -49,7 +51,7 @@ def main(folder: str) -> None:
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in sorted(run.names):
         model = run.model(name)
-        wide, program = (program_of(model, Options("m", p, 1e-3)) for p in ("float64", "float32"))
+        wide, program = (step_of(model, ExportOptions("m", p, 1e-3)) for p in ("float64", "float32"))
         far = [f"{numpys_own(wide):.3g}", *(f"{ulps(p, measured(p, 2000)[0]):.3g}" for p in (wide, program))]
         try:
             refuse_noise(program)

@@ -22,8 +22,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from erclutch.rig.log_file import write_log
-from erclutch.rig.scenarios import prepare
+from erclutch.logs.log_writer import write_log
+from erclutch.rig.twin.scenarios import prepare
 
 SECONDS = 290.0
 PAUSE = 1.0  # s between two runs: a gap in the log, over which no speed is differentiated

@@ -29,18 +29,18 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.build import build, loop_program
-from erclutch.live.core import Core
-from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.live.c_build import build, loop_program
+from erclutch.live.c_core import Core
+from erclutch.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.live.orders import Order, order_bytes
-from erclutch.live.recordings import Recordings
-from erclutch.live.sample import SAMPLE
-from erclutch.live.settings import ZERO_BEFORE_TRIP, LoopSettings, Mode, Program, Shape, config_of
+from erclutch.live.recording.recordings import Recordings
+from erclutch.live.ring import RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.live.settings import ZERO_BEFORE_TRIP, LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.logs import read_table
-from erclutch.rig.interface import Command, Measurement
+from erclutch.rig.interface import Measurement, RigCommand
 from erclutch.rig.packet import SensorPacket, pack_sensors
-from erclutch.rig.process import start_rig
-from erclutch.rig.server import WATCHDOG_TIME, RigServer
+from erclutch.rig.rig_process import start_rig
+from erclutch.rig.rig_server import WATCHDOG_TIME, RigServer
 
 MODEL = Path(__file__).resolve().parents[1] / "tests" / "live" / "bingham.c"
 CRASHING = MODEL.with_name("crashing.c")
@@ -48,7 +48,7 @@ WALL_CLOCK = MODEL.with_name("wall_clock.c")
 MODEL_FILE = MODEL.with_name("model.json")
 DIGEST = "0" * 63 + "1"
 #: Far away, so that the field stands at its limit as long as all is well.
-PUSH = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+PUSH = LoopProgram("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
 SETTINGS = LoopSettings(programs=(PUSH,))
 STEPS = 2000
 #: What the rig's thread may be late by when a time is judged [s].
@@ -283,7 +283,7 @@ def mutated_packets(number: int = 100_000) -> Finding:
     """Packets with random bytes changed, cut or prolonged: each is refused."""
     import ctypes
 
-    from erclutch.live.build import core_library
+    from erclutch.live.c_build import core_library
 
     library = ctypes.CDLL(str(core_library()))
     out = np.zeros(1, SAMPLE)
@@ -321,7 +321,7 @@ def mutated(data: bytes, rng: random.Random) -> bytes:
 def asked(rows: Any, **changes: Any) -> Any:
     """Frames for fields that are asked for outright."""
     table = np.asarray(rows, float)
-    program = Program("asked", Mode.FIELDS, Shape.TABLE, table=table)
+    program = LoopProgram("asked", Mode.FIELDS, Waveform.TABLE, table=table)
     return run_core(one_by_one(good_samples(len(table))), replace(SETTINGS, programs=(program,), **changes))
 
 
@@ -391,7 +391,7 @@ class Spy:
         t = self.rows * self.period
         return Measurement(t, 40.0 * t, 0.0, 0.0, 0.0)
 
-    def command(self, command: Command) -> None:
+    def command(self, command: RigCommand) -> None:
         """Keep it."""
         self.told.append((time.monotonic(), command.E1 > 0.0 or command.E2 > 0.0, self.rows))
 
@@ -759,7 +759,7 @@ def bad_configurations(number: int) -> Finding:
 def bad_models(number: int) -> Finding:
     """Model files with bytes changed or cut: refused, or, where only white space changed, the same model."""
     from erclutch.errors import RunError
-    from erclutch.saved import load_model
+    from erclutch.models.load import load_model
 
     rng = random.Random(12)
     accepted = crashed_by = 0

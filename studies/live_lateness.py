@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.observers import Observers
-from erclutch.live.programs import standard_programs, starting_with
-from erclutch.live.session import TWIN, Options, Session
+from erclutch.live.companions import Observers
+from erclutch.live.offered_programs import standard_programs, starting_with
+from erclutch.live.session import TWIN, Session, SessionOptions
+from erclutch.live.session_figures import SessionFigures
 from erclutch.live.settings import LoopSettings
-from erclutch.live.watch import Watch
-from erclutch.rig.parameters import default_rig
+from erclutch.rig.twin.parameters import default_rig
 
 BUSY = "while True: junk = [{'a': i, 'b': str(i)} for i in range(20000)]"
 SHARES = (0.5, 0.99, 0.999)
@@ -86,7 +86,9 @@ def session_minute(given: argparse.Namespace, folder: Path) -> None:
     programs = starting_with(standard_programs(rig, model=False), "tracking-slow")
     with ExitStack() as stack:
         model = fitted(rig) if not given.no_model else None
-        session = stack.enter_context(Session(TWIN, LoopSettings(programs=programs), model, Options(given.seconds)))
+        session = stack.enter_context(
+            Session(TWIN, LoopSettings(programs=programs), model, SessionOptions(given.seconds))
+        )
         observers = stack.enter_context(
             Observers(session.ring, session.carry_out, folder=folder, page=not given.no_page)
         )
@@ -99,7 +101,7 @@ def session_minute(given: argparse.Namespace, folder: Path) -> None:
         words = cyclictest(0.95 * given.seconds, file)
         if words:
             stack.enter_context(process(words))
-        watch = Watch(session.reader())
+        watch = SessionFigures(session.reader())
         used = cpu_of(observers.page.pid) if observers.page else 0.0
         began = time.monotonic()
         while session.running:
@@ -120,7 +122,7 @@ def fitted(rig: Any) -> Any:
     from rich.console import Console
 
     from erclutch.cli.twin_model import twin_model
-    from erclutch.live.model import live_model
+    from erclutch.live.live_model import live_model
 
     return live_model(twin_model(rig, Console(stderr=True)), "coaxial")
 
@@ -131,7 +133,7 @@ def cpu_of(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def report(watch: Watch, beside: list[float], given: argparse.Namespace, page: bool, share: float) -> None:
+def report(watch: SessionFigures, beside: list[float], given: argparse.Namespace, page: bool, share: float) -> None:
     """Print what was measured."""
     busy = ", a busy Python process" if given.busy else ""
     print(f"TWIN, {watch.frames} steps, {watch.reader.realtime}; page {'open' if page else 'closed'}{busy}")

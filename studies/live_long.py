@@ -21,15 +21,16 @@ import numpy as np
 from live_lateness import cyclictest, of_cyclictest, process
 
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.frame import EVENTS, State
-from erclutch.live.observers import Observers
+from erclutch.live.companions import Observers
+from erclutch.live.layout import EVENTS
+from erclutch.live.offered_programs import standard_programs, starting_with
 from erclutch.live.orders import Order
-from erclutch.live.programs import standard_programs, starting_with
-from erclutch.live.session import TWIN, Options, Session
+from erclutch.live.ring import State
+from erclutch.live.session import TWIN, Session, SessionOptions
+from erclutch.live.session_figures import SessionFigures
 from erclutch.live.settings import LoopSettings
-from erclutch.live.watch import Watch
 from erclutch.logs import read_table
-from erclutch.rig.parameters import default_rig
+from erclutch.rig.twin.parameters import default_rig
 
 STRETCH = 60_000
 HOUR = 3_600_000
@@ -46,7 +47,7 @@ def model_of(rig: Any) -> Any:
     from rich.console import Console
 
     from erclutch.cli.twin_model import twin_model
-    from erclutch.live.model import live_model
+    from erclutch.live.live_model import live_model
 
     return live_model(twin_model(rig, Console(stderr=True)), "coaxial")
 
@@ -97,7 +98,7 @@ def real_time(minutes: float) -> None:
     load = os.getloadavg()
     with (
         tempfile.TemporaryDirectory() as name,
-        Session(TWIN, settings, model_of(rig), Options(60.0 * minutes)) as session,
+        Session(TWIN, settings, model_of(rig), SessionOptions(60.0 * minutes)) as session,
         contextlib.ExitStack() as beside,
     ):
         measured = Path(name) / "cyclictest.json"
@@ -105,7 +106,7 @@ def real_time(minutes: float) -> None:
             beside.enter_context(process(words))
         with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
             observers.record(True)
-            watch, warm = Watch(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
+            watch, warm = SessionFigures(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
             while session.running:
                 watch.poll()
                 time.sleep(0.1)
@@ -138,7 +139,7 @@ def memory(session: Session, observers: Observers) -> dict[str, float]:
     return {}
 
 
-def report(minutes: float, watch: Watch, beside: list[float]) -> None:
+def report(minutes: float, watch: SessionFigures, beside: list[float]) -> None:
     """Print what the loop did, and cyclictest's lateness beside."""
     counts = {event: n for event, n in watch.reader.counts.items() if n}
     late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]

@@ -3,9 +3,9 @@
     python studies/nist.py [FOLDER]
 
 FOLDER holds the ``.dat`` files of https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml; without it, those beside the
-project. Solver, derivatives and standard errors are the project's own (`erclutch.fit.lm`, `erclutch.dual`,
-`erclutch.fit.intervals`). Digits are -log10 of the largest relative difference from a certified number, at most 11.
-Exits with 1 where a problem is missed.
+project. Solver, derivatives and standard errors are the project's own (`erclutch.fit.levenberg_marquardt`,
+`erclutch.arithmetic.dual`, `erclutch.fit.intervals`). Digits are -log10 of the largest relative difference from a
+certified number, at most 11. Exits with 1 where a problem is missed.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.dual import partial_of, seed, value_of
+from erclutch.arithmetic.dual import partial_of, seed, value_of
 from erclutch.fit.intervals import uncertainty
-from erclutch.fit.lm import Linearisation, Problem, minimise
+from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
 
 Array = NDArray[np.float64]
 

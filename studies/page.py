@@ -26,11 +26,11 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.frame import RingReader
-from erclutch.live.observers import Observers
-from erclutch.live.recordings import Recordings
+from erclutch.live.companions import Observers
+from erclutch.live.recording.recordings import Recordings
+from erclutch.live.ring import RingReader
 from erclutch.live.session import TWIN, Session
-from erclutch.live.settings import LoopSettings, Mode, Program, Shape
+from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.logs import read_table
 
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
@@ -43,7 +43,7 @@ _CANVAS = """() => { window.painted = 0; const c = document.querySelector("canva
 
 def session() -> Session:
     """The TWIN under PD tracking at 0.4 Hz, without a model."""
-    sine = Program("tracking", Mode.TRACK, Shape.SINE, amplitude=12.6, frequency=0.4, motor_torque=0.1)
+    sine = LoopProgram("tracking", Mode.TRACK, Waveform.SINE, amplitude=12.6, frequency=0.4, motor_torque=0.1)
     return Session(TWIN, LoopSettings(programs=(sine,)))
 
 

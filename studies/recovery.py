@@ -31,12 +31,12 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, DynamicsForm, Span
-from erclutch.fit import fit_structure, reference_of
-from erclutch.laws import law_from_name
-from erclutch.model import Range, Structure, TorqueModel, in_user_units
+from erclutch.fit.laws.fit_law import fit_structure, reference_of
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Range, Structure, TorqueModel, in_user_units
+from erclutch.models.laws import law_from_name
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 Array = NDArray[np.float64]
 Noise = Literal["white", "ar1"]
@@ -52,12 +52,12 @@ _SINH = 3.0
 
 @dataclass(frozen=True)
 class Truth:
-    """A law with its numbers, and what its data must be like to tell them.
+    """A law or a law with a stage, its numbers, and what its data must be like to tell them.
 
     Attributes:
         specification: the law.
         shape, gains: its numbers, normalised as in the model.
-        dynamics: stage between command and field.
+        dynamics: the stages.
         focus: normalised fields that a third of the steps are drawn from, where the law has a narrow feature.
         noise: as a share of the effort's standard deviation.
     """
@@ -65,7 +65,7 @@ class Truth:
     specification: str
     shape: Mapping[str, float]
     gains: Mapping[str, float]
-    dynamics: DynamicsForm = "none"
+    dynamics: str = "none"
     focus: tuple[float, float] | None = None
     noise: float = 0.02
 
@@ -78,6 +78,37 @@ class Truth:
 _DIRECTION = {"w_s": 0.05}
 _POWER = {"n": 1.6}
 _TWO = {"T_y": 0.5, "eta": 0.15}
+
+
+def _with_stage(dynamics: str, shape: Mapping[str, float], **gains: float) -> Truth:
+    """A Bingham law with a stage; its sign turns over a wide slip, so that rows tell it from a memory."""
+    law = {"w_s": 0.2, **_POWER}
+    return Truth("bingham", {**law, **shape}, {"T_y": 0.3, "eta": 0.15, **gains}, dynamics)
+
+
+_STAGES = (
+    _with_stage("second-order", {"tau_c": 4e-3, "zeta_c": 0.5}),
+    _with_stage("two-lags", {"tau_1": 3e-3, "m_1": 12.0, "p_1": 0.6}),
+    _with_stage("effort-lag", {"tau_e": 4e-3}),
+    _with_stage("effort-second-order", {"tau_s": 3e-3, "zeta_s": 0.3}),
+    _with_stage("inertia", {}, m=1e-3),
+    _with_stage("stiffness", {"tau_x": 0.2}, k=5.0),
+    _with_stage("viscous", {"p": 0.5}, T_v=0.15, T_vy=0.2),
+    _with_stage("dahl-1", {"r_1": 8e-3}, T_s1=0.1, T_z1=0.4),
+    _with_stage("dahl-2/field", {"r_1": 3e-3, "r_2": 0.03}, T_z1=0.3, T_z2=0.4),
+    _with_stage("stops-1", {"r_p1": 8e-3}, T_p1=0.1, T_p1y=0.4),
+    _with_stage("stops-2/field", {"r_p1": 3e-3, "r_p2": 0.02}, T_q1y=0.3, T_q2y=0.4),
+    _with_stage("lugre", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_l=0.1, T_ld=0.1, T_ly=0.4, T_ldy=0.1),
+    _with_stage("lugre/field", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_ly=0.4, T_ldy=0.1),
+    _with_stage("bouc-wen-1", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
+    _with_stage("bouc-wen-2", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
+    _with_stage("hysteretic-tanh", {"w_t": 0.4, "t_w": 0.02, "tau_m": 0.3}, T_t=0.2, T_ty=0.5),
+    _with_stage(
+        "spencer",
+        {"e_y": 0.3, "p_y": 0.1, "p_yb": 0.1, "q_y": 0.1, "q_yb": 0.6, "k_y": 3.0, "r_y": 8e-3, "beta_y": 0.7},
+        c_y=0.5,
+    ),
+)
 
 TRUTHS = {
     truth.name: truth
@@ -110,6 +141,7 @@ TRUTHS = {
             _TWO,
             "rise-fall",
         ),
+        *_STAGES,
     )
 }
 

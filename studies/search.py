@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 import erclutch
-from erclutch import dynamics, fit
-from erclutch.dataset import Dataset
-from erclutch.laws import LADDER, law_from_name
-from erclutch.model import Structure
-from erclutch.synthetic import LABEL, write_synthetic_log
+from erclutch.fit.laws import fit_law
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.synthetic import LABEL, write_synthetic_log
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import ladder, law_from_name
+from erclutch.models.stages import command_lag
 
 
 def training_rows() -> tuple[str, Dataset]:
@@ -46,41 +47,41 @@ def training_rows() -> tuple[str, Dataset]:
 def search(data: Dataset) -> None:
     """The default search against a wide one, law by law."""
     print(f"{'law':20}{'excess':>10}{'default [s]':>13}{'wide [s]':>10}")
-    usual = fit._ROUGH_STARTS
-    for name in LADDER:
+    usual = fit_law._ROUGH_STARTS
+    for name in ladder():
         structure = Structure("single", name, law_from_name(name), "lag", True, True)
         costs, seconds = [], []
-        for starts, points in ((usual, fit.SCAN_POINTS), (5 * usual, 10 * fit.SCAN_POINTS)):
-            fit._ROUGH_STARTS = starts
+        for starts, points in ((usual, fit_law._SCAN_POINTS), (5 * usual, 10 * fit_law._SCAN_POINTS)):
+            fit_law._ROUGH_STARTS = starts
             began = time.process_time()
-            costs.append(fit.fit_structure(data, structure, scan=points).train_cost)
+            costs.append(fit_law.fit_structure(data, structure, scan=points).train_cost)
             seconds.append(time.process_time() - began)
-        fit._ROUGH_STARTS = usual
+        fit_law._ROUGH_STARTS = usual
         print(f"{name:20}{costs[0] / min(costs) - 1:10.1e}{seconds[0]:13.2f}{seconds[1]:10.2f}", flush=True)
 
 
 def intervals(data: Dataset) -> None:
     """Widths of the intervals with the order in time over those without, for Bingham with a lag."""
     structure = Structure("single", "bingham", law_from_name("bingham"), "lag", True, True)
-    ordered, classical = (fit.fit_structure(data, structure, ordered=o) for o in (True, False))
+    ordered, classical = (fit_law.fit_structure(data, structure, ordered=o) for o in (True, False))
     pairs = zip(ordered.estimates, classical.estimates, strict=True)
     ratios = {a.name: (a.high - a.low) / (b.high - b.low) for a, b in pairs if not a.at_bound}
     print("interval over the classical one:", ", ".join(f"{name} {ratio:.1f}" for name, ratio in ratios.items()))
 
 
 def recursion(data: Dataset) -> None:
-    """The lag by BLAS against the same row by row."""
+    """The lag in machine code against the same row by row."""
     field = data.elements[0].field
-    share = dynamics._share(data.clock, None, 5e-3, 5e-3)
+    share = np.broadcast_to(command_lag._share(data.clock, 5e-3), field.shape)
     times = {}
     for name, run in (
-        ("BLAS", lambda: dynamics._filter(field, data.clock, share)),
-        ("loop", lambda: dynamics._switched(field, data.clock, share, share)),
+        ("machine code", lambda: command_lag._filter(field, data.clock, share)),
+        ("loop", lambda: command_lag._switched(field, data.clock, share, share)),
     ):
         times[name] = min(_seconds(run) for _ in range(5))
     print(
-        f"lag of {field.size} rows: BLAS {1e3 * times['BLAS']:.2f} ms, "
-        f"loop {times['loop'] / times['BLAS']:.0f} times that"
+        f"lag of {field.size} rows: machine code {1e3 * times['machine code']:.2f} ms, "
+        f"loop {times['loop'] / times['machine code']:.0f} times that"
     )
 
 

@@ -17,14 +17,14 @@ from time import process_time
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from erclutch.dataset import Dataset
-from erclutch.experiments.sweeps import UnitRows
-from erclutch.experiments.tables import twin_runs
-from erclutch.fit.backprop import tables_of
-from erclutch.fit.network import Round, Schedule, train
-from erclutch.fit.networks import fit_network
-from erclutch.networks import network_from_name
-from erclutch.networks.model import forward_fnn
+from erclutch.fit.networks.backprop import tables_of
+from erclutch.fit.networks.fit_fnn import Round, Schedule, train
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.logs.dataset import Dataset
+from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_model import forward_fnn
+from erclutch.paper.sweeps import UnitRows
+from erclutch.paper.tables import twin_runs
 
 NAMES = ("fnn-6", "fnn-16")
 
@@ -50,7 +50,7 @@ def long_runs(runs: dict[str, Dataset], name: str, seeds: int) -> np.ndarray:
     found: list[tuple[float, float, float]] = []
     for seed in range(seeds):
         began = process_time()
-        best = train(unit.x, unit.y, structure.hidden, seed, schedule, by=unit.spaced, slips=unit.slips)
+        best = train([(unit.x, unit.y, unit.spaced)], structure.hidden, seed, schedule, slips=unit.slips)
         seconds = process_time() - began
         tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
         train_error, test_error = unit.errors(partial(forward_fnn, tables, exactly=False))

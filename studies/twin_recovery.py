@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from erclutch.calibrate import calibrate
-from erclutch.calibrate.trace import Trace
-from erclutch.rig.parameters import default_rig
-from erclutch.rig.scenarios import prepare
+from erclutch.paper.calibration.calibrate import calibrate
+from erclutch.paper.calibration.log_trace import LogTrace
+from erclutch.rig.twin.parameters import default_rig
+from erclutch.rig.twin.scenarios import prepare
 
 FACTORS = {"fluid.viscosity": 1.3, "drive.inertia": 0.8, "screw.coulomb": 1.4, "fluid.building_time": 0.75}
 
@@ -16,7 +16,7 @@ def main() -> None:
     known = base.changed({path: base.value(path) * factor for path, factor in FACTORS.items()})
     for seed in (3, 4):
         log = prepare("training", rig=known, seconds=8.0, seed=seed).recording()
-        found = calibrate(base, tuple(FACTORS), Trace(log), evaluations=320, workers=2)
+        found = calibrate(base, tuple(FACTORS), LogTrace(log), evaluations=320, workers=2)
         print(f"TWIN, 8 s, seed {seed}: sum of squares {found.before:.0f} -> {found.after:.1f}; estimate over truth:")
         for one in found.parameters:
             truth = known.value(one.path)

@@ -9,10 +9,11 @@ import argparse
 
 import numpy as np
 
-from erclutch.rig import kernel as k
-from erclutch.rig.excitation import FieldSettings, field_sequence, torque_sequence
-from erclutch.rig.parameters import default_rig
-from erclutch.rig.parts import parts_of
+from erclutch.rig.twin import kernel as k
+from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
+from erclutch.rig.twin.fluid import yield_stress
+from erclutch.rig.twin.parameters import default_rig
+from erclutch.rig.twin.part_parameters import POINTS, Parts, parts_of
 
 SPEEDS = [k.OMEGA, k.OMEGA_R, k.OMEGA_L]
 
@@ -25,15 +26,39 @@ def run(seconds: float, seed: int, step: float) -> tuple[np.ndarray, float]:
     x, torque = np.zeros(k.SIZE), np.empty(rows)
     x[k.OMEGA] = 40.0
     before = x[SPEEDS]
-    start = k.stored(x, parts, before)
+    start = stored(x, parts, before)
     for i in range(rows):
         first, second = max(fields[i], 0.0), max(-fields[i], 0.0)
         k.advance(x, parts, first, second, motor[i], False, step, steps - 1)
         before = x[SPEEDS]
         k.advance(x, parts, first, second, motor[i], False, step, 1)
         torque[i] = x[k.METER_B]
-    missing = x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - (k.stored(x, parts, before) - start)
+    missing = x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - (stored(x, parts, before) - start)
     return torque, float(missing / x[k.WORK])
+
+
+def stored(x: np.ndarray, parts: Parts, before: np.ndarray) -> float:
+    """Kinetic and elastic energy in J; ``before`` holds the speeds of half a step ago."""
+    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
+    total = 0.25 * drive.inertia * (x[k.OMEGA] ** 2 + before[0] ** 2)
+    total += 0.25 * screw.rotor_inertia * (x[k.OMEGA_R] ** 2 + before[1] ** 2)
+    total += 0.25 * screw.load_inertia * (x[k.OMEGA_L] ** 2 + before[2] ** 2)
+    total += 0.5 * screw.stiffness * (x[k.PHI_R] - x[k.PHI_L]) ** 2
+    beyond = max(abs(x[k.PHI_L]) - screw.half_stroke / screw.lead * 2.0 * np.pi, 0.0)
+    total += 0.5 * screw.stop_stiffness * beyond**2
+    total += 0.5 * drive.coulomb / drive.presliding * x[k.BRISTLE_IN] ** 2
+    total += 0.5 * screw.coulomb / screw.presliding * x[k.BRISTLE_L] ** 2
+    for channel in range(2):
+        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
+        total += 0.5 * clutch.seal / clutch.seal_slip * x[k.SEAL_1 + channel] ** 2
+    gaps = parts.gaps
+    residual = fluid.residual_yield / fluid.yield_strain
+    for i in range(gaps.arm.size):
+        first = i < POINTS
+        strength = parts.clutch_1.strength if first else parts.clutch_2.strength
+        stiffness = yield_stress(x[k.FIELD_1] if first else x[k.FIELD_2], strength, fluid) / fluid.yield_strain
+        total += 0.5 * gaps.volume[i] * (stiffness * x[k.STRUCTURE + i] + residual) * x[k.STRAIN + i] ** 2
+    return total
 
 
 def main() -> None:

@@ -9,9 +9,9 @@ import argparse
 
 import numpy as np
 
-from erclutch.differentiate import CAUSAL, Derivative, differentiate
-from erclutch.dynamics import Clock, Span
-from erclutch.rig.scenarios import prepare
+from erclutch.rig.twin.scenarios import prepare
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.speed import CAUSAL, Derivative, differentiate
 
 CHOICES = (
     Derivative("difference"),

@@ -7,6 +7,44 @@ from collections.abc import Generator
 from typing import Any
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
+
+# Tests run side by side: threads of one's matrix products would only wait for the processors that another one uses.
+# Set before NumPy is imported, and inherited by the commands that tests start.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+#: Files and folders whose tests share what is slow to make (a fit, a long log, parsed sources, the compiled twin), or
+#: keep time at 1 kHz. `--dist loadgroup` runs each group in one process.
+TOGETHER = {
+    "tests/fit/test_comparison.py": "comparison",
+    "tests/live/": "live",
+    "tests/models/networks/test_networks.py": "twin",
+    "tests/report/test_bad_runs.py": "report",
+    "tests/report/test_painters.py": "report",
+    "tests/report/test_report.py": "report",
+    "tests/report/test_run_figures.py": "report",
+    "tests/rig/": "twin",
+    "tests/runs/test_large_fit.py": "large",
+    "tests/test_house.py": "house",
+}
+
+
+def group_of(nodeid: str) -> str:
+    """The group of a test, or the test itself where it stands alone."""
+    return next((group for place, group in TOGETHER.items() if nodeid.startswith(place)), nodeid)
+
+
+class GroupsByFile(LoadScopeScheduling):
+    """Groups as in `TOGETHER`. The mark ``xdist_group`` does nothing with pytest 9.2 and pytest-xdist 3.8."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return group_of(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile | None:
+    """Hand out tests by group, where that is asked for."""
+    return GroupsByFile(config, log) if config.getvalue("dist") == "loadgroup" else None
 
 
 def _strict() -> bool:

@@ -12,17 +12,18 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.estimator_checks import estimator_checks_generator
 
-from erclutch.dataset import build_dataset
 from erclutch.errors import SettingError
 from erclutch.estimators import FnnRegressor, LawRegressor, RbfnRegressor
-from erclutch.fit import fit_structure
-from erclutch.fit.networks import fit_network
-from erclutch.laws import LADDER, law_from_name
-from erclutch.model import Structure
-from erclutch.networks import network_from_name
-from erclutch.rig.scenarios import prepare
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.logs.dataset import build_dataset
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import ladder, law_from_name
+from erclutch.models.networks import network_from_name
+from erclutch.rig.twin.scenarios import prepare
+from erclutch.signals.clock import Clock, Span
 
-LAWS = [LawRegressor(law) for law in LADDER]
+LAWS = [LawRegressor(law) for law in ladder()]
 NETWORKS = [
     FnnRegressor((4,)),
     FnnRegressor((3, 2)),
@@ -63,6 +64,23 @@ def test_a_law_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any
     theirs = fit_structure(data, Structure("coaxial", "hem/forward", law_from_name("hem/forward", "coaxial")))
     np.testing.assert_allclose(mine.predict(X), theirs.model.predict(data), rtol=1e-6, atol=1e-9)
     assert mine.score(X, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2))
+
+
+def test_a_law_with_memory_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, data = rows
+    X, y, part = X[:4000], y[:4000], data.clock.spans[0]
+    assert part.stop >= 4000
+    mine = LawRegressor("bingham", "coaxial", "lag+dahl/field").fit(X, y)
+    plain = LawRegressor("bingham", "coaxial", "lag").fit(X, y)
+    assert mine.model_.name == "bingham+lag+dahl/field"
+    assert mine.score(X, y) > plain.score(X, y)
+    effort = mine.model_.effort(
+        mine._rows(X, y).elements, Clock(np.arange(4000, dtype=np.float64) * 1e-3, (Span(0, 4000, 1e-3),))
+    )
+    np.testing.assert_array_equal(mine.predict(X), effort)
+    np.testing.assert_array_equal(cast(Any, clone(mine)).fit(X, y).predict(X), effort)
+    with pytest.raises(SettingError, match="dahl-x"):
+        LawRegressor("bingham", "coaxial", "lag+dahl-x").fit(X, y)
 
 
 def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:

@@ -26,7 +26,7 @@ def test_the_python_block_prints_what_the_readme_shows(tmp_path: Path) -> None:
     assert done.stdout.strip() == shown.group(1).strip()
 
 
-def test_every_command_and_link_of_the_readme_exists() -> None:
+def test_every_command_of_the_readme_exists() -> None:
     from erclutch.cli import app
 
     for command in set(re.findall(r"^erclutch (\w+)", README, re.MULTILINE)):
@@ -34,12 +34,46 @@ def test_every_command_and_link_of_the_readme_exists() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in set(re.findall(r"^make (\w+)", README, re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
-    for link in re.findall(r"\]\(([^)]+)\)", README):
+
+
+@pytest.mark.parametrize("page", ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+def test_every_link_leads_somewhere(page: str) -> None:
+    for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", (ROOT / page).read_text(encoding="utf-8")):
         assert link.startswith("http") or (ROOT / link).exists(), link
 
 
+def test_the_readme_is_short_and_its_pictures_are_small() -> None:
+    assert len(README.splitlines()) <= 150
+    pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", README)
+    assert len(pictures) == 2
+    for picture in pictures:
+        assert (ROOT / picture).stat().st_size < 150_000, picture
+
+
+def test_every_module_named_in_the_architecture_exists() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    package = ROOT / "src" / "erclutch"
+    rooms = {folder.name for folder in package.iterdir() if (folder / "__init__.py").exists()}
+    named = [name for name in re.findall(r"`([a-z_]+(?:/[\w.]+)*)`", text) if name.split("/")[0] in rooms]
+    assert {name for name in named if "/" not in name} == rooms
+    for name in named:
+        assert (package / name).exists() or (package / f"{name}.py").exists(), name
+
+
 def test_every_law_is_in_the_readme() -> None:
-    from erclutch.laws import law_names
+    from erclutch.models.laws import law_names
 
     for name in law_names():
         assert f"`{name}`" in README, name
+
+
+def test_rooms_import_what_the_architecture_says() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|$", text, re.MULTILINE)
+    rooms = [room for room, _ in rows]
+    for place, (room, words) in enumerate(rows):
+        said = set(rooms[place + 1 :]) if words.startswith("all") else set(re.findall(r"`(\w+)`", words))
+        assert said <= set(rooms[place + 1 :]), f"{room} imports what stands above it"
+        sources = (file.read_text(encoding="utf-8") for file in (ROOT / "src" / "erclutch" / room).rglob("*.py"))
+        found = {name for text in sources for name in re.findall(r"(?:from|import) erclutch\.(\w+)", text)}
+        assert found & set(rooms) - {room} <= said, room

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.flowcurve import FlowCurve, fit_flow_curve
-from erclutch.logs.flow_table import read_flow_curves
+from erclutch.fit.flow_curve import FlowCurve, fit_flow_curve
+from erclutch.logs.flow_curve_file import read_flow_curves
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 

@@ -1,20 +1,22 @@
-"""The directive ``law``: equation, parameters and curves of a law, all from the function that is fitted."""
+"""The directive ``laws``: a table of all laws, and of each its text, equation, parameters and curves.
+
+All of it comes from the laws' own files, and the equations from the functions that are fitted.
+"""
 
 from __future__ import annotations
 
 import io
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from docutils import nodes
-from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from erclutch.figures.style import SERIES, new_figure, style
-from erclutch.laws import Law, law_from_name
-from erclutch.laws.law import Dimension
-from erclutch.laws.symbolic import equation_latex, symbol_latex
+from erclutch.models.laws import Law, LawFamily, families, law_from_name, shown_of
+from erclutch.models.laws.law import Dimension
+from erclutch.models.laws.symbolic import equation_latex, symbol_latex
+from erclutch.report.plots.paper_style import SERIES, new_figure, style
 
 _INK = "#010203"  # stands for the page's own text colour
 _FIELDS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -73,25 +75,48 @@ def curves_of(law: Law, shape: list[float], gains: list[float]) -> str:
     return svg[svg.index("<svg") :].replace(_INK, "currentColor")
 
 
-class LawDirective(SphinxDirective):
-    """``{law} NAME``; option ``at`` gives the numbers that the curves are drawn with: ``w_s=0.05 T_y=1 eta=0.2``."""
+def overview() -> str:
+    """The table of all laws as Markdown."""
+    rows = [
+        f"| `{name}{'' if family.count is None else '-N'}` | {family.formula.replace('|', chr(92) + '|')} | {source} |"
+        for name, family in families().items()
+        for source in [law_from_name(name).source]
+    ]
+    return "\n".join(["| model | effort of one element | source |", "| --- | --- | --- |", *rows])
 
-    required_arguments = 1
-    option_spec: ClassVar[dict[str, Any]] = {"at": directives.unchanged_required}
+
+def page_of(law: Law) -> str:
+    """Its equation, parameters and source as Markdown."""
+    return f"$$T = {equation_latex(law)}$$\n\n{table_of(law)}\n\nSource: {law.source}.\n"
+
+
+class LawsDirective(SphinxDirective):
+    """``{laws}``."""
 
     def run(self) -> list[nodes.Node]:
         """Called by Sphinx."""
-        law = law_from_name(self.arguments[0])
-        text = f"$$T = {equation_latex(law)}$$\n\n{table_of(law)}\n\nSource: {law.source}.\n"
-        made = self.parse_text_to_nodes(text)
-        for table in (t for node in made for t in node.findall(nodes.table)):
-            table["classes"].append("parameters")
-        return made + self._curves(law)
+        made = self.parse_text_to_nodes(overview())
+        for stem, family in families().items():
+            usual = shown_of(stem, family)
+            for number, name in enumerate(usual):
+                made += self._law(name, family if number == 0 else None)
+        return made
 
-    def _curves(self, law: Law) -> list[nodes.Node]:
-        if "at" not in self.options:
-            return []
-        given = {name: float(value) for name, value in (pair.split("=") for pair in self.options["at"].split())}
+    def _law(self, name: str, family: LawFamily | None) -> list[nodes.Node]:
+        law = law_from_name(name)
+        title = law.title if family else f"{law.title}, {name.partition('/')[2]} field"
+        section = nodes.section(ids=[nodes.make_id(f"law-{name}")], names=[])
+        section += nodes.title(text=title)
+        body = self.parse_text_to_nodes((f"{family.about}\n\n" if family else "") + page_of(law))
+        for table in (t for node in body for t in node.findall(nodes.table)):
+            table["classes"].append("parameters")
+        section += body
+        if family and family.curves:
+            section += self._curves(law, family.curves)
+        return [section]
+
+    def _curves(self, law: Law, numbers: str) -> list[nodes.Node]:
+        given = {name: float(value) for name, value in (pair.split("=") for pair in numbers.split())}
         shape = [given.pop(s.name) for s in (*law.stimulus_shape, *law.shape)]
         gains = [given.pop(g.name) for g in law.gains]
         if given:
@@ -99,12 +124,12 @@ class LawDirective(SphinxDirective):
         svg = curves_of(law, shape, gains).replace(
             "<svg ", f'<svg role="img" aria-label="{law.title}: effort against slip at five fields" ', 1
         )
-        caption = f"*Drawn by* `make docs` *from the law's function (no data), at {self.options['at']}.*"
+        caption = f"*Drawn by* `make docs` *from the law's function (no data), at {numbers}.*"
         figure = nodes.container("", nodes.raw("", svg, format="html"), classes=["curves"])
         return [figure, *self.parse_text_to_nodes(caption)]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx."""
-    app.add_directive("law", LawDirective)
+    app.add_directive("laws", LawsDirective)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

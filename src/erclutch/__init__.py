@@ -1,4 +1,4 @@
-"""erclutch: from a test-bench log of a field-controlled fluid clutch, brake or damper to a checked torque model.
+"""erclutch turns a test-bench log of a field-controlled fluid clutch, brake or damper into a checked torque model.
 
 The main job in Python::
 
@@ -19,42 +19,42 @@ from typing import TYPE_CHECKING, Any
 from erclutch._version import __version__
 
 if TYPE_CHECKING:
-    from erclutch.comparison import Comparison, Settings, compare
-    from erclutch.dataset import Dataset, build_dataset, hold_out
-    from erclutch.differentiate import Derivative
     from erclutch.errors import ErclutchError
-    from erclutch.evaluate import score
-    from erclutch.fit import FitOutcome, fit_structure
-    from erclutch.fit.networks import fit_network
-    from erclutch.flowcurve import FlowCurve, fit_flow_curve
-    from erclutch.large import LargeFit, fit_large
-    from erclutch.laws import law_from_name
+    from erclutch.fit.comparison import Comparison, Settings, compare
+    from erclutch.fit.flow_curve import FlowCurve, fit_flow_curve
+    from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
+    from erclutch.fit.networks.fit_network import fit_network
+    from erclutch.fit.scoring import score
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
-    from erclutch.model import Structure, TorqueModel
-    from erclutch.networks import NetworkStructure, network_from_name
-    from erclutch.networks.model import NetworkModel
-    from erclutch.runs import read_run, write_run
-    from erclutch.saved import load_model
-    from erclutch.signals import Recording
+    from erclutch.logs.dataset import Dataset, build_dataset, hold_out
+    from erclutch.models.law_model import Structure, TorqueModel
+    from erclutch.models.laws import law_from_name
+    from erclutch.models.load import load_model
+    from erclutch.models.networks import NetworkStructure, network_from_name
+    from erclutch.models.networks.network_model import NetworkModel
+    from erclutch.runs.large_fit import LargeFit, fit_large
+    from erclutch.runs.run_folder import read_run, write_run
+    from erclutch.signals.recording import Recording
+    from erclutch.signals.speed import Derivative
 
 _HOMES = {
-    "comparison": ("Comparison", "Settings", "compare"),
-    "dataset": ("Dataset", "build_dataset", "hold_out"),
-    "differentiate": ("Derivative",),
+    "fit.comparison": ("Comparison", "Settings", "compare"),
+    "logs.dataset": ("Dataset", "build_dataset", "hold_out"),
+    "signals.speed": ("Derivative",),
     "errors": ("ErclutchError",),
-    "evaluate": ("score",),
-    "fit": ("FitOutcome", "fit_structure"),
-    "flowcurve": ("FlowCurve", "fit_flow_curve"),
-    "large": ("LargeFit", "fit_large"),
-    "laws": ("law_from_name",),
+    "fit.scoring": ("score",),
+    "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
+    "fit.flow_curve": ("FlowCurve", "fit_flow_curve"),
+    "runs.large_fit": ("LargeFit", "fit_large"),
+    "models.laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
-    "model": ("Structure", "TorqueModel"),
-    "networks": ("NetworkStructure", "network_from_name"),
-    "networks.model": ("NetworkModel",),
-    "fit.networks": ("fit_network",),
-    "runs": ("read_run", "write_run"),
-    "saved": ("load_model",),
-    "signals": ("Recording",),
+    "models.law_model": ("Structure", "TorqueModel"),
+    "models.networks": ("NetworkStructure", "network_from_name"),
+    "models.networks.network_model": ("NetworkModel",),
+    "fit.networks.fit_network": ("fit_network",),
+    "runs.run_folder": ("read_run", "write_run"),
+    "models.load": ("load_model",),
+    "signals.recording": ("Recording",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

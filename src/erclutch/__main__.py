@@ -1,4 +1,4 @@
-"""``python -m erclutch``."""
+"""``python -m erclutch`` runs the command line."""
 
 import sys
 

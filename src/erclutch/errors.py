@@ -1,9 +1,12 @@
-"""One tree of exceptions. Each message names the value, the limit and the remedy.
+"""All exceptions form one tree. Each message names the value, the limit and the remedy.
 
 The command line prints ``str(error)`` and exits with ``error.exit_code``; nothing here is ever a bug report.
 """
 
 from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
 
 
 class ErclutchError(Exception):
@@ -26,6 +29,16 @@ class ErclutchError(Exception):
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         return f"{place}{self.problem}. {self.remedy}."
+
+
+@contextmanager
+def placed(where: str) -> Generator[None]:
+    """Errors that name no file get this one."""
+    try:
+        yield
+    except ErclutchError as error:
+        error.where = error.where or where
+        raise
 
 
 class LogError(ErclutchError):
@@ -54,6 +67,10 @@ class CheckError(ErclutchError):
 
 class SettingError(ErclutchError):
     """A command-line option or an API argument is outside what it may be."""
+
+
+class PluginError(SettingError):
+    """A plug-in that is needed is not installed, or it fails."""
 
 
 class RunError(ErclutchError):

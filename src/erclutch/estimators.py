@@ -1,4 +1,4 @@
-"""scikit-learn estimators: each model with ``fit``, ``predict`` and ``score``, for pipelines, grids, blocked splits.
+"""scikit-learn estimators wrap each model with ``fit``, ``predict`` and ``score``, for pipelines and grids.
 
 `LawRegressor` takes columns in the order of its device: field and slip for a single one; E1, E2, theta_dot, alpha_dot
 for the coaxial pair; further columns are left alone. `FnnRegressor` and `RbfnRegressor` take every column as an input.
@@ -16,7 +16,8 @@ from abc import ABC, abstractmethod
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
 
 try:
     from sklearn.base import BaseEstimator, RegressorMixin
@@ -24,18 +25,19 @@ try:
 except ImportError as missing:
     raise ImportError("erclutch.estimators needs scikit-learn: pip install erclutch[sklearn]") from missing
 
-from erclutch.dataset import Dataset
-from erclutch.device import DeviceName, Units, elements_of
-from erclutch.dynamics import Clock, DynamicsForm, Span
 from erclutch.errors import SettingError
-from erclutch.fit import fit_structure
-from erclutch.fit.networks import learn, scaling_of
-from erclutch.laws import law_from_name
-from erclutch.model import Structure
-from erclutch.networks import NetworkStructure, network_from_name
-from erclutch.networks.model import forward_fnn, forward_rbfn
-
-Array = NDArray[np.float64]
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import learn, scaling_of
+from erclutch.fit.one_thread import one_thread
+from erclutch.logs.blocks import OneBlock
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import law_from_name
+from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
+from erclutch.models.stages import stages_of
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import DeviceName, Units, elements_of
 
 _COLUMNS = {"single": ("field", "slip"), "coaxial": ("E1", "E2", "theta_dot", "alpha_dot")}
 
@@ -46,7 +48,8 @@ class LawRegressor(RegressorMixin, BaseEstimator):
     Args:
         law: specification, for example ``bingham``, ``hem/square`` or ``rbfm-10/forward``.
         device: "single" or "coaxial": which columns there are.
-        dynamics: "none", "lag" or "rise-fall"; rows then follow in time, ``period`` apart.
+        dynamics: "none", or stages joined by ``+``, for example "lag" or "lag+dahl/field"; rows then follow in time,
+            ``period`` apart, and each array starts with the fluid at rest.
         friction: a friction effort at zero field.
         offset: a constant effort.
         period: sampling period in s.
@@ -83,11 +86,9 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             ValueError: columns are missing, or values are not finite.
             SettingError: an unknown law, device or dynamics.
         """
-        if self.device not in _COLUMNS or self.dynamics not in ("none", "lag", "rise-fall"):
-            raise SettingError(
-                f"device {self.device!r} with dynamics {self.dynamics!r}",
-                remedy="Give single or coaxial, with none, lag or rise-fall",
-            )
+        if self.device not in _COLUMNS:
+            raise SettingError(f"device {self.device!r}", remedy="Give single or coaxial")
+        stages_of(self.dynamics)
         X, y = validate_data(
             self,
             X,
@@ -97,7 +98,7 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             ensure_min_samples=2,
             ensure_min_features=len(_COLUMNS[self.device]),
         )
-        device, dynamics = cast(DeviceName, self.device), cast(DynamicsForm, self.dynamics)
+        device, dynamics = cast(DeviceName, self.device), self.dynamics
         structure = Structure(device, self.law, law_from_name(self.law, device), dynamics, self.friction, self.offset)
         data = self._rows(X, np.asarray(y, np.float64))
         self.outcome_ = fit_structure(data, structure)
@@ -147,9 +148,11 @@ class _Network(RegressorMixin, BaseEstimator, ABC):
         X, y = validate_data(self, X, y, dtype=np.float64, y_numeric=True, ensure_min_samples=2)
         x, target = np.ascontiguousarray(X.T), np.asarray(y, np.float64)
         self.scaling_ = scaling_of(x, target, structure.kind)
-        self.weights_, self.stop_, self.n_iter_ = learn(
-            x, target, self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
-        )
+        rows = OneBlock((x, target))
+        with one_thread():
+            self.weights_, self.stop_, self.n_iter_ = learn(
+                rows, self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
+            )
         return self
 
     def predict(self, X: Any) -> Array:

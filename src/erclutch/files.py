@@ -1,4 +1,4 @@
-"""A folder that is there whole or not at all: filled beside its name, moved there at the end."""
+"""Where files go: files and folders that are there whole or not at all, and the user's cache."""
 
 from __future__ import annotations
 
@@ -10,6 +10,37 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from erclutch.errors import ErclutchError
+
+
+def cache_folder() -> Path:
+    """Where what can be made again is kept: ``$ERCLUTCH_CACHE``, or ``erclutch`` in the user's cache folder."""
+    given = os.environ.get("ERCLUTCH_CACHE")
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
+
+
+@contextmanager
+def whole_file(target: Path, unwritable: Callable[[Path, OSError], ErclutchError]) -> Generator[Path]:
+    """A file to write that gets its name once it is whole; whatever goes wrong before leaves nothing.
+
+    Args:
+        target: its name; an old file of that name is replaced.
+        unwritable: the error to raise when it cannot be written.
+    """
+    partial: Path | None = None
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.partial-", suffix=target.suffix, dir=target.parent)
+        os.close(handle)
+        partial = Path(name)
+        yield partial
+        partial.chmod(0o644)
+        os.replace(partial, target)
+    except OSError as error:
+        raise unwritable(target, error) from error
+    finally:
+        if partial is not None:
+            partial.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch import dual
-from erclutch.dual import Dual, partial_of, pick, seed, value_of
+from erclutch.arithmetic import dual
+from erclutch.arithmetic.dual import Dual, partial_of, pick, seed, value_of
 
 number = st.floats(-3.0, 3.0).filter(lambda x: abs(x) > 1e-2)
 positive = st.floats(0.05, 3.0)

@@ -22,7 +22,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.cli import main
-from erclutch.synthetic import write_synthetic_log
+from erclutch.logs.synthetic import write_synthetic_log
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 COMMAND = (sys.executable, "-m", "erclutch")
@@ -85,6 +85,17 @@ def refused_here(*arguments: str | Path, cwd: Path, monkeypatch: pytest.MonkeyPa
     return said.getvalue()
 
 
+def good_here(*arguments: str | Path, cwd: Path) -> str:
+    """What `good` gives, from inside this process, which spares the start."""
+    out, said = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
+        patch.chdir(cwd)
+        patch.setattr(sys, "argv", ["erclutch", *map(str, arguments)])
+        assert main() == 0, said.getvalue()
+    assert said.getvalue() == ""
+    return out.getvalue()
+
+
 # --- good input -------------------------------------------------------------------------------------------------------
 
 
@@ -126,19 +137,19 @@ def test_inspect(log: Path) -> None:
     said = good("inspect", log, cwd=log.parent)
     assert "log.csv: 2,000 rows, 4 columns" in said
     assert "effort <- column torque [N*m] (guessed from its name)" in said
-    body = json.loads(good("inspect", log, "--json", cwd=log.parent))
+    body = json.loads(good_here("inspect", log, "--json", cwd=log.parent))
     assert body["problem"] is None
     assert body["rows"] == 2000
     assert body["columns"]["torque"]["unit"] == "N*m"
 
 
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
-    body = json.loads(good("inspect", log, "--json", "--effort", "nope", cwd=log.parent))
+    body = json.loads(good_here("inspect", log, "--json", "--effort", "nope", cwd=log.parent))
     assert "there is no column 'nope'" in body["problem"]
-    assert "Not understood yet: " in good("inspect", log, "--effort", "nope", cwd=log.parent)
+    assert "Not understood yet: " in good_here("inspect", log, "--effort", "nope", cwd=log.parent)
 
 
-def test_fit_keeps_a_run(log: Path) -> None:
+def test_fit_keeps_a_run(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = good("fit", log, *QUICK, "--out", "run", cwd=log.parent)
     assert "fitted on 1,400 rows, scored on 600 rows held out" in said
     assert "Models on the rows held out" in said
@@ -149,13 +160,13 @@ def test_fit_keeps_a_run(log: Path) -> None:
         "run.json",
         "table.csv",
     ]
-    there = refused("fit", log, *QUICK, "--out", "run", cwd=log.parent)
+    there = refused_here("fit", log, *QUICK, "--out", "run", cwd=log.parent, monkeypatch=monkeypatch)
     assert there == "error: run: there is a run already. Give --out another name, or --force.\n"
-    good("fit", log, *QUICK, "--out", "run", "--force", cwd=log.parent)
+    good_here("fit", log, *QUICK, "--out", "run", "--force", cwd=log.parent)
 
 
 def test_fit_as_json_is_run_json(log: Path) -> None:
-    body: dict[str, Any] = json.loads(good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent))
+    body: dict[str, Any] = json.loads(good_here("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent))
     kept = json.loads((log.parent / "run" / "run.json").read_text())
     assert sorted(kept.pop("files")) == ["predictions.parquet", "table.csv"]
     kept.pop("digest")
@@ -184,8 +195,8 @@ def test_several_models_by_comma_or_space(log: Path) -> None:
 
 
 def test_laws(tmp_path: Path) -> None:
-    assert "bingham/critical" in good("laws", cwd=tmp_path)
-    body = json.loads(good("laws", "--json", cwd=tmp_path))
+    assert "bingham/critical" in good_here("laws", cwd=tmp_path)
+    body = json.loads(good_here("laws", "--json", cwd=tmp_path))
     assert {"on-off", "quadratic", "hem", "rbfm-2"} <= {law["name"] for law in body}
     assert all(law["equation"] and law["parameters"] and law["source"] for law in body)
 
@@ -233,14 +244,14 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
         (rows_text(replace={(50, 1): "inf"}), ["column field has 1 value", "infinit", "row 51", "--invalid drop"]),
         (rows_text(1), ["only 1 row of data", "Give a longer log"]),
         (rows_text(60), ["42 rows to train on, at least 50", "--test"]),
-        (rows_text(replace={(k, 1): "7" for k in range(200)}), ["field is constant at 7", "changing field"]),
+        (rows_text(replace={(k, 2): "7" for k in range(200)}), ["slip is constant at 7", "right column"]),
         (rows_text(replace={(100, 0): "0.01"}), ["runs backwards at data row 101", "0.01 s after 0.099 s"]),
     ],
-    ids=["empty", "text", "nan", "infinity", "one row", "few rows", "constant field", "time backwards"],
+    ids=["empty", "text", "nan", "infinity", "one row", "few rows", "constant slip", "time backwards"],
 )
-def test_bad_logs(text: str, words: list[str], tmp_path: Path) -> None:
+def test_bad_logs(text: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "bad.csv").write_text(text)
-    said = refused("fit", "bad.csv", *QUICK, "--out", "run", cwd=tmp_path)
+    said = refused_here("fit", "bad.csv", *QUICK, "--out", "run", cwd=tmp_path, monkeypatch=monkeypatch)
     assert "bad.csv: " in said
     for word in words:
         assert word in said
@@ -258,7 +269,7 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
         (("--effort", "nope"), ["log.csv", "there is no column 'nope' for effort", "torque [N*m]"]),
         (("--effort", "torque [m]"), ["log.csv", "unit 'm', which does not fit effort", "N*m, N, Pa"]),
         (("--effort", "torque [furlong]"), ["furlong"]),
-        (("--models", "binghm"), ["unknown model 'binghm'", "Did you mean bingham?"]),
+        (("--models", "binghm"), ["unknown law 'binghm'", "Did you mean bingham?"]),
         (("--models", "rbfm-1"), ["1 kernels", "2 to 100"]),
         (("--models", "bingham/cube"), ["unknown yield stress 'cube'"]),
         (("--test", "1.5"), ["a test share of 1.5", "above 0 and below 0.9"]),
@@ -308,17 +319,21 @@ def test_missing_files_and_folders_without_logs(tmp_path: Path, monkeypatch: pyt
         assert words in refused_here(*arguments, cwd=tmp_path, monkeypatch=monkeypatch)
 
 
-@pytest.mark.parametrize(
-    "arguments", [("--lag", "late"), ("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)]
-)
+@pytest.mark.parametrize("arguments", [("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)])
 def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = refused_here("fit", log, *arguments, cwd=log.parent, monkeypatch=monkeypatch, code=1)
     assert arguments[-1] in said
 
 
-def test_unknown_commands_and_nothing_to_fit(tmp_path: Path) -> None:
-    assert "nope" in refused("nope", cwd=tmp_path, code=1)
-    assert "LOG" in refused("fit", cwd=tmp_path, code=1)
+def test_a_stage_that_is_none(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = refused_here("fit", log, "--lag", "late", cwd=log.parent, monkeypatch=monkeypatch)
+    assert "unknown stage 'late'. Known are " in said
+    assert "lag, lugre, rise-fall" in said
+
+
+def test_unknown_commands_and_nothing_to_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "nope" in refused_here("nope", cwd=tmp_path, monkeypatch=monkeypatch, code=1)
+    assert "LOG" in refused_here("fit", cwd=tmp_path, monkeypatch=monkeypatch, code=1)
 
 
 class FittedError(Exception):
@@ -331,7 +346,7 @@ def test_out_is_looked_at_before_the_fit(log: Path, monkeypatch: pytest.MonkeyPa
     def begun(*_: object) -> None:
         raise FittedError
 
-    monkeypatch.setattr("erclutch.comparison.fit_structure", begun)
+    monkeypatch.setattr("erclutch.fit.comparison.fit_structure", begun)
     refused_here("fit", log, "--out", "no/run", cwd=log.parent, monkeypatch=monkeypatch)
 
 
@@ -443,8 +458,8 @@ def kept(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two runs of the same log, `one` and `two`, that no test changes."""
     folder = tmp_path_factory.mktemp("kept")
     shutil.copy(made, folder / "log.csv")
-    good("fit", "log.csv", *QUICK, "--out", "one", cwd=folder)
-    good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "two", cwd=folder)
+    good_here("fit", "log.csv", *QUICK, "--out", "one", cwd=folder)
+    good_here("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "two", cwd=folder)
     return folder
 
 
@@ -457,7 +472,7 @@ def test_report(runs: Path) -> None:
     assert good("report", "one", cwd=runs).startswith(f"one{os.sep}report.html: ")
     text = (runs / "one" / "report.html").read_text()
     assert text.startswith("<!doctype html>")
-    good("report", "one", "--out", "x.html", cwd=runs)
+    good_here("report", "one", "--out", "x.html", cwd=runs)
     assert (runs / "x.html").read_text() == text
 
 
@@ -489,7 +504,7 @@ def test_figure(runs: Path) -> None:
         (("compare", "one", "one"), "the same run twice"),
         (("compare", "one", "two", "--model", "hem"), "no model 'hem'"),
         (("compare", "one", "two", "--model", "a", "--model", "b", "--model", "c"), "3 models for 2 runs"),
-        (("compare", "one", "two", "--open"), "--open without a file"),
+        (("compare", "one", "two", "--open"), "--open needs a file"),
         (("figure", "fig3", "one"), "no figure 'fig3'"),
         (("figure", "trace"), "no run was given"),
         (("figure", "trace", "one", "--start", "99"), "no rows from 99 s"),
@@ -530,8 +545,41 @@ def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
     assert "held out: the last 30% of each stretch" in fitted
 
 
-def test_verify_of_a_run_says_how_to_export_it(runs: Path) -> None:
-    failed = refused("verify", "one", cwd=runs)
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["constant", "none"])
+def test_a_log_of_one_field_from_reading_to_export(how: str, tmp_path: Path) -> None:
+    t = np.arange(3000) / 1000
+    slip = 2 * np.sin(9 * t) + np.sin(2.3 * t)
+    torque = 12 * np.tanh(slip / 0.15) + 5 * slip + 0.3 * np.random.default_rng(0).standard_normal(t.size)
+    table = np.column_stack([t, slip, torque])
+    header = "time [s],slip [rad/s],torque [N*m]"
+    np.savetxt(tmp_path / "one.csv", table, delimiter=",", header=header, comments="", fmt="%.7g")
+    given = ("--constant", "field=0.5 A") if how == "constant" else ()
+    assert "field" in good("inspect", "one.csv", *given, cwd=tmp_path)
+    said = good("fit", "one.csv", *given, "--models", "bingham", "fnn-4", "--out", "run", cwd=tmp_path)
+    assert "Recommended: bingham/constant" in said
+    assert ("the field is 0.5 A in all 3000 rows" if how == "constant" else "the log has no field") in said
+    good("report", "run", cwd=tmp_path)
+    for model, target in (("bingham/constant", "python"), ("fnn-4", "mujoco"), ("bingham/constant", "c")):
+        name = f"{target}-{model[:3]}"
+        good("export", "run", "--model", model, "--to", target, "--out", name, cwd=tmp_path)
+        good("verify", name, cwd=tmp_path)
+    wrong = refused("fit", "one.csv", *given, "--models", "rbfm", cwd=tmp_path)
+    assert "rbfm describes how the effort changes with the field" in wrong
+
+
+def test_past_samples_and_another_rate(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rate = ("--resample", "0.5 kHz")
+    said = good_here("fit", log, "--models", "fnn-2", "--lag", "none", "--past", "2ms", "4", *rate, cwd=log.parent)
+    said = " ".join(said.split())
+    assert "logs were brought from 1000 Hz to 500 Hz by a zero-phase filter" in said
+    assert "past samples (--past 2ms, 4) lie 1, 4 rows back, 2, 8 ms, at the 500 Hz of these rows" in said
+    for wrong, words in ((("--past", "2 m"), "neither a time"), (("--resample", "often"), "no sampling rate")):
+        assert words in refused_here("fit", log, "--models", "fnn-2", *wrong, cwd=log.parent, monkeypatch=monkeypatch)
+
+
+def test_verify_of_a_run_says_how_to_export_it(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    failed = refused_here("verify", "one", cwd=runs, monkeypatch=monkeypatch)
     assert "erclutch export one" in failed
 
 
@@ -547,7 +595,7 @@ def test_verify_of_a_run_says_how_to_export_it(runs: Path) -> None:
     ],
 )
 def test_numbers_of_the_terminal(value: float, digits: int, zeros: bool, text: str) -> None:
-    from erclutch.cli.show import number
+    from erclutch.cli.terminal import number
 
     assert number(value, digits, zeros=zeros) == text
 
@@ -557,7 +605,7 @@ def test_a_table_leaves_columns_out_until_it_fits(wide: list[int], width: int) -
     """No cell is cut while enough columns may go; none goes without need, and the less needed ones first."""
     from rich.console import Console
 
-    from erclutch.cli.show import narrowed
+    from erclutch.cli.terminal import narrowed
 
     columns = {f"h{i}\nTWIN": ["x" * size, str(i)] for i, size in enumerate(wide)}
     heads = list(columns)

@@ -2,46 +2,66 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
-from erclutch.device import DeviceName, Units
-from erclutch.dynamics import DynamicsForm
-from erclutch.export.monotone import apart, middles, sides, steady
-from erclutch.laws import law_from_name
-from erclutch.model import Range, Reference, Structure, TorqueModel
-from erclutch.networks import network_from_name
-from erclutch.networks.model import NetworkModel, Scaling, table_shapes
-from erclutch.saved import Model
+from erclutch.export.monotone import apart, middles, sides
+from erclutch.models.covered_cells import CoveredCells
+from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.model import Model
+from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.residual_model import BoundedResidual, ResidualModel
+from erclutch.models.stages import stages_of
+from erclutch.signals.device import DeviceName, Units
 
 UNITS = Units("N*m", "V", "rad/s")
 LARGEST = 2000.0 / 3
 TIMES = {"delay": 2.3e-3, "tau": 7e-3, "tau_rise": 4e-3, "tau_fall": 1.1e-2}
+#: Of stages on slip and effort, and of the strength of the field in the memory of a network.
+MEMORY = {"r_1": 0.021, "r_2": 0.33, "tau_e": 3.3e-3, "n_m": 1.3, "E_m": 555.5, "w_t": 0.4, "t_w": 0.3}
+CHAIN = "rise-fall+dahl-2/field+inertia+effort-lag"
+#: All stages that are not in the chain.
+OTHERS = "two-lags+stops-2+bouc-wen-2+lugre/field+hysteretic-tanh+stiffness+effort-second-order"
+#: Gains of columns that are far larger than one: acceleration and the like.
+SMALL = {"m": 1.3e-5, "ld": 1e-2}
 
 
 def law_model(
-    specification: str, device: DeviceName = "coaxial", dynamics: DynamicsForm = "none", extra: bool = True
+    specification: str,
+    device: DeviceName = "coaxial",
+    dynamics: str = "none",
+    extra: bool = True,
+    further: tuple[str, ...] = (),
 ) -> TorqueModel:
-    structure = Structure(device, specification, law_from_name(specification, device), dynamics, extra, extra)
+    law = law_from_name(specification, device)
+    structure = Structure(device, specification, law, dynamics, extra, extra, further)
     inside = {
         s.name: s.lower * (s.upper / s.lower) ** 0.4 if s.scale == "log" else min(0.37, s.upper)
         for s in structure.shapes(1e-3)
     }
-    inside.update({name: value for name, value in TIMES.items() if name in inside})
-    gains = {g.name: 0.1 + 0.07 * i for i, g in enumerate(structure.gains())}
+    inside.update({name: value for name, value in {**TIMES, **MEMORY}.items() if name in inside})
+    gains = {g.name: (0.1 + 0.07 * i) * SMALL.get(g.name.split("_")[0], 1.0) for i, g in enumerate(structure.gains())}
     ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
-    return _true_range(TorqueModel(structure, Reference(LARGEST, 17.1, 1e-3), inside, gains, UNITS, ranges))
+    reference = Reference(LARGEST, 17.1, 1e-3, (1.7,) * len(further))
+    extras = ((-2.5, 2.5),) * len(further)
+    return _true_range(TorqueModel(structure, reference, inside, gains, UNITS, ranges, extra_ranges=extras))
 
 
 def network_model(
     specification: str,
     device: DeviceName = "coaxial",
-    dynamics: DynamicsForm = "none",
+    dynamics: str = "none",
     past: tuple[int, ...] = (),
     extras: tuple[str, ...] = (),
 ) -> NetworkModel:
@@ -53,14 +73,33 @@ def network_model(
     if structure.kind == "rbfn":
         weights["centres"] = rng.uniform(-1.0, 1.0, (structure.hidden[0], count))
         weights["spreads"] = rng.uniform(0.4, 1.2, structure.hidden[0])
-    base = len(structure.inputs) - len(extras)
-    scale = np.array([30.1] * base + [2.5] * len(extras))
-    scale[:: 2 if device == "single" else 3][: base // (2 if device == "single" else 3)] = LARGEST
-    times = {} if dynamics == "none" else {k: v for k, v in TIMES.items() if k in _names(dynamics)}
+    scale = np.array([_size(name, extras) for name in structure.inputs])
+    names = {p.name for stage in stages_of(dynamics) for p in stage.parameters(1e-3)}
+    remembers = any(stage.place == "slip" for stage in stages_of(dynamics))
+    times = {k: v for k, v in {**TIMES, **MEMORY}.items() if k in names or (remembers and k in ("n_m", "E_m"))}
     limits = np.column_stack([-scale, scale])
     ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
     scaling = Scaling(0.01 * scale, scale, 0.013, 0.7)
     return _true_range(NetworkModel(structure, scaling, weights, times, UNITS, ranges, limits, {"seed": "7"}))
+
+
+def residual_model(law: TorqueModel, specification: str, past: tuple[int, ...] = (), *, limit: float) -> ResidualModel:
+    """A law and a network of its size on the residual, over two boxes with a gap between them."""
+    device, dynamics = law.structure.device, law.structure.dynamics
+    network = network_from_name(specification, device, dynamics=dynamics, past=past, extras=("temperature",))
+    rng, count = np.random.default_rng(5), len(network.inputs)
+    weights = {name: rng.normal(size=shape) for name, shape in table_shapes(network).items()}
+    scale = np.array(
+        [{"field": 1.0, "E1-E2": 1.0, "temperature": 2.5}.get(n.split("[")[0], 30.1) for n in network.inputs]
+    )
+    scale[[name.startswith("s") and name != "slip" for name in network.inputs]] = 0.8
+    scaling = Scaling(0.01 * scale, scale, 0.013, 1.5 * limit)
+    ranges = np.column_stack([-scale, scale])
+    made = NetworkModel(network, scaling, weights, law.times, law.units, law.trained_on, ranges, {}, law.period)
+    first = np.r_[0.1, np.full(count - 1, 0.7)]
+    low, high = np.array([-0.9 * scale, first * scale]), np.array([np.r_[0.0, scale[1:]], scale])
+    correction = BoundedResidual(made, limit, CoveredCells(low, high, 0.37 * scale))
+    return ResidualModel(law, correction)
 
 
 def _true_range(model: Any) -> Any:
@@ -69,12 +108,16 @@ def _true_range(model: Any) -> Any:
     fields = apart(model, rng.uniform(sides(model)[2], LARGEST, rows))
     slips = [rng.uniform(-30.1, 30.1, rows) for _ in fields]
     extras = [rng.uniform(-2.5, 2.5, rows) for _ in middles(model)]
-    effort = steady(model, fields, slips, extras)
+    effort = model.steady(fields, slips, extras)
     return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
 
 
-def _names(dynamics: DynamicsForm) -> tuple[str, ...]:
-    return ("delay", "tau") if dynamics == "lag" else ("delay", "tau_rise", "tau_fall")
+def _size(name: str, extras: tuple[str, ...]) -> float:
+    """Of an input of a network: a field, a further input, a state of a memory, an acceleration or a speed."""
+    if name in extras:
+        return 2.5
+    sizes = (("field", LARGEST), ("E1", LARGEST), ("z", 1.0), ("a_", 6e4))
+    return next((size for start, size in sizes if name == start[:-1] or name.startswith(start)), 30.1)
 
 
 #: One of every kind; the label is the test's name.
@@ -109,6 +152,13 @@ MODELS: dict[str, Model] = {
         network_model("fnn-7", "coaxial", past=(2,), extras=("temperature", "current i_q")),
         network_model("rbfn-50"),
         network_model("rbfn-13", "single", "lag", past=(1, 2), extras=("temperature",)),
+        law_model("casson", "single", CHAIN, further=("position", "bellows 2")),
+        law_model("bingham/forward", "coaxial", CHAIN),
+        law_model("herschel-bulkley", "single", OTHERS),
+        network_model("fnn-16", "coaxial", CHAIN),
+        residual_model(law_model("bingham", "single"), "fnn-3", limit=0.02),
+        residual_model(law_model("bingham", "single", "lag+effort-lag"), "fnn-4", (1, 3), limit=0.02),
+        residual_model(law_model("hem", "coaxial", "lag"), "rbfn-5", limit=0.02),
     )
 }
 
@@ -145,6 +195,18 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """A test with an argument ``model`` runs for every model."""
     if "model" in metafunc.fixturenames:
         metafunc.parametrize("model", list(MODELS.values()), ids=list(MODELS))
+
+
+@pytest.fixture(scope="session")
+def boards() -> ModuleType:
+    """The bench of Cortex-M boards under QEMU."""
+    spec = importlib.util.spec_from_file_location("cortex_m_boards", Path(__file__).parent / "cortex_m" / "boards.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # its data classes look themselves up
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.fixture

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.differentiate import Derivative
 from erclutch.errors import ErclutchError, ExportError, RunError
-from erclutch.export import Options, export_model, program_of, verify_export
-from erclutch.model import TorqueModel, digest_of
-from erclutch.networks.model import NetworkModel
-from erclutch.saved import load_model
+from erclutch.export import ExportOptions, export_model, step_of, verify_export
+from erclutch.models.law_model import TorqueModel, digest_of
+from erclutch.models.load import load_model
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.signals.speed import Derivative
 
 
 def test_a_model_with_nan_is_refused_by_name(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
@@ -32,19 +32,19 @@ def test_a_network_with_an_infinite_weight_is_refused(network: Callable[..., Net
     model = network("fnn-3")
     weights = {**model.weights, "b1": model.weights["b1"] * float("inf")}
     with pytest.raises(ExportError, match="b1 is"):
-        program_of(replace(model, weights=weights))
+        step_of(replace(model, weights=weights))
 
 
 @pytest.mark.parametrize("name", ["", "2nd", "a-b", "int", "class", "_x", "a__b", "größe", "a b"])
 def test_a_name_that_is_no_c_identifier(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="no name for C functions"):
-        export_model(law("bingham"), tmp_path / "out", options=Options(name=name))
+        export_model(law("bingham"), tmp_path / "out", options=ExportOptions(name=name))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_name_too_long_for_c(law: Callable[..., TorqueModel]) -> None:
     with pytest.raises(ExportError, match="21 characters"):
-        program_of(law("bingham"), Options(name="a" * 21))
+        step_of(law("bingham"), ExportOptions(name="a" * 21))
 
 
 class Opaque:
@@ -117,40 +117,40 @@ def test_an_export_is_replaced_only_when_told_to(law: Callable[..., TorqueModel]
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (Options(precision="float16"), "precision"),  # type: ignore[arg-type]
-        (Options(period=0.0), "a period of 0 s"),
-        (Options(period=float("nan")), "a period of nan s"),
-        (Options(limits=(1.0, -1.0)), "effort limits"),
-        (Options(limits=(0.0, float("inf"))), "effort limits"),
-        (Options(inputs="angles", derivative=Derivative("savgol")), "samples of the future"),
-        (Options(inputs="angles", derivative=Derivative("kalman", 800.0)), "a cutoff of 800 Hz"),
-        (Options(period=1e-7), "rows at a period"),
+        (ExportOptions(precision="float16"), "precision"),  # type: ignore[arg-type]
+        (ExportOptions(period=0.0), "a period of 0 s"),
+        (ExportOptions(period=float("nan")), "a period of nan s"),
+        (ExportOptions(limits=(1.0, -1.0)), "effort limits"),
+        (ExportOptions(limits=(0.0, float("inf"))), "effort limits"),
+        (ExportOptions(inputs="angles", derivative=Derivative("savgol")), "samples of the future"),
+        (ExportOptions(inputs="angles", derivative=Derivative("kalman", 800.0)), "a cutoff of 800 Hz"),
+        (ExportOptions(period=1e-7), "rows at a period"),
     ],
 )
-def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: Options, says: str) -> None:
+def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: ExportOptions, says: str) -> None:
     model = law("bingham", "coaxial", "lag")
     model = replace(model, shape={**model.shape, "delay": 0.04})
     with pytest.raises(ErclutchError, match=says):
-        program_of(model, options)
+        step_of(model, options)
 
 
 def test_a_network_with_dynamics_needs_a_period(network: Callable[..., NetworkModel]) -> None:
     with pytest.raises(ExportError, match="--period"):
-        program_of(network("fnn-3", "coaxial", "lag"))
+        step_of(network("fnn-3", "coaxial", "lag"))
 
 
 def test_past_rows_are_of_the_training_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
     model = network("fnn-3", past=(1, 4))
     with pytest.raises(ExportError, match="past rows, dynamics or filter need a sampling period"):
-        program_of(model)
+        step_of(model)
     known = replace(model, period=1.0003e-3)
     with pytest.raises(ExportError, match=r"a period of 0.002 s for a network whose inputs are rows 1, 4"):
-        export_model(known, tmp_path / "out", options=Options(period=2e-3))
+        export_model(known, tmp_path / "out", options=ExportOptions(period=2e-3))
     assert list(tmp_path.iterdir()) == []
-    assert program_of(known, Options(period=1e-3)).period == 1e-3
-    assert program_of(known).period == 1.0003e-3
+    assert step_of(known, ExportOptions(period=1e-3)).period == 1e-3
+    assert step_of(known).period == 1.0003e-3
     # A network that looks at the present row alone may run at any period, and so may a law's lag.
-    assert program_of(replace(network("fnn-3"), period=1e-3), Options(period=2e-3)).period == 2e-3
+    assert step_of(replace(network("fnn-3"), period=1e-3), ExportOptions(period=2e-3)).period == 2e-3
 
 
 def test_a_networks_file_holds_its_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
@@ -179,7 +179,7 @@ def test_float32_that_leaves_no_digits_is_refused(law: Callable[..., TorqueModel
     names = [name for name in model.gains if name.startswith("k_") and name.endswith("_1")]
     gains = {**model.gains, **{name: 1e7 * float(g) for name, g in zip(names, flat, strict=True)}}
     with pytest.raises(ExportError, match=r"terms that nearly cancel.*--precision float64"):
-        export_model(replace(model, gains=gains), tmp_path / "out", options=Options(precision="float32"))
+        export_model(replace(model, gains=gains), tmp_path / "out", options=ExportOptions(precision="float32"))
 
 
 def test_a_changed_file_is_found(law: Callable[..., TorqueModel], tmp_path: Path) -> None:

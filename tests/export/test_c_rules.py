@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.export import Options, export_model, program_of
-from erclutch.export.abi import wrapper
-from erclutch.export.c import write_core
-from erclutch.export.compilers import EXACT, STRICT
-from erclutch.export.emulate import inverse, run
-from erclutch.saved import Model
+from erclutch.export import ExportOptions, export_model, step_of
+from erclutch.export.c.compilers import EXACT, STRICT
+from erclutch.export.c.model_abi import wrapper
+from erclutch.export.step_numbers import inverse, run
+from erclutch.export.targets.c import write_core
+from erclutch.models.model import Model
 
 #: Advisory rules of MISRA C:2012 that the file does not keep; docs/export.md says why. Required ones: none.
 ADVISORY = {"misra-c2012-2.5", "misra-c2012-8.9", "misra-c2012-12.1", "misra-c2012-15.5", "misra-c2012-19.2"}
@@ -30,8 +30,8 @@ def test_no_warning(models: dict[str, Model], compiler: str, tmp_path: Path, nee
     need(compiler)
     more = ("-Wshadow", "-Wcast-qual", "-Wstrict-prototypes", "-Wfloat-equal", "-Wdouble-promotion")
     for i, model in enumerate(models.values()):
-        options = Options(f"m{i}", "float32" if i % 2 else "float64", 1e-3, "angles" if i % 3 == 0 else "speeds")
-        program = program_of(model, options)
+        options = ExportOptions(f"m{i}", "float32" if i % 2 else "float64", 1e-3, "angles" if i % 3 == 0 else "speeds")
+        program = step_of(model, options)
         files = write_core(program, tmp_path)
         (tmp_path / f"m{i}_abi.c").write_text(wrapper(program), encoding="ascii")
         for source in (*files, tmp_path / f"m{i}_abi.c"):
@@ -46,7 +46,7 @@ def test_no_required_rule_of_misra_is_broken(
     models: dict[str, Model], label: str, tmp_path: Path, need: Callable[..., None]
 ) -> None:
     need("cppcheck")
-    program = program_of(models[label], Options("m", "float32", 1e-3, "angles"))
+    program = step_of(models[label], ExportOptions("m", "float32", 1e-3, "angles"))
     write_core(program, tmp_path)
     # incorrectLogicOperator: cppcheck takes the hexadecimal limits -0x1.8p-1 and 0x1.8p-1 for the same number.
     words = ["cppcheck", "--std=c99", "--addon=misra", "--enable=warning,portability", "-q"]
@@ -90,6 +90,8 @@ int main(void)
         {{
             (void)m_inverse(in, any(), &out);
             if (!(out - out == 0)) {{ printf("not finite\\n"); return 1; }}
+            (void)m_inverse_now(state, in, any(), &out);
+            if (!(out - out == 0)) {{ printf("not finite\\n"); return 1; }}
         }}
         free(in);
         if (i % 997 == 0) {{ m_reset(state); }}
@@ -104,7 +106,7 @@ int main(void)
 def test_sanitizers_find_nothing_under_any_input(model: Model, tmp_path: Path, need: Callable[..., None]) -> None:
     need("clang")
     precision = "float64" if len(model.name) % 2 else "float32"
-    program = program_of(model, Options("m", precision, 1e-3, "angles" if "lag" in model.name else "speeds"))  # type: ignore[arg-type]
+    program = step_of(model, ExportOptions("m", precision, 1e-3, "angles" if "lag" in model.name else "speeds"))  # type: ignore[arg-type]
     files = write_core(program, tmp_path)
     (tmp_path / "fuzz.c").write_text(_FUZZ.format(count=20_000), encoding="ascii")
     checks = "-fsanitize=address,undefined,float-cast-overflow,unsigned-integer-overflow"
@@ -119,7 +121,7 @@ def test_sanitizers_find_nothing_under_any_input(model: Model, tmp_path: Path, n
 
 def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> None:
     model = models["hem+rise-fall, coaxial"]
-    folder = export_model(model, tmp_path / "out", options=Options("clutch", "float32"))
+    folder = export_model(model, tmp_path / "out", options=ExportOptions("clutch", "float32"))
     header = (folder / "clutch.h").read_text(encoding="ascii")
     source = (folder / "clutch.c").read_text(encoding="ascii")
     digest = model.to_dict()["digest"]
@@ -136,7 +138,8 @@ def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> N
     assert "expm1" not in header
     assert "effort = " in source
     assert "T_y_1" in source
-    assert re.findall(r"#include <(.*)>", header + source) == ["stdint.h"]
+    # A model with a memory has NULL, of a header that needs no library.
+    assert re.findall(r"#include <(.*)>", header + source) == ["stdint.h", "stddef.h"]
     assert not re.search(r"\b(malloc|static (?!const|clutch_real clutch|uint32_t clutch|void clutch)\w+ \w+;)", source)
     # Whole numbers and hexadecimal floats only: nothing for a compiler to round its own way.
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
@@ -161,9 +164,9 @@ def test_a_whole_export_takes_less_than_two_seconds(models: dict[str, Model], tm
 @pytest.mark.slow
 def test_the_abi_of_the_live_loop(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
     need("gcc")
-    from erclutch.export.python import build, load
+    from erclutch.export.targets.python import build, load
 
-    program = program_of(models["hem+rise-fall, coaxial"], Options("m"))
+    program = step_of(models["hem+rise-fall, coaxial"], ExportOptions("m"))
     library = build(program, tmp_path)
     model = load(library)  # through ctypes alone, as any program does that knows the ABI
     rows = np.array([[100.0, 0.0, 12.0, 3.0], [np.nan, 0.0, 12.0, 3.0], [300.0, 200.0, 12.0, 99.0]])
@@ -181,9 +184,9 @@ def test_the_abi_of_the_live_loop(models: dict[str, Model], tmp_path: Path, need
 @pytest.mark.slow
 def test_steady_is_the_step_at_rest(models: dict[str, Model], need: Callable[..., None]) -> None:
     need("gcc")
-    from erclutch.export.python import compile_model
+    from erclutch.export.targets.python import compile_model
 
-    program = program_of(models["hem+rise-fall, coaxial"], Options("m"))
+    program = step_of(models["hem+rise-fall, coaxial"], ExportOptions("m"))
     model = compile_model(program)
     row = (300.0, 0.0, 12.0, 3.0)
     for _ in range(400):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from erclutch.model import TorqueModel
+from erclutch.models.law_model import TorqueModel
 
 
 def call(*words: str, code: int = 0) -> subprocess.CompletedProcess[str]:

@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ExportError
-from erclutch.export import TARGETS, Options, export_model, program_of, verify_export
-from erclutch.export.emulate import run
-from erclutch.export.program import Program
+from erclutch.export import ExportOptions, export_model, step_of, verify_export
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_numbers import run
+from erclutch.export.step_vectors import vectors_of
 from erclutch.export.targets import target
-from erclutch.export.vectors import vectors_of
-from erclutch.saved import Model
+from erclutch.models.model import Model
+from erclutch.registry import names
 
 BOUND = {"float64": 4.0, "float32": 8.0}
 PERIOD = 1e-3
@@ -37,7 +38,7 @@ QUICK = ("hem+rise-fall, coaxial", "fnn-3+rise-fall, single")
 
 
 def exported(model: Model, to: str, folder: Path, **options: Any) -> Path:
-    return export_model(model, folder, to, Options(**{"name": "m", "period": PERIOD, **options}))
+    return export_model(model, folder, to, ExportOptions(**{"name": "m", "period": PERIOD, **options}))
 
 
 def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callable[..., None], **options: Any) -> None:
@@ -53,7 +54,7 @@ def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callabl
 
 
 def test_every_target_is_tested() -> None:
-    assert set(TARGETS) == {"c", "python", *WRAPPERS}
+    assert set(names("erclutch.targets")) == {"c", "python", *WRAPPERS}
 
 
 @pytest.mark.slow
@@ -95,8 +96,8 @@ def test_numbers_of_another_model_are_found_out(
 ) -> None:
     need(*WRAPPERS[to][0])
     folder = exported(models["bingham, single"], to, tmp_path / to)
-    other = program_of(models["herschel-bulkley, single"], Options(name="m", period=PERIOD))
-    assert not next(target(to).verify(other, folder)).passed
+    other = step_of(models["herschel-bulkley, single"], ExportOptions(name="m", period=PERIOD))
+    assert not next(target(to).value.verify(other, folder)).passed
 
 
 def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path) -> None:
@@ -113,7 +114,7 @@ def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path)
     onnx.save_model(made, folder / "m.onnx")
     with pytest.raises(ExportError, match="was changed after the export"):
         verify_export(folder)
-    checks = list(target("onnx").verify(program_of(model, Options(name="m", period=PERIOD)), folder))
+    checks = list(target("onnx").value.verify(step_of(model, ExportOptions(name="m", period=PERIOD)), folder))
     assert [c.passed for c in checks] == [False]
 
 
@@ -131,7 +132,7 @@ def test_onnx_says_what_it_is(precision: str, models: dict[str, Model], tmp_path
     assert shapes["state"][0] > 6
     assert {i.type.tensor_type.elem_type for i in made.graph.input} == {kind}
     said = {p.key: p.value for p in made.metadata_props}
-    assert said["digest"] == program_of(models["fnn-7, coaxial"], Options(period=PERIOD)).digest
+    assert said["digest"] == step_of(models["fnn-7, coaxial"], ExportOptions(period=PERIOD)).digest
     assert "E1 [V]" in said["inputs"]
     assert said["effort"] == "N*m"
 
@@ -155,14 +156,16 @@ _MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 
 @pytest.fixture
-def fmu3(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> Callable[[str], tuple[Program, Path]]:
+def fmu3(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> Callable[[str], tuple[ExportedStep, Path]]:
     need("gcc")
 
-    def make(label: str) -> tuple[Program, Path]:
+    def make(label: str) -> tuple[ExportedStep, Path]:
         folder = exported(models[label], "fmu3", tmp_path / "f")
         with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
             archive.extractall(tmp_path / "x")
-        return program_of(models[label], Options(name="m", period=PERIOD)), tmp_path / "x"
+        return step_of(models[label], ExportOptions(name="m", period=PERIOD)), tmp_path / "x"
 
     return make
 
@@ -191,7 +194,12 @@ def _by(compiler: str) -> Callable[[Path, Path], None]:
 
 
 def _hosted(
-    program: Program, place: Path, library: Path, kind: str, build: Callable[[Path, Path], None], runner: Sequence[str]
+    program: ExportedStep,
+    place: Path,
+    library: Path,
+    kind: str,
+    build: Callable[[Path, Path], None],
+    runner: Sequence[str],
 ) -> None:
     """A host in plain C gives what the emulator gives."""
     from xml.etree import ElementTree
@@ -213,8 +221,8 @@ def _hosted(
 def test_a_broken_cross_compiler_leaves_its_binary_out(
     models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:
-    from erclutch.export import fmu_binaries
-    from erclutch.export.fmu_binaries import Builder
+    from erclutch.export.fmu import fmu_binaries
+    from erclutch.export.fmu.fmu_binaries import Builder
 
     need("gcc")
 
@@ -238,7 +246,7 @@ def test_zig_builds_libraries_for_other_machines_with_an_empty_cache(
     machine: str, fmu3: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
-    from erclutch.export.cross import Cross
+    from erclutch.export.c.cross_compiler import Cross
 
     compiler, emulator = _MACHINES[machine]
     need(compiler, *emulator[:1])
@@ -295,8 +303,8 @@ def test_zig_alone_makes_an_fmu(
     models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
-    from erclutch.export import fmu_binaries
-    from erclutch.export.compilers import Compiler
+    from erclutch.export.c.compilers import Compiler
+    from erclutch.export.fmu import fmu_binaries
 
     monkeypatch.setattr(fmu_binaries, "native", lambda: Compiler("zig", ("false",)))
     monkeypatch.setattr(fmu_binaries.shutil, "which", lambda name: None)
@@ -314,7 +322,7 @@ def test_the_windows_library_exports_the_interface_and_needs_only_windows(
     version: int, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
-    from erclutch.export.cross import Cross
+    from erclutch.export.c.cross_compiler import Cross
 
     need("gcc", "objdump", "nm")
     folder = exported(models["hem+rise-fall, coaxial"], f"fmu{version}", tmp_path / "f")
@@ -337,27 +345,38 @@ def test_the_windows_library_exports_the_interface_and_needs_only_windows(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
-def test_our_declarations_are_the_standards(version: int, tmp_path: Path, need: Callable[..., None]) -> None:
-    """FMPy brings the official headers: declared twice in one file, any difference is an error."""
-    import importlib.resources
-
+def test_our_functions_are_the_standards(
+    version: int, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    """FMPy brings the official headers: every declared function is there, and defined as it is declared."""
     import fmpy
 
-    need("gcc")
+    need("gcc", "nm")
     official = Path(fmpy.__file__).parent / "c-code"
-    ours = importlib.resources.files("erclutch.export").joinpath(f"fmu_c/fmi{version}.h").read_text()
-    start = ours.index(f"FMI{version}_EXPORT const char *fmi{version}Get")
-    body = f"#define FMI{version}_EXPORT\n" + ours[start : ours.rindex("#endif")]
+    with zipfile.ZipFile(
+        exported(models["bingham, single"], f"fmu{version}", tmp_path / "f") / f"m_fmi{version}.fmu"
+    ) as fmu:
+        fmu.extractall(tmp_path / "x")
+    sources, made = tmp_path / "x" / "sources", tmp_path / "x.o"
 
     def compiles(text: str) -> bool:
-        (tmp_path / "x.c").write_text(
-            f'#include "fmi{version}Functions.h"\n#undef FMI{version}_EXPORT\n#undef FMI{version}_Export\n{text}'
-        )
-        words = ["gcc", "-std=c11", f"-I{official}", "-fsyntax-only", str(tmp_path / "x.c")]
+        (sources / "x.c").write_text(text)
+        flags = ["-std=c11", f"-DERC_FMI{version}_H", "-include", f"fmi{version}Functions.h", f"-I{official}"]
+        words = ["gcc", *flags, "-c", str(sources / "x.c"), "-o", str(made)]
         return subprocess.run(words, capture_output=True).returncode == 0
 
-    assert compiles(body)
-    assert not compiles(body.replace(f"fmi{version}Reset(", f"fmi{version}Reset(int, "))
+    ours = (sources / f"fmi{version}.c").read_text()
+    assert not compiles(ours.replace("CALL(DoStep)(", "CALL(DoStep)(int more, "))
+    assert compiles(ours)
+    words = ["nm", "-g", "--defined-only", "--format=just-symbols", str(made)]
+    found = set(subprocess.run(words, check=True, capture_output=True, text=True).stdout.split())
+    header = (official / f"fmi{version}Functions.h").read_text(encoding="utf-8", errors="replace")
+    if version == 2:
+        both, _, exchange = header.rpartition("Functions for FMI2 for Model Exchange")
+        header = both + exchange.partition("Functions for FMI2 for Co-Simulation")[2]
+    declared = set(re.findall(r"_Export fmi\w+TYPE +(\w+);", header))
+    assert len(declared) > 30
+    assert found == declared
 
 
 @pytest.mark.slow
@@ -432,10 +451,10 @@ def test_mujoco_samples_at_the_models_own_period(
     models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
     need("gcc")
-    from erclutch.export import mujoco as wrapper
+    from erclutch.export.targets import mujoco as wrapper
 
     model = models["hem+rise-fall, coaxial"]
-    folder, program = exported(model, "mujoco", tmp_path / "m"), program_of(model, Options(name="m", period=PERIOD))
+    folder, program = exported(model, "mujoco", tmp_path / "m"), step_of(model, ExportOptions(name="m", period=PERIOD))
     mujoco: Any = pytest.importorskip("mujoco")
     with wrapper._imported(program, folder) as module:
         scene: Any = mujoco.MjModel.from_xml_path(str(folder / "m.xml"))
@@ -462,15 +481,15 @@ def test_a_missing_package_is_named(
     import sys
 
     monkeypatch.setitem(sys.modules, module, None)
-    program = program_of(models["bingham, single"], Options(name="m", period=PERIOD))
-    does = target(to).write if to == "onnx" else lambda *a: list(target(to).verify(*a))
+    program = step_of(models["bingham, single"], ExportOptions(name="m", period=PERIOD))
+    does = target(to).value.write if to == "onnx" else lambda *a: list(target(to).value.verify(*a))
     with pytest.raises(ExportError, match=f"{module} is not installed") as caught:
         does(program, tmp_path)
     assert "pip install" in str(caught.value)
 
 
 def test_no_compiler_is_said(models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.export import compilers
+    from erclutch.export.c import compilers
 
     monkeypatch.setattr(compilers, "natives", lambda: ())
     with pytest.raises(ExportError, match="no C compiler is found"):
@@ -527,7 +546,7 @@ def _workspace(model: Model, folder: Path, cmake: str) -> tuple[Path, str]:
     exported(model, "cpp", folder / "m")
     (folder / "user.cpp").write_text(_USER)
     (folder / "CMakeLists.txt").write_text(cmake)
-    program = program_of(model, Options(name="m", period=PERIOD))
+    program = step_of(model, ExportOptions(name="m", period=PERIOD))
     effort, flags = run(program, np.array([[500.0, 0.0, 20.0, 3.0]]))
     return folder, f"{float(effort[0]).hex()} {int(flags[0])}"
 

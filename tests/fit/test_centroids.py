@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from erclutch.dataset import Dataset, build_dataset
-from erclutch.fit import MANY_ROWS, fit_structure
-from erclutch.laws import law_from_name
-from erclutch.model import Structure
-from erclutch.rig.scenarios import prepare
+from erclutch.fit.laws.fit_law import MANY_ROWS, fit_structure
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import law_from_name
+from erclutch.rig.twin.scenarios import prepare
 
 
 @pytest.fixture(scope="module")

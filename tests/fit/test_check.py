@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from erclutch.check import ONE_FIELD, Finding, check, steady_command
-from erclutch.dataset import Dataset, hold_out
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError
+from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, Finding, check, steady_command
+from erclutch.logs.dataset import Dataset, hold_out
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+from erclutch.signals.recording import NO_FIELD
 
 Array = NDArray[np.float64]
 N = 4000
@@ -144,20 +145,27 @@ def test_too_few_rows() -> None:
     )
 
 
-def test_a_constant_field() -> None:
-    message = error_of(changed(good(), field=np.full(N, 2.5)))
-    assert "the field is constant at 2.5 over 2800 training rows" in message
-    assert "Log with a changing field" in message
+@pytest.mark.parametrize("value", [2.5, 0.0, -1.0])
+def test_a_constant_field(value: float) -> None:
+    finding = only(findings(changed(good(), field=np.full(N, value))))
+    assert (finding.level, finding.subject) == ("warning", STEADY_FIELD)
+    assert f"the field is {value:g} V in all 4000 rows: models are fitted without field terms" in finding.message
+    assert "cannot know the effort at any other field" in finding.message
 
 
-def test_a_field_of_zeros() -> None:
-    assert "the field is constant at 0" in error_of(changed(good(), field=np.zeros(N)))
+def test_no_field_at_all() -> None:
+    data = replace(changed(good(), field=np.zeros(N)), notes=(f"{NO_FIELD}: taken as one constant field",))
+    finding = only(findings(data))
+    assert "the log has no field" in finding.message
+    assert "nor which field this was" in finding.message
 
 
 def test_a_field_that_changes_only_in_the_test_rows() -> None:
     field = np.full(N, 2.5)
     field[3500:] = 1.0
-    assert "the field is constant at 2.5" in error_of(changed(good(), field=field))
+    message = error_of(changed(good(), field=field))
+    assert "the field is constant at 2.5 V over 2800 training rows, and only the rows held out have others" in message
+    assert "--test" in message
 
 
 @pytest.mark.parametrize("name", ["slip", "effort"])

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from erclutch import evaluate
-from erclutch.evaluate import (
-    Figure,
+from erclutch.fit import scoring
+from erclutch.fit.scoring import (
+    BandedFigure,
     Score,
     block_rows,
     block_starts,
@@ -160,7 +160,7 @@ def test_blocks_are_as_long_as_the_slowest_model_needs() -> None:
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=60), st.data())
 def test_the_mean_of_each_block(values: list[float], data: st.DataObject) -> None:
     block = data.draw(st.integers(1, len(values)))
-    resampled: Any = evaluate._resampled
+    resampled: Any = scoring._resampled
     starts = np.arange(len(values))[:, None]
     round_again = values + values
     expected = [np.mean(round_again[i : i + block]) for i in range(len(values))]
@@ -171,7 +171,7 @@ def test_the_mean_of_each_block(values: list[float], data: st.DataObject) -> Non
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=60), st.data())
 def test_the_largest_value_of_each_block(values: list[float], data: st.DataObject) -> None:
     block = data.draw(st.integers(1, len(values)))
-    maxima: Any = evaluate._block_maxima
+    maxima: Any = scoring._block_maxima
     round_again = values + values
     expected = [max(round_again[i : i + block]) for i in range(len(values))]
     assert maxima(np.array(values), block).tolist() == expected
@@ -235,20 +235,24 @@ def test_independent_rows() -> None:
 
 
 def scored(rmse: float, high: float | None = None) -> Score:
-    figure = Figure(rmse, 0.9 * rmse, high or 1.2 * rmse)
+    figure = BandedFigure(rmse, 0.9 * rmse, high or 1.2 * rmse)
     return Score(100, figure, figure, figure, figure, figure, 0.0)
 
 
 def test_the_simplest_that_is_as_good() -> None:
     scores = {"rich": scored(1.0), "middle": scored(1.03), "simple": scored(1.15)}
-    over = {"rich": Figure(0, 0, 0), "middle": Figure(0.03, 0.01, 0.05), "simple": Figure(0.15, 0.1, 0.2)}
+    over = {
+        "rich": BandedFigure(0, 0, 0),
+        "middle": BandedFigure(0.03, 0.01, 0.05),
+        "simple": BandedFigure(0.15, 0.1, 0.2),
+    }
     assert recommend(scores, over, {"rich": 9, "middle": 6, "simple": 4}) == ("rich", "middle")
 
 
 def test_a_difference_that_cannot_be_told_is_none() -> None:
     scores = {"rich": scored(1.0), "simple": scored(1.15)}
-    wide, sure = {"rich": Figure(0, 0, 0)}, {"rich": Figure(0, 0, 0)}
-    wide["simple"], sure["simple"] = Figure(0.15, -0.02, 0.3), Figure(0.15, 0.001, 0.3)
+    wide, sure = {"rich": BandedFigure(0, 0, 0)}, {"rich": BandedFigure(0, 0, 0)}
+    wide["simple"], sure["simple"] = BandedFigure(0.15, -0.02, 0.3), BandedFigure(0.15, 0.001, 0.3)
     parameters = {"rich": 9, "simple": 4}
     assert recommend(scores, wide, parameters) == ("rich", "simple")
     assert recommend(scores, sure, parameters) == ("rich", "rich")
@@ -256,7 +260,7 @@ def test_a_difference_that_cannot_be_told_is_none() -> None:
 
 def test_outside_the_bests_band_is_out_however_wide_the_paired_one() -> None:
     scores = {"rich": scored(1.0, high=1.1), "simple": scored(1.11)}
-    over = {"rich": Figure(0, 0, 0), "simple": Figure(0.11, -1.0, 3.0)}
+    over = {"rich": BandedFigure(0, 0, 0), "simple": BandedFigure(0.11, -1.0, 3.0)}
     assert recommend(scores, over, {"rich": 9, "simple": 4}) == ("rich", "rich")
 
 
@@ -264,28 +268,28 @@ def test_five_percent_is_the_edge() -> None:
     parameters = {"rich": 9, "simple": 4}
     scores = {"rich": scored(1.0), "simple": scored(1.05)}
     for value, wins in ((0.05, "simple"), (0.0501, "rich")):
-        over = {"rich": Figure(0, 0, 0), "simple": Figure(value, 0.04, 0.06)}
+        over = {"rich": BandedFigure(0, 0, 0), "simple": BandedFigure(value, 0.04, 0.06)}
         assert recommend(scores, over, parameters) == ("rich", wins)
 
 
 def test_among_equally_simple_ones_the_more_accurate() -> None:
     scores = {"a": scored(1.02), "b": scored(1.01), "best": scored(1.0)}
-    over = {name: Figure(0.01, -0.1, 0.1) for name in scores}
+    over = {name: BandedFigure(0.01, -0.1, 0.1) for name in scores}
     assert recommend(scores, over, {"a": 4, "b": 4, "best": 9}) == ("best", "b")
 
 
 def test_only_sound_models_are_recommended_where_there_are_any() -> None:
     scores = {"rich": scored(1.0), "middle": scored(1.03), "simple": scored(1.04)}
-    over = {name: Figure(s.rmse.value - 1.0, -0.01, 0.1) for name, s in scores.items()}
+    over = {name: BandedFigure(s.rmse.value - 1.0, -0.01, 0.1) for name, s in scores.items()}
     parameters = {"rich": 9, "middle": 6, "simple": 4}
     assert recommend(scores, over, parameters, {"rich", "middle"}) == ("rich", "middle")
     assert recommend(scores, over, parameters, set()) == ("rich", "simple")
     far = {"rich": scored(1.0), "sound": scored(2.0), "worse": scored(3.0)}
-    over = {name: Figure(s.rmse.value - 1.0, 0.5, 3.0) for name, s in far.items()}
+    over = {name: BandedFigure(s.rmse.value - 1.0, 0.5, 3.0) for name, s in far.items()}
     assert recommend(far, over, {"rich": 9, "sound": 6, "worse": 4}, {"sound", "worse"}) == ("rich", "sound")
 
 
 def test_models_that_failed_are_never_recommended() -> None:
     scores = {"good": scored(1.0), "wild": scored(np.inf)}
-    over = {"good": Figure(0, 0, 0), "wild": Figure(np.inf, np.nan, np.nan)}
+    over = {"good": BandedFigure(0, 0, 0), "wild": BandedFigure(np.inf, np.nan, np.nan)}
     assert recommend(scores, over, {"good": 9, "wild": 1}) == ("good", "good")

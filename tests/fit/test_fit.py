@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
-from erclutch.fit import fit_structure, reference_of
-from erclutch.laws import law_from_name
-from erclutch.model import Structure, TorqueModel
+from erclutch.fit.laws.fit_law import fit_structure, reference_of
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 Array = NDArray[np.float64]
 UNITS = Units("N*m", "V", "rad/s")

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError, LogError, SettingError
+from erclutch.fit.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, fit_flow_curve, ranked
 from erclutch.fit.outcome import Estimate
-from erclutch.flowcurve import FLOW_LAWS, FlowCurve, FlowFit, fit_flow_curve, ranked
-from erclutch.logs.flow_table import read_flow_curves
+from erclutch.logs.flow_curve_file import read_flow_curves
 
 Array = NDArray[np.float64]
 RATES = np.logspace(-2, 3, 40)

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from erclutch.fit.lm import minimise
-from erclutch.fit.varpro import (
+from erclutch.fit.laws.variable_projection import (
     Separable,
     coordinates,
     jacobian,
@@ -22,11 +21,12 @@ from erclutch.fit.varpro import (
     project,
     triangle_of,
 )
-from erclutch.laws import Dimension, Gain, Shape
+from erclutch.fit.levenberg_marquardt import minimise
+from erclutch.models.laws import Dimension, Gain, ShapeParameter
 
 Array = NDArray[np.float64]
 X = np.linspace(0.0, 3.0, 120)
-SHAPES = (Shape("a", "", 0.05, 20.0, scale="log"), Shape("b", "", -2.0, 2.0))
+SHAPES = (ShapeParameter("a", "", 0.05, 20.0, scale="log"), ShapeParameter("b", "", -2.0, 2.0))
 
 
 def gains(*nonnegative: bool) -> tuple[Gain, ...]:

@@ -1,26 +1,53 @@
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from erclutch.live.build import build
+from erclutch.live.c_build import build
+from erclutch.live.layout import FRAME, HEADER
+from erclutch.live.ring import RingReader
 
 HERE = Path(__file__).parent
-needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Loops that run at 1 kHz share one worker of pytest-xdist: none takes another's processor."""
-    for item in items:
-        if HERE in item.path.parents:
-            item.add_marker(pytest.mark.xdist_group("live"))
+class RingWriter(RingReader):
+    """Writes frames as the loop does. One a ring."""
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path)
+        size = HEADER.itemsize
+        self._header = np.memmap(path, HEADER, "r+", shape=1)
+        self._head = self._header["head"]
+        self._frames = np.memmap(path, FRAME, "r+", size, self.info.capacity)
+
+    def write(self, frame: Any) -> None:
+        """Append one frame (a record or 0-d array of dtype `FRAME`); its number is set here."""
+        head = self.head
+        slot = head % self.info.capacity
+        self._frames[slot] = frame
+        self._frames["seq"][slot] = head
+        self._head[0] = head + 1
+        events = int(self._frames["events"][slot])
+        for bit in range(events.bit_length()):
+            if events >> bit & 1:
+                self._header["counts"][0][bit] += 1
+
+    def put(self, **values: Any) -> None:
+        """Set entries of the header that are the loop's: state, pid, mode, program, realtime, trip_reason."""
+        for name, value in values.items():
+            self._header[name][0] = value.encode() if isinstance(value, str) else value
+
+
+@pytest.fixture(scope="session")
+def ring_writer() -> type[RingWriter]:
+    """The writer's side of a ring, for tests without a loop."""
+    return RingWriter
 
 
 @pytest.fixture(scope="session")
 def bingham() -> Path:
     """The hand-written model, compiled."""
-    if shutil.which("cc") is None:
-        pytest.skip("needs a C compiler: apt install gcc libc6-dev")
     return build("bingham.so", [HERE / "bingham.c"], shared=True)

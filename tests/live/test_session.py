@@ -1,10 +1,9 @@
-"""Whole sessions: rigs, replay, library, the loop in Python; and the rig's side of the packets."""
+"""Whole sessions: rigs, replay, library, compilers; and the rig's side of the packets."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -14,32 +13,37 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError, SettingError
-from erclutch.export.compiled import CompiledModel
-from erclutch.live import build as building
-from erclutch.live.build import SOURCES, CompilerError, build, find_compiler
-from erclutch.live.frame import FRAME, RingInfo, RingReader, State, make_ring
+from erclutch.export import ExportOptions, step_of
+from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.step_numbers import run
+from erclutch.live.c_build import SOURCES, CompilerError, build
+from erclutch.live.layout import FRAME
+from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
-from erclutch.live.session import LiveError, LiveModel, Options, ServedRig, Session
-from erclutch.live.settings import REST, LoopSettings, Mode, Program, Shape
-from erclutch.live.watch import Histogram, Watch
+from erclutch.live.ring import RingInfo, RingReader, State, make_ring
+from erclutch.live.session import TWIN, LiveError, LiveModel, ServedRig, Session, SessionOptions
+from erclutch.live.session_figures import Histogram, SessionFigures
+from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.logs import read_table
-from erclutch.rig import plugin
-from erclutch.rig.interface import Command, Measurement
+from erclutch.models.load import load_model
+from erclutch.rig.interface import Measurement, RigCommand
 from erclutch.rig.packet import LAST, WATCHDOG, CommandPacket, pack_command, unpack_sensors
-from erclutch.rig.plugin import LibraryRig, UdpRig, hardware, udp_rig
-from erclutch.rig.server import WATCHDOG_TIME, RigEnd, RigServer
+from erclutch.rig.rig_plugins import LibraryRig, udp_rig
+from erclutch.rig.rig_server import WATCHDOG_TIME, RigEnd, RigServer
+from erclutch.rig.twin.parameters import load_rig
+from erclutch.rig.twin.twin import Twin
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import elements_of
 
-pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev")
 HERE = Path(__file__).parent
 DIGEST = "0" * 63 + "1"
-PUSH = Program("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+PUSH = LoopProgram("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
 
 
 def replayed(folder: Path, rows: int) -> tuple[ServedRig, Any]:
@@ -65,23 +69,19 @@ def collected(session: Session) -> Any:
     return np.concatenate(frames)
 
 
-@pytest.mark.parametrize("python", [False, True])
-def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path, python: bool) -> None:
+def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path) -> None:
     """The estimate made live is the offline one, sample for sample: fields of the recording with its own speeds."""
-    rows = 2000 if python else 600  # a busy machine leaves a few in a hundred to the loop in Python
+    rows = 600
     rig, angles = replayed(tmp_path, rows)
     wave = 0.4 * np.sin(2.0 * np.pi * 3.0 * 1e-3 * np.arange(rows))
     commands = np.column_stack([np.maximum(wave, 0), np.maximum(-wave, 0), np.full(rows, 0.1)])
-    program = Program("recording", Mode.FIELDS, Shape.TABLE, table=commands, by_sample=True)
+    program = LoopProgram("recording", Mode.FIELDS, Waveform.TABLE, table=commands, by_sample=True)
     settings = LoopSettings(
         programs=(program,), rise_rate=1e9, fall_rate=1e9, theta_glitch=0.0, alpha_glitch=0.0, late_trip=5.0
     )
-    model = None if python else LiveModel(bingham, "bingham-by-hand", DIGEST)
-    with Session(rig, settings, model, Options(python=python)) as session:
+    with Session(rig, settings, LiveModel(bingham, "bingham-by-hand", DIGEST)) as session:
         frames = collected(session)
         assert session.origin == "RECORDING"
-        assert session.soft == python
-        assert ("SOFT REAL TIME" in session.reader().realtime) == python
     fresh = frames[(frames["events"] & 1) == 0]  # a step without a new sample repeats the last one
     row = np.rint(fresh["theta"] / 0.04).astype(int)
     assert len(np.unique(row)) > 10
@@ -91,11 +91,66 @@ def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path, pyt
     on = running & (applied != 0.0)
     assert on.sum() > 5
     np.testing.assert_array_equal(applied[on], wave[row][on])
-    if not python:
-        offline = CompiledModel(bingham)
-        for frame in fresh[running]:
-            inputs = [float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")]
-            assert (offline.step(*inputs), offline.flags) == (frame["estimate"], frame["flags"])
+    offline = CompiledModel(bingham)
+    for frame in fresh[running]:
+        inputs = [float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")]
+        assert (offline.step(*inputs), offline.flags) == (frame["estimate"], frame["flags"])
+
+
+@pytest.fixture(scope="module")
+def remembering(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A law with a lag and a Dahl memory, fitted to a log of the TWIN."""
+    from erclutch.fit.laws.fit_law import fit_structure
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.models.law_model import Structure
+    from erclutch.models.laws import law_from_name
+    from erclutch.rig.twin.scenarios import prepare
+
+    data = build_dataset(prepare("training", seconds=10.0).recording(), device="coaxial")
+    law = Structure("coaxial", "bingham", law_from_name("bingham", "coaxial"), "lag+dahl/field")
+    path = tmp_path_factory.mktemp("fitted") / "model.json"
+    path.write_text(json.dumps(fit_structure(data, law).model.to_dict()), encoding="utf-8")
+    return path
+
+
+@contextmanager
+def _any_rig(kind: str, folder: Path) -> Iterator[Any]:
+    if kind == "replay":
+        yield replayed(folder, 1500)[0]
+    elif kind == "twin":
+        yield TWIN
+    else:
+        server = RigServer(Twin(load_rig(None)), session=7, lead=0.01)
+        stop = threading.Event()
+        thread = threading.Thread(target=server.run, args=(stop.is_set,))
+        thread.start()
+        yield udp_rig(f"127.0.0.1:{server.port}", 7)
+        stop.set()
+        thread.join()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["twin", "replay", "udp"])
+def test_a_model_with_memory_estimates_what_predict_says(kind: str, remembering: Path, tmp_path: Path) -> None:
+    """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges."""
+    model = load_model(remembering)
+    steps = LoopProgram("sine", Mode.FIELDS, Waveform.SINE, amplitude=0.4, frequency=5.0, motor_torque=0.1)
+    settings = LoopSettings(programs=(steps,), late_trip=5.0, theta_glitch=0.0, alpha_glitch=0.0)
+    live = live_model(remembering, "coaxial")
+    with _any_rig(kind, tmp_path) as rig, Session(rig, settings, live, SessionOptions(seconds=1.2)) as session:
+        frames = collected(session)
+    frames = frames[np.flatnonzero(np.isfinite(frames["estimate"]))[0] :]
+    rows = np.column_stack([frames[name] for name in ("field1", "field2", "theta_dot", "alpha_dot")])
+    effort, flags = run(step_of(model, ExportOptions("m", period=1e-3)), rows)
+    assert frames.size > 500
+    assert np.ptp(frames["field1"]) > 0.2
+    np.testing.assert_array_equal(frames["estimate"], effort)
+    np.testing.assert_array_equal(frames["flags"], flags)
+    inside = int(np.argmax(flags != 0)) if flags.any() else frames.size
+    assert inside > 300
+    elements = elements_of("coaxial", dict(zip(("E1", "E2", "theta_dot", "alpha_dot"), rows.T, strict=True)))
+    clock = Clock(1e-3 * np.arange(frames.size), (Span(0, frames.size, 1e-3),))
+    np.testing.assert_array_equal(frames["estimate"][:inside], model.effort(elements, clock)[:inside])
 
 
 def test_library_rig_and_its_fault() -> None:
@@ -165,28 +220,20 @@ def _until(true: Callable[[], bool], seconds: float = 30.0) -> None:
 @dataclass
 class Fake:
     period: float = 1e-3
-    commands: list[tuple[float, Command]] = field(default_factory=list)
+    commands: list[tuple[float, RigCommand]] = field(default_factory=list)
     rows: int = 0
 
     def sense(self) -> Measurement:
         return Measurement(0.0, float(self.rows), 0.0, 0.0, 0.5)
 
-    def command(self, command: Command) -> None:
+    def command(self, command: RigCommand) -> None:
         self.commands.append((time.monotonic(), command))
 
     def step(self) -> None:
         self.rows += 1
 
     def close(self) -> None:
-        self.command(Command())
-
-    def __enter__(self) -> Fake:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+        self.command(RigCommand())
 
 
 @contextmanager
@@ -227,13 +274,13 @@ def test_rig_answers_each_command_and_goes_on_alone() -> None:
         assert on <= round(WATCHDOG_TIME / fake.period)
         assert status == [0] * on + [WATCHDOG] * (40 - on)
         _, (zero_at, zero) = fake.commands
-        assert zero == Command()
+        assert zero == RigCommand()
         assert zero_at - asked_at >= WATCHDOG_TIME
         assert server.counts["watchdog"] == 1
 
 
 def test_rig_drops_what_is_not_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("erclutch.rig.server.WATCHDOG_TIME", 60.0)  # after it, packets of others are taken
+    monkeypatch.setattr("erclutch.rig.rig_server.WATCHDOG_TIME", 60.0)  # after it, packets of others are taken
     fake = Fake()
     with served(fake) as (server, loop):
         _asked(loop, 5)
@@ -255,7 +302,7 @@ def test_rig_drops_what_is_not_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
         assert server.counts["bad"] == 4
         assert server.counts["valid"] == 1
         _asked(loop, 8, flags=LAST)
-        _until(lambda: fake.commands[-1][1] == Command())
+        _until(lambda: fake.commands[-1][1] == RigCommand())
         assert server.counts["watchdog"] == 0
 
 
@@ -280,31 +327,6 @@ def test_addresses_that_are_none(text: str) -> None:
         udp_rig(text)
 
 
-class Point:
-    def __init__(self, made: Callable[[], Any]) -> None:
-        self.name, self._made = "mine", made
-
-    def load(self) -> Callable[[], Any]:
-        return self._made
-
-
-def test_hardware_comes_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails() -> UdpRig:
-        raise OSError("not plugged in")
-
-    wanted = UdpRig("mine", "10.0.0.1", 5005, 3)
-    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(lambda: wanted)])
-    assert hardware("mine") == wanted
-    with pytest.raises(SettingError, match="there is no rig 'yours'"):
-        hardware("yours")
-    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(fails)])
-    with pytest.raises(SettingError, match="not plugged in"):
-        hardware("mine")
-    monkeypatch.setattr(plugin, "entry_points", lambda group: [Point(lambda: 5)])
-    with pytest.raises(SettingError, match="is a int"):
-        hardware("mine")
-
-
 def test_compiled_once_and_again_if_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path))
     source = HERE / "bingham.c"
@@ -318,31 +340,66 @@ def test_compiled_once_and_again_if_damaged(tmp_path: Path, monkeypatch: pytest.
     assert sorted(p.name for p in made.parent.iterdir()) == ["m.so", "m.so.sha256"]
 
 
-def test_no_compiler_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(building, "find_compiler", lambda: None)
-    with pytest.raises(CompilerError, match="no C compiler"):
-        build("m.so", [HERE / "bingham.c"], shared=True)
-    monkeypatch.undo()
+def test_a_compiler_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path))
     wrong = tmp_path / "wrong.c"
     wrong.write_text("int main(void) { return nothing; }\n")
     with pytest.raises(CompilerError, match="nothing"):
         build("wrong", [wrong])
-    compiler = find_compiler()
-    assert compiler is not None
-    assert compiler.version
 
 
-def test_figures_in_bounded_memory(tmp_path: Path) -> None:
+def test_a_compiler_that_does_not_answer_is_passed_over(tmp_path: Path) -> None:
+    """As cc on a Mac without its tools: it is there, and says only how to get them."""
+    (tmp_path / "cc").write_text("#!/bin/sh\nexit 1\n")
+    (tmp_path / "cc").chmod(0o755)
+    script = "from erclutch.live.c_build import find_compiler; print(find_compiler().name)"
+    said = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, "PATH": str(tmp_path)}
+    )
+    assert said.stdout == "zig\n", said.stderr
+
+
+@pytest.mark.slow
+def test_live_with_zig_alone(tmp_path: Path) -> None:
+    """No other compiler on the path, nothing in the cache: the loop and a model are compiled by the wheel, and run."""
+    (tmp_path / "bin").mkdir()
+    environment = {"PATH": str(tmp_path / "bin"), "ERCLUTCH_CACHE": str(tmp_path / "cache"), "CC": ""}
+    words = ("--headless", "--seconds", "0.5", "--model", str(HERE / "model.json"), "--json")
+    done = _cli(*words, **environment)
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    assert (figures["origin"], figures["exit"]) == ("TWIN", 0)
+    assert figures["frames"] + figures["missed"] >= 500
+    made = [file.name for file in (tmp_path / "cache").rglob("*") if not file.name.endswith(".sha256")]
+    assert "erclutch-loop" in made
+    assert any(name.startswith("liblive-") for name in made)
+
+
+def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
+    """Without compilers on the path and without the wheel."""
+    hidden = "import sys; sys.modules['ziglang'] = None; import importlib.util as u; found = u.find_spec\n"
+    hidden += "u.find_spec = lambda name, *rest: None if name == 'ziglang' else found(name, *rest)\n"
+    script = f"{hidden}from erclutch.cli import main; sys.argv = ['erclutch', *sys.argv[1:]]; sys.exit(main())"
+    for words in ((), ("--model", str(HERE / "model.json"))):
+        done = subprocess.run(
+            [sys.executable, "-c", script, "live", "--headless", *(words or ("--no-model",))],
+            capture_output=True,
+            text=True,
+            timeout=100,
+            env={**os.environ, "PATH": str(tmp_path), "CC": "", "ERCLUTCH_CACHE": str(tmp_path), "COLUMNS": "200"},
+        )
+        assert done.returncode != 0
+        assert done.stderr == "error: there is no C compiler. Get one: pip install 'erclutch[live]'.\n"
+
+
+def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     histogram = Histogram()
     histogram.add(np.array([-5000, 1500, 2500, 300_000_000]))
     assert histogram.percentiles((0.5, 1.0)) == [2.0, 100_000.0]
     assert histogram.largest == 300_000.0
     assert np.isnan(Histogram().percentiles((0.5,))[0])
     ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
-    from erclutch.live.frame import RingWriter
-
-    writer, watch = RingWriter(ring), Watch(RingReader(ring, "oldest"))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
     frame = np.zeros((), FRAME)
     for tick in (0, 1, 2, 5, 6):
         frame["time_ns"] = 10**9 + tick * 1_000_000 + 40_000
@@ -368,7 +425,7 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--rig", "nothing"), "there is no rig 'nothing'"),
+        (("--rig", "nothing"), "unknown rig 'nothing'"),
         (("--rig", "replay"), "Give --log FILE"),
         (("--rig", "udp"), "no address"),
         (("--seconds", "0"), "--seconds 0"),
@@ -384,22 +441,6 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     with pytest.raises(ErclutchError, match=said.split()[0]) as caught:
         app(["live", "--headless", *words], exit_on_error=False)
     assert said in str(caught.value)
-
-
-def test_the_loop_in_python_says_what_it_does_not_run(tmp_path: Path) -> None:
-    from erclutch.cli import app
-    from erclutch.model import digest_of
-    from erclutch.saved import load_model
-
-    model = json.loads((HERE / "model.json").read_text())
-    del model["digest"]
-    lagging = {**model, "dynamics": "lag", "shape": {**model["shape"], "delay": 0.001, "tau": 0.002}}
-    path = tmp_path / "lagging.json"
-    path.write_text(json.dumps({**lagging, "digest": digest_of(lagging)}))
-    assert load_model(path).structure.dynamics == "lag"
-    with pytest.raises(ErclutchError, match=r"dynamics \(lag\): only the loop in C runs that") as caught:
-        app(["live", "--headless", "--python-loop", "--model", str(path)], exit_on_error=False)
-    assert "pip install 'erclutch[compiler]'" in str(caught.value)
 
 
 def test_a_rig_that_does_not_answer() -> None:

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.dataset import Dataset, blocks, build_dataset, hold_out
-from erclutch.device import Element, Units
-from erclutch.differentiate import Derivative
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import MappingError, SettingError
-from erclutch.signals import Recording
+from erclutch.logs.dataset import Dataset, build_dataset, hold_out, time_folds
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+from erclutch.signals.recording import Recording
+from erclutch.signals.speed import Derivative
 
 UNITS = {"field": "V", "slip": "rad/s", "effort": "N*m"}
 
@@ -73,7 +73,7 @@ def test_stamps_without_a_period_keep_theirs() -> None:
 
 def test_logs_in_different_units() -> None:
     other = recording(20, "b.csv", units={**UNITS, "effort": "N"})
-    with pytest.raises(MappingError, match="units differ between logs") as caught:
+    with pytest.raises(MappingError, match=r"units differ: .* here, .* in a\.csv") as caught:
         build_dataset([recording(20, "a.csv"), other])
     assert str(caught.value).startswith("b.csv: ")
     assert "a.csv" in str(caught.value)
@@ -251,9 +251,9 @@ def test_blocks_put_each_row_into_one(rows: int, count: int) -> None:
     data = build_dataset(recording(rows))
     if rows // count < 20:
         with pytest.raises(SettingError, match=f"{count} blocks of {rows} rows"):
-            blocks(data, count)
+            time_folds(data, count)
         return
-    masks = blocks(data, count)
+    masks = time_folds(data, count)
     assert len(masks) == count
     np.testing.assert_array_equal(np.sum(masks, axis=0), 1)
     for mask in masks:
@@ -265,7 +265,7 @@ def test_blocks_put_each_row_into_one(rows: int, count: int) -> None:
 @pytest.mark.parametrize("count", [-1, 0, 1])
 def test_fewer_than_two_blocks(count: int) -> None:
     with pytest.raises(SettingError):
-        blocks(build_dataset(recording(100)), count)
+        time_folds(build_dataset(recording(100)), count)
 
 
 def _steps(fields: Sequence[float], each: int = 100) -> Recording:

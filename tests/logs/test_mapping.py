@@ -11,6 +11,7 @@ import pytest
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import ColumnChoice, ColumnMap, read, recording_from_arrays
 from erclutch.logs.name_pattern import constants_of
+from erclutch.signals.recording import NO_FIELD
 
 Rows = dict[str, np.ndarray]
 LABELS = {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"}
@@ -59,6 +60,35 @@ def test_v_alone_is_not_guessed(log: Callable[..., Path], rows: Rows) -> None:
         "log.csv: no column for slip or position; V may be it, but its name alone can mean several things "
         '(voltage or velocity); the file has: t, Y, V, F. Give it with its unit, such as --slip "V [cm/s]".'
     )
+
+
+@pytest.mark.parametrize("header", ["t,V [cm/s],F [N]", "t,slip,force", "time [s],speed [rad/s],torque [N*m]"])
+def test_no_field_is_logged(log: Callable[..., Path], rows: Rows, header: str) -> None:
+    del rows["Y"]
+    recording = read(log(rows, header))
+    assert set(recording.signals["field"]) == {0.0}
+    assert recording.units["field"] == "?"
+    assert f"{NO_FIELD}: taken as one constant field, written as 0" in recording.notes
+
+
+def test_a_further_column_that_may_be_the_field_is_asked_about(log: Callable[..., Path], rows: Rows) -> None:
+    for header in ("t,Q,V [cm/s],F [N]", "t,Q [V],V [cm/s],F [N]"):
+        path = log(rows, header)
+        if "[V]" not in header:
+            with pytest.raises(MappingError) as caught:
+                read(path)
+            assert "no column for field; the file has: t, Q" in str(caught.value)
+            assert "or --field none if not logged" in str(caught.value)
+        assert NO_FIELD in str(read(path, {"field": "none"}).notes)
+    # A column of another unit, or one that was named as an input, is no field.
+    assert NO_FIELD in str(read(log(rows, "t,A [m/s^2],V [cm/s],F [N]")).notes)
+    named = ColumnMap.from_dict({"inputs": ["Q"]})
+    assert NO_FIELD in str(read(log(rows, "t,Q,V [cm/s],F [N]"), named).notes)
+
+
+def test_a_column_called_none_is_a_column(log: Callable[..., Path], rows: Rows) -> None:
+    recording = read(log(rows, "t,none,V [cm/s],F [N]"), {"field": "none"})
+    np.testing.assert_array_equal(recording.signals["field"], rows["Y"])
 
 
 def test_two_candidates_are_not_guessed(log: Callable[..., Path], rows: Rows) -> None:

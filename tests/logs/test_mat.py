@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import Table, child, mat_layout, mat_tree, read, read_table
+from erclutch.logs import Table, read, read_table
+from erclutch.logs.readers import child_process, mat_layout, mat_tree
 
 COUNT = 120
 TIME = np.arange(COUNT) * 1e-3
@@ -214,7 +215,7 @@ def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
 
 CHILD = """
 import sys, time
-from erclutch.logs import child
+from erclutch.logs.readers import child_process
 from erclutch.errors import LogError
 def read(path, how):
     if how == "crash":
@@ -227,7 +228,7 @@ def read(path, how):
     if how == "exit":
         sys.exit(3)
     raise ValueError("odd")
-sys.exit(child.serve(read))
+sys.exit(child_process.serve(read))
 """
 
 
@@ -249,9 +250,7 @@ def test_a_child_that_fails_is_an_error(
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with pytest.raises(LogError, match=problem):
-        child.run(
-            "bad_reader", tmp_path / "x.mat", how, name="x.mat", memory=2 << 30, seconds=0.5 if how == "hang" else 20
-        )
+        child_process.run("bad_reader", tmp_path / "x.mat", how, memory=2 << 30, seconds=0.5 if how == "hang" else 20)
     assert not list(tmp_path.glob("erclutch-*"))  # the temporary folder is gone
 
 

@@ -18,8 +18,9 @@ from mcap.writer import CompressionType, Writer
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
-from erclutch.logs.mcap import layout, read_mcap
-from erclutch.logs.mcap_records import DamageError
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers.mcap_records import DamageError
+from erclutch.logs.readers.mcap_table import layout, read_mcap
 
 ROWS = 60
 FLAT = b"float64 field\nfloat32 slip # rad/s\nint32 count\nfloat64 effort"
@@ -65,7 +66,7 @@ def written(
 
 
 def table_of(data: bytes, variable: str | None = None) -> Any:
-    return read_mcap(data, "a.mcap", "", variable)
+    return read_mcap(LogSource(Path("a.mcap"), data, "", variable))
 
 
 @pytest.mark.parametrize("compression", list(CompressionType))

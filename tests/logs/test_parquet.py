@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
-from erclutch.logs.parquet import read_parquet
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers.parquet import read_parquet
 
 
 def whole() -> bytes:
@@ -55,7 +56,7 @@ def test_date_columns_become_the_clock_and_missing_becomes_nan() -> None:
     stamps = pa.array(np.arange(20) * 2_000_000, pa.timestamp("us"))
     sink = io.BytesIO()
     pq.write_table(pa.table({"when": stamps, "F": pa.array([None, *range(19)], pa.int64())}), sink)
-    table = read_parquet(sink.getvalue(), "a.parquet", "")
+    table = read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
     assert table.clock is not None
     assert np.array_equal(table.clock, np.arange(20) * 2.0)
     assert np.isnan(table.columns["F"][0])
@@ -80,7 +81,7 @@ def test_a_file_without_numbers() -> None:
     sink = io.BytesIO()
     pq.write_table(pa.table({"mode": ["on", "off"]}), sink)
     with pytest.raises(LogError, match="no column of numbers"):
-        read_parquet(sink.getvalue(), "a.parquet", "")
+        read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
 
 
 @settings(max_examples=150, deadline=None)
@@ -90,4 +91,4 @@ def test_a_mutated_file_gives_a_table_or_an_error_of_ours(changes: list[tuple[in
     for place, byte in changes:
         data[4 + place % (len(data) - 8)] = byte
     with suppress(ErclutchError):
-        assert read_parquet(bytes(data), "a.parquet", "").columns
+        assert read_parquet(LogSource(Path("a.parquet"), bytes(data), "")).columns

@@ -9,17 +9,19 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from erclutch import registry
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, read_table
 from erclutch.logs.labels import split_label
-from erclutch.logs.text import read_text
+from erclutch.logs.log_reader import GROUP, LogSource, read_by
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
 NAMES, UNITS = ("t", "Y", "V", "F"), ("s", "V", "cm/s", "N")
 
 
 def table_of(text: str | bytes, name: str = "log.csv") -> Table:
-    return read_text(text if isinstance(text, bytes) else text.encode(), name, "digest")
+    source = LogSource(Path(name), text if isinstance(text, bytes) else text.encode(), "digest")
+    return read_by(registry.find(GROUP, "text"), source)
 
 
 def header_of(style: str, delimiter: str) -> list[str]:

@@ -7,17 +7,17 @@ from hypothesis import strategies as st
 
 from erclutch.errors import TimingError
 from erclutch.logs import timing
-from erclutch.logs.timing import Clock
+from erclutch.logs.timing import LogClock
 
 ROWS = np.arange(2000)
 _RANDOM = np.random.default_rng(0)
 BURSTS = np.repeat(np.cumsum(_RANDOM.integers(1, 9, 1000)), _RANDOM.integers(1, 9, 1000)) * 1e-3
 
 
-def clock_of(stamps: np.ndarray, same: list[int] | None = None, hint: float | None = None) -> Clock:
+def clock_of(stamps: np.ndarray, same: list[int] | None = None, hint: float | None = None) -> LogClock:
     alike = np.zeros(len(stamps), dtype=np.bool_)
     alike[same or []] = True
-    return timing.from_stamps(np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint, where="log.csv")
+    return timing.from_stamps(np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint)
 
 
 PERIODS = (1e-3, 0.2, 1 / 3, 1 / 1024, 3.328e-4, 5e-3)

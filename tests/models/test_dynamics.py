@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch import dynamics
-from erclutch.dual import Dual, partial_of, value_of
-from erclutch.dynamics import Clock, Span, cut_spans, respond
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
+from erclutch.models.stages import command_lag
+from erclutch.models.stages.command_lag import respond
+from erclutch.signals.clock import Clock, Span, cut_spans
 
 PERIOD = 1e-3
 free = settings(max_examples=40, deadline=None)
@@ -219,9 +220,9 @@ def test_the_search_for_the_modes_equals_the_row_by_row_one(
     command: np.ndarray, rise: float, fall: float, uniform: bool
 ) -> None:
     clock = clock_of(70, 80, uniform=uniform)
-    x, _ = dynamics._follow(command, clock, rise, fall)
-    up, down = (dynamics._share(clock, None, tau, tau) for tau in (rise, fall))
-    expected, _ = dynamics._switched(command, clock, up, down)
+    x, _ = command_lag._lag(command, clock, rise, fall)
+    up, down = (np.broadcast_to(command_lag._share(clock, tau), command.shape) for tau in (rise, fall))
+    expected, _ = command_lag._switched(command, clock, up, down)
     np.testing.assert_allclose(x, expected, atol=1e-12)
 
 

@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.dataset import Dataset
-from erclutch.device import DeviceName, Element, Units
-from erclutch.dynamics import Clock, DynamicsForm, Span
 from erclutch.errors import ErclutchError, RunError
-from erclutch.laws import law_from_name
-from erclutch.model import (
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import (
     Range,
     Reference,
     Structure,
@@ -25,13 +22,16 @@ from erclutch.model import (
     model_from_dict,
     unit_text,
 )
-from erclutch.saved import load_model
+from erclutch.models.laws import law_from_name
+from erclutch.models.load import load_model
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import DeviceName, Element, Units
 
 UNITS = Units("N*m", "V", "rad/s")
 
 
 def model_of(
-    specification: str = "hem", device: DeviceName = "single", dynamics: DynamicsForm = "none", extra: bool = True
+    specification: str = "hem", device: DeviceName = "single", dynamics: str = "none", extra: bool = True
 ) -> TorqueModel:
     """A model whose numbers do not end in a binary fraction."""
     structure = Structure(device, specification, law_from_name(specification, device), dynamics, extra, extra)
@@ -61,7 +61,7 @@ def rows_of(device: DeviceName = "single", rows: int = 300) -> Dataset:
     return Dataset(device, elements, np.zeros(rows), Clock(np.arange(float(rows)) * 1e-3, spans), UNITS)
 
 
-CASES: list[tuple[str, DeviceName, DynamicsForm]] = [
+CASES: list[tuple[str, DeviceName, str]] = [
     ("hem", "single", "none"),
     ("hem/square", "coaxial", "rise-fall"),
     ("rbfm-10", "coaxial", "none"),
@@ -73,7 +73,7 @@ CASES: list[tuple[str, DeviceName, DynamicsForm]] = [
 
 @pytest.mark.parametrize(("specification", "device", "dynamics"), CASES)
 def test_a_saved_model_predicts_the_same_bits(
-    tmp_path: Path, specification: str, device: DeviceName, dynamics: DynamicsForm
+    tmp_path: Path, specification: str, device: DeviceName, dynamics: str
 ) -> None:
     model, data = model_of(specification, device, dynamics), rows_of(device)
     path = tmp_path / "model.json"
@@ -240,7 +240,7 @@ def test_data_in_other_units_or_of_another_device() -> None:
 
 
 @pytest.mark.parametrize(("specification", "device", "dynamics"), CASES)
-def test_steady_is_the_effort_after_settling(specification: str, device: DeviceName, dynamics: DynamicsForm) -> None:
+def test_steady_is_the_effort_after_settling(specification: str, device: DeviceName, dynamics: str) -> None:
     model = model_of(specification, device, dynamics)
     rng = np.random.default_rng(2)
     count = model.structure.elements

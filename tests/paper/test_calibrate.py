@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from erclutch.calibrate import calibrate
-from erclutch.calibrate.trace import Trace
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
-from erclutch.rig.parameters import RigParameters, default_rig, load_rig
-from erclutch.rig.rig_file import rig_text, write_rig
-from erclutch.rig.scenarios import prepare
+from erclutch.paper.calibration.calibrate import calibrate
+from erclutch.paper.calibration.log_trace import LogTrace
+from erclutch.rig.twin.parameters import RigParameters, default_rig, load_rig
+from erclutch.rig.twin.parameters_file import rig_text, write_rig
+from erclutch.rig.twin.scenarios import prepare
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ class Bowl:
     """A target whose minimum is known: the logarithms of two parameters."""
 
     name = "bowl"
-    ordered = False
+    ordered: ClassVar[bool] = False
 
     def __init__(self) -> None:
         self.seen = 0
@@ -91,11 +92,11 @@ def test_a_log_that_cannot_calibrate() -> None:
     from dataclasses import replace
 
     with pytest.raises(MappingError, match="motor_torque is missing"):
-        Trace(replace(log, signals=without))
+        LogTrace(replace(log, signals=without))
     with pytest.raises(CheckError, match="Resample"):
-        Trace(replace(log, period=2e-3))
+        LogTrace(replace(log, period=2e-3))
     with pytest.raises(CheckError, match="Give a longer log"):
-        Trace(prepare("training", seconds=0.3).recording())
+        LogTrace(prepare("training", seconds=0.3).recording())
 
 
 def test_a_rig_file_holds_all_of_a_rig(tmp_path: Path) -> None:

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.dataset import Dataset
 from erclutch.errors import RunError
-from erclutch.experiments.points import Points
-from erclutch.experiments.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
-from erclutch.experiments.tables import printed, table, twin_runs
-from erclutch.figures.sweeps import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
-from erclutch.paper import APPROACHES
+from erclutch.logs.dataset import Dataset
+from erclutch.paper.published import APPROACHES
+from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
+from erclutch.paper.sweep_points import Points
+from erclutch.paper.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
+from erclutch.paper.tables import printed, table, twin_runs
 
 
 @pytest.fixture(scope="module")

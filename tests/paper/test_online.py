@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +9,21 @@ import numpy as np
 import pytest
 
 from erclutch.errors import SettingError
-from erclutch.experiments.online import EXPERIMENTS, lines, run, tracking_error, trial
-from erclutch.export.program import LIMITED, OUTSIDE
-from erclutch.figures.online import draw_online
+from erclutch.export.exported_step import LIMITED, OUTSIDE
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.core import Core
-from erclutch.live.model import live_model
-from erclutch.live.sample import SAMPLE
-from erclutch.live.settings import LoopSettings, Mode, Program, Shape
-from erclutch.rig.interface import Command
-from erclutch.rig.parameters import default_rig
-from erclutch.rig.twin import Twin
-from erclutch.saved import load_model
+from erclutch.live.c_core import Core
+from erclutch.live.layout import SAMPLE
+from erclutch.live.live_model import live_model
+from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.models.load import load_model
+from erclutch.paper.online import EXPERIMENTS, lines, run, tracking_error, trial
+from erclutch.paper.online_figures import describe_online
+from erclutch.report.plots.matplotlib_painter import save_plot
+from erclutch.rig.interface import RigCommand
+from erclutch.rig.twin.parameters import default_rig
+from erclutch.rig.twin.twin import Twin
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: apt install gcc libc6-dev"),
-]
+pytestmark = pytest.mark.slow
 MODEL = Path(__file__).resolve().parents[1] / "live" / "model.json"
 
 
@@ -56,7 +53,7 @@ def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
         assert (frames["alpha"] == frames["alpha"][0]).all() == (name == "zero-motion")
         assert (frames["field1"] + frames["field2"] == 0.0).all() == (name == "zero-field")
         assert (trace.other_alpha is not None) == (name == "encoders")
-    for file in draw_online(traces[0], tmp_path / "figure.png", "TWIN", rows=1000):
+    for file in save_plot(describe_online(traces[0], "TWIN", rows=1000), tmp_path / "figure.png"):
         assert file.stat().st_size > 1000
 
 
@@ -78,18 +75,18 @@ def test_real_time_is_the_same_loop(ready: Any) -> None:
 
 
 def test_accelerated_is_the_twin_step_by_step() -> None:
-    program = Program("sine", Mode.TRACK, Shape.SINE, 6.0, 1.0, motor_torque=0.1)
+    program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 6.0, 1.0, motor_torque=0.1)
     settings, rig = LoopSettings(programs=(program,)), default_rig()
     frames, _ = AcceleratedRun(settings, None, rig, seed=3, speed=40.0).frames(300)
     twin, core, sample = Twin(rig, seed=3, speed=40.0), Core(settings), np.zeros(1, SAMPLE)
     for k in range(300):
         seen = twin.sense()
         alpha = seen.alpha_raw * (2.0 * np.pi / rig.value("screw.lead"))
-        sample[0] = (k + 1, (k + 1) * 10**6, seen.theta, alpha, frames["torque"][k], 0, 0)
+        sample[0] = (k + 1, (k + 1) * 10**6, seen.theta, alpha, frames["torque"][k], 0)
         command, frame = core.step(sample, k)
         for name in ("theta", "alpha", "theta_dot", "alpha_dot", "field1", "field2"):
             assert frame[name] == pytest.approx(frames[name][k], abs=1e-12), (k, name)
-        twin.command(Command(*(float(command[n]) for n in ("field1", "field2", "motor_torque"))))
+        twin.command(RigCommand(*(float(command[n]) for n in ("field1", "field2", "motor_torque"))))
         twin.step()
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from erclutch.comparison import Settings, compare
-from erclutch.dataset import build_dataset
-from erclutch.diagnostics.material import Material, material_of
+from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
-from erclutch.runs import read_run, write_run
-from erclutch.synthetic import write_synthetic_log
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.runs.run_folder import read_run, write_run
 
 MODELS = ("quadratic", "bingham", "fnn-2")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from erclutch.diagnostics.material import material_of
 from erclutch.errors import RunError
-from erclutch.runs import read_run
+from erclutch.report.numbers.run_material import material_of
+from erclutch.runs.run_folder import read_run
 
 
 @pytest.fixture
@@ -66,8 +66,8 @@ def test_predictions_of_another_run(run: Path) -> None:
     """Even with a digest that fits: the columns must."""
     import pyarrow.parquet as pq
 
-    from erclutch.model import digest_of
-    from erclutch.runs import file_digest
+    from erclutch.models.law_model import digest_of
+    from erclutch.runs.run_folder import file_digest
 
     path = run / "predictions.parquet"
     pq.write_table(pq.read_table(path).drop_columns(["effort:bingham"]), path)
@@ -87,15 +87,15 @@ def test_no_run_at_all(tmp_path: Path, folder: str) -> None:
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Permissions do not bind root, so the look is made to see none."""
-    from erclutch.report.output import may_write_report
+    from erclutch.report.html.report_file import may_write_report
 
-    monkeypatch.setattr("erclutch.report.output.os.access", lambda *_: False)
+    monkeypatch.setattr("erclutch.report.html.report_file.os.access", lambda *_: False)
     with pytest.raises(RunError, match=r"its folder cannot be written\. Give --out a file in another folder"):
         may_write_report(run / "report.html")
 
 
 def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.report.page import write_report
+    from erclutch.report.html.report_page import write_report
 
     material = material_of(read_run(run))
     before = sorted(p.name for p in run.iterdir())

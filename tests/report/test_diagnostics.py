@@ -13,17 +13,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.diagnostics.correlation import autocorrelation, follows_acceleration, held_out_spans, spectrum
-from erclutch.diagnostics.error_map import error_maps
-from erclutch.diagnostics.parity import distributions, parity
-from erclutch.diagnostics.shown import shown_models
-from erclutch.diagnostics.switching import StepResponse, after_switch, step_responses
-from erclutch.diagnostics.text import number, percent, scale_for, span
-from erclutch.diagnostics.windows import windows
-from erclutch.dynamics import Clock, Span
-from erclutch.run_rows import RunRows
+from erclutch.logs.dataset import Dataset
+from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, spectrum
+from erclutch.report.numbers.error_map import error_maps
+from erclutch.report.numbers.number_text import number, percent, scale_for, span
+from erclutch.report.numbers.parity import distributions, parity
+from erclutch.report.numbers.run_material import shown_models
+from erclutch.report.numbers.switching import after_switch, step_responses
+from erclutch.report.numbers.windows import windows
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 Array = NDArray[np.float64]
 RATE = 1000.0
@@ -176,12 +176,26 @@ def test_a_smooth_command_has_no_switch() -> None:
     assert after_switch(rows_of(field, field, field, {"m": field * 0}), ["m"]) is None
 
 
+def chain(name: str, **numbers: float) -> dict[str, Any]:
+    return {"name": name, "dynamics": numbers}
+
+
 def test_step_responses() -> None:
-    step = StepResponse("m", delay=0.002, rise=0.01, fall=0.05)
-    assert step.up(np.array([0.0, 0.002, 0.012])) == pytest.approx([0.0, 0.0, 1 - np.exp(-1)])
-    assert step.down(np.array([0.0, 0.052])) == pytest.approx([1.0, np.exp(-1)])
-    body = {"ranking": [{"name": "a", "dynamics": {}}, {"name": "b+lag", "dynamics": {"delay": 0.001, "tau": 0.02}}]}
-    assert step_responses(body, ["a", "b+lag"]) == (StepResponse("b+lag", 0.001, 0.02, 0.02),)
+    lagged = chain("b+rise-fall", delay=0.002, tau_rise=0.01, tau_fall=0.05)
+    (step,) = step_responses({"ranking": [chain("a"), lagged]}, ["a", "b+rise-fall"])
+    assert step.model == "b+rise-fall"
+    assert step.up(np.array([0.0, 0.001, 0.012])) == pytest.approx([0.0, 0.0, 1 - np.exp(-1)], abs=0.01)
+    assert step.down(np.array([0.0, 0.052])) == pytest.approx([1.0, np.exp(-1)], abs=0.01)
+    assert step.settled == pytest.approx(0.002 + 0.05 * np.log(100), rel=0.02)
+
+
+def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
+    slow = chain("a+two-lags+dahl/field+effort-lag", tau_1=0.002, m_1=20.0, p_1=0.5, r_1=0.01, tau_e=0.5)
+    (step,) = step_responses({"ranking": [slow]}, [slow["name"]])
+    assert float(step.up(np.array([0.01]))[0]) == pytest.approx(1 - 0.5 * np.exp(-5) - 0.5 * np.exp(-0.25), abs=0.01)
+    assert step.settled == pytest.approx(0.04 * np.log(50), rel=0.02)
+    alone = chain("a+dahl/field", r_1=0.01)
+    assert step_responses({"ranking": [alone]}, [alone["name"]]) == ()
 
 
 def entry(name: str, rmse: float | None, parameters: int) -> dict[str, Any]:
@@ -191,13 +205,13 @@ def entry(name: str, rmse: float | None, parameters: int) -> dict[str, Any]:
 def test_which_models_are_shown() -> None:
     ranking = [entry("fnn-16", 1.0, 65), entry("hem+lag", 1.1, 8), entry("bingham", 2.0, 6), entry("quadratic", 3.0, 4)]
     body = {"ranking": ranking, "recommended": "hem+lag", "best": "fnn-16"}
-    assert [(s.name, s.role) for s in shown_models(body)] == [
+    assert list(shown_models(body).items()) == [
         ("hem+lag", "recommended"),
         ("fnn-16", "best"),
         ("bingham", "baseline"),
     ]
     only = {"ranking": ranking[2:3], "recommended": "bingham", "best": "bingham"}
-    assert [(s.name, s.role) for s in shown_models(only)] == [("bingham", "recommended")]
+    assert list(shown_models(only).items()) == [("bingham", "recommended")]
 
 
 @pytest.mark.parametrize(
@@ -229,9 +243,9 @@ def test_units() -> None:
 
 def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
     """Rows made by a law lie on its curve."""
-    from erclutch.comparison import Settings, compare
-    from erclutch.diagnostics.flow_curves import flow_curves
-    from erclutch.model import TorqueModel
+    from erclutch.fit.comparison import Settings, compare
+    from erclutch.models.law_model import TorqueModel
+    from erclutch.report.numbers.flow_curves import flow_curves
 
     n = 6000
     rng = np.random.default_rng(0)
@@ -273,21 +287,12 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
     assert memory.lag[1] == pytest.approx(1e-3)
 
 
-@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20))
-def test_the_running_largest(values: list[float], width: int) -> None:
-    from erclutch.diagnostics.flow_curves import _running_largest  # pyright: ignore[reportPrivateUsage]
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20), st.floats(0, 200))
+def test_a_field_is_still_where_its_last_rows_lie_close(values: list[float], width: int, reach: float) -> None:
+    from erclutch.report.numbers.flow_curves import _still  # pyright: ignore[reportPrivateUsage]
 
     array = np.array(values)
     width = min(width, array.size)
-    expected = [array[max(0, k - width + 1) : k + 1].max() for k in range(array.size)]
-    assert _running_largest(array, width).tolist() == expected
-
-
-def test_a_loop_over_slip_is_told_from_noise() -> None:
-    t = np.arange(6000) / RATE
-    slip = np.sin(20 * t)
-    loop = np.cos(20 * t)
-    quiet = rows_of(slip * 0 + 1, slip, slip + 0.3 * noise(t.size), {"m": slip})
-    memory = rows_of(slip * 0 + 1, slip, slip + loop + 0.3 * noise(t.size), {"m": slip})
-    assert follows_acceleration(quiet, "m") < 0.05
-    assert follows_acceleration(memory, "m") == pytest.approx(0.5 / 0.59, abs=0.05)
+    windows = [array[k - width + 1 : k + 1] for k in range(width - 1, array.size)]
+    expected = [False] * (width - 1) + [bool(w.max() - w.min() <= reach) for w in windows]
+    assert _still(array, width, reach).tolist() == expected

@@ -1,25 +1,63 @@
-"""The equations that a report shows are those of the code."""
+"""The equations that a report shows are those of the code, whether they were kept or are made now."""
 
 from __future__ import annotations
 
-from importlib.resources import files
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
-from erclutch.laws import law_from_name
-from erclutch.report.equations import made_file, made_terms, terms_of, usual
+import numpy as np
+import pytest
 
-
-def test_what_is_kept_is_what_the_code_gives() -> None:
-    """Otherwise: python -m erclutch.report.equations."""
-    kept = files("erclutch").joinpath("report/assets/equations.json").read_text(encoding="utf-8")
-    assert kept == made_file()
-
-
-def test_a_term_a_gain() -> None:
-    for device, laws in usual().items():
-        for law in laws:
-            assert len(terms_of(law, device)) == len(law_from_name(law, device).gains)
+from erclutch.models.laws import law_from_name, shown_laws
+from erclutch.report.html import equations
+from erclutch.report.html.equations import made_terms, terms_of
 
 
-def test_other_laws_are_made_when_asked_for() -> None:
-    assert "bingham/critical/forward" not in usual()["coaxial"]
-    assert list(terms_of("bingham/critical/forward", "coaxial")) == made_terms("bingham/critical/forward", "coaxial")
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path / "cache"))
+    terms_of.cache_clear()
+    yield
+    terms_of.cache_clear()
+
+
+def forget() -> None:
+    """What this process has in memory; the cache's files stay."""
+    terms_of.cache_clear()
+
+
+def test_what_is_kept_is_what_the_code_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    for device in ("single", "coaxial"):
+        for name in (*shown_laws(), "hem/forward"):
+            made = made_terms(law_from_name(name, device))
+            assert list(terms_of(name, device)) == made
+            forget()
+            with monkeypatch.context() as patched:
+                patched.setattr(equations, "made_terms", pytest.fail)
+                assert list(terms_of(name, device)) == made
+            assert len(made) == len(law_from_name(name, device).gains)
+
+
+def test_another_law_of_the_same_name_is_not_mistaken(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = terms_of("bingham", "single")
+    forget()
+    law = law_from_name("bingham")
+    columns: Any = lambda E, w, w_s, n: (np.tanh(w / w_s) * E * E * E, w)  # noqa: E731
+    monkeypatch.setattr(equations, "law_from_name", lambda *_: replace(law, columns=columns))
+    assert terms_of("bingham", "single") != before
+
+
+@pytest.mark.parametrize("damage", [b"", b"[", b"[1]", b'{"a": "b"}', b"\xff"])
+def test_a_damaged_cache_is_made_again(tmp_path: Path, damage: bytes) -> None:
+    before = terms_of("casson", "single")
+    (kept,) = (tmp_path / "cache").iterdir()
+    kept.write_bytes(damage)
+    forget()
+    assert terms_of("casson", "single") == before
+
+
+def test_no_cache_can_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path / "file"))
+    assert list(terms_of("casson", "single")) == made_terms(law_from_name("casson"))

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.dataset import build_dataset
 from erclutch.errors import RunError
-from erclutch.figures.coverage import draw_coverage
-from erclutch.figures.section import draw_section
-from erclutch.rig.scenarios import prepare
+from erclutch.logs.dataset import build_dataset
+from erclutch.report.plots.log_plots import describe_coverage, describe_section
+from erclutch.report.plots.matplotlib_painter import save_plot
+from erclutch.rig.twin.scenarios import prepare
 
 MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 
@@ -21,9 +21,9 @@ MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 @pytest.mark.parametrize("scenario", ["test", pytest.param("brake", marks=pytest.mark.slow)])
 def test_section_and_coverage(tmp_path: Path, suffix: str, scenario: str) -> None:
     log = prepare(scenario, seconds=2.0).recording()
-    section = draw_section(log, tmp_path / f"s{suffix}", start=0.5, seconds=0.25)
+    section = save_plot(describe_section(log, start=0.5, seconds=0.25), tmp_path / f"s{suffix}")
     data = build_dataset(log, device="single" if scenario == "brake" else "coaxial")
-    coverage = draw_coverage(data, tmp_path / f"c{suffix}", log.name)
+    coverage = save_plot(describe_coverage(data, log.name), tmp_path / f"c{suffix}")
     for picture, numbers in (section, coverage):
         assert picture.read_bytes().startswith(MAGIC[suffix])
         assert numbers.suffix == ".csv"
@@ -42,14 +42,14 @@ def test_section_and_coverage(tmp_path: Path, suffix: str, scenario: str) -> Non
 def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
     log = prepare("test", seconds=1.0).recording()
     for suffix in MAGIC:
-        first, second = (draw_section(log, tmp_path / f"{n}{suffix}")[0].read_bytes() for n in "ab")
+        first, second = (save_plot(describe_section(log), tmp_path / f"{n}{suffix}")[0].read_bytes() for n in "ab")
         assert first == second, suffix
 
 
 def test_what_cannot_be_drawn(tmp_path: Path) -> None:
     log = prepare("test", seconds=1.0).recording()
     with pytest.raises(RunError, match=r"cannot end in '.gif'"):
-        draw_section(log, tmp_path / "a.gif")
+        save_plot(describe_section(log), tmp_path / "a.gif")
     (tmp_path / "file").write_text("")
     with pytest.raises(RunError, match="cannot be written"):
-        draw_section(log, tmp_path / "file" / "a.png")
+        save_plot(describe_section(log), tmp_path / "file" / "a.png")

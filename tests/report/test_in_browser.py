@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.diagnostics.material import Material, material_of
-from erclutch.diagnostics.paired import pair
-from erclutch.report.comparison import write_comparison
-from erclutch.report.page import write_report
-from erclutch.runs import read_run
+from erclutch.report.html.report_page import write_report
+from erclutch.report.html.runs_page import write_comparison
+from erclutch.report.numbers.paired_runs import pair
+from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.runs.run_folder import read_run
 
 CHROMIUM = Path("/usr/bin/chromium")
 QUIET = ("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
@@ -228,6 +228,23 @@ def test_light_and_dark(report: Path, visit: Callable[..., Any]) -> None:
     assert button.get_attribute("aria-label") == "Colours: dark"
     button.click()
     assert light.evaluate(back) != dark.evaluate(back)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_loops_and_the_constants_of_the_stages(scheme: str, report: Path, visit: Callable[..., Any]) -> None:
+    page = visit(report, scheme=scheme)
+    loops = page.locator("#loops figure")
+    assert loops.count() >= 2
+    assert loops.count() % 2 == 0
+    colours = [
+        loops.first.locator(f"path.line.{role}").evaluate("e => getComputedStyle(e).stroke")
+        for role in ("measured", "recommended")
+    ]
+    paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert len({*colours, paper}) == 3
+    table = page.locator("#dynamics details[open] table").inner_text()
+    assert "time constant" in table
+    assert "ms" in table
 
 
 def test_nothing_sticks_out(report: Path, visit: Callable[..., Any]) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.report.pack import Packer, channel, coarse, packed, rounded, unpacked
+from erclutch.report.html.packed_rows import Packer, channel, coarse, packed, rounded, unpacked
 
 
 @given(st.lists(st.integers(-32768, 32767), min_size=1, max_size=300))

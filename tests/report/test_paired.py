@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.comparison import Settings, compare
-from erclutch.dataset import build_dataset
-from erclutch.diagnostics.paired import pair
-from erclutch.diagnostics.text import scale_for
 from erclutch.errors import ErclutchError
-from erclutch.evaluate import difference
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.scoring import difference
 from erclutch.logs import read
-from erclutch.report.comparison import sentence, write_comparison
-from erclutch.runs import Run, read_run, write_run
-from erclutch.signals import Recording
-from erclutch.synthetic import write_synthetic_log
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.html.runs_page import sentence, what_changed, write_comparison
+from erclutch.report.numbers.number_text import scale_for
+from erclutch.report.numbers.paired_runs import changes, pair
+from erclutch.runs.run_folder import Run, read_run, write_run
+from erclutch.signals.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +101,33 @@ def test_the_paired_interval_is_narrower_and_holds_the_truth() -> None:
         hits += found.low <= truth <= found.high
         assert found.high - found.low < 0.25 * 2 * 1.96 / np.sqrt(2 * 1500)
     assert 0.88 <= hits / trials <= 1.0
+
+
+def test_what_changed_is_said_and_a_lag_gets_no_credit_for_a_network(
+    recording: Recording, runs: tuple[Run, Run], tmp_path: Path
+) -> None:
+    settings = Settings(models=("fnn-2",), lag="lag", past=(5, 20))
+    made = compare(build_dataset(recording), settings)
+    network = read_run(write_run(tmp_path / "network", made, [recording], reading={}))
+    found = pair([runs[0], network])
+    assert {change.what for change in changes(*found.contenders)} == {
+        "law or network",
+        "stages on the command",
+        "past samples",
+    }
+    said = what_changed(found)
+    assert "past samples (none there, 5 and 20 here)" in said
+    assert "do not tell what each of them does" in said
+    text = write_comparison(found, tmp_path / "c.html").read_text()
+    assert "nothing tells what the stages gain" in text
+    assert "past samples (none there, 5 and 20 here)" in text
+
+
+def test_a_lag_alone_gets_its_credit(recording: Recording, runs: tuple[Run, Run], tmp_path: Path) -> None:
+    made = compare(build_dataset(recording), Settings(models=("quadratic",), lag="lag"))
+    lagged = read_run(write_run(tmp_path / "lagged", made, [recording], reading={}))
+    found = pair([runs[0], lagged])
+    assert [change.what for change in changes(*found.contenders)] == ["stages on the command"]
+    assert (
+        "with lag, and nothing else changed, the error is" in write_comparison(found, tmp_path / "c.html").read_text()
+    )

@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 import erclutch
-from erclutch.diagnostics.material import Material, badge_of, material_of
-from erclutch.report.output import may_write_report
-from erclutch.report.pack import unpacked
-from erclutch.report.page import SECTIONS, report_html, write_report
-from erclutch.report.provenance import command_of
-from erclutch.report.svg import Axis
-from erclutch.runs import read_run
+from erclutch.report.html.packed_rows import unpacked
+from erclutch.report.html.provenance_section import command_of
+from erclutch.report.html.report_file import may_write_report
+from erclutch.report.html.report_page import SECTIONS, report_html, write_report
+from erclutch.report.numbers.run_material import Material, badge_of, material_of
+from erclutch.report.plots.svg_painter import ticks as round_ticks
+from erclutch.runs.run_folder import read_run
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_only_its_own_scripts_may_run(html: str) -> None:
 
 
 def test_uplot_is_the_one_that_its_origin_names() -> None:
-    folder = Path(erclutch.__file__).parent / "vendor" / "uplot"
+    folder = Path(erclutch.__file__).parent / "report" / "assets" / "uplot"
     origin = tomllib.loads((folder / "ORIGIN.toml").read_text())
     assert "MIT" in (folder / "LICENSE").read_text()
     for name, digest in origin["sha256"].items():
@@ -133,7 +133,7 @@ def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None
 
 def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
     """A log may be called anything."""
-    from erclutch.model import digest_of
+    from erclutch.models.law_model import digest_of
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
     body = json.loads((run / "run.json").read_text())
@@ -222,7 +222,7 @@ def test_never_over_what_is_no_report(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> None:
-    from erclutch.report.printed import write_pdf
+    from erclutch.report.report_pdf import write_pdf
 
     for path in (tmp_path / "report.html", tmp_path / "report.pdf"):
         (write_report if path.suffix == ".html" else write_pdf)(material, path)
@@ -231,11 +231,11 @@ def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> No
 
 @pytest.mark.slow
 def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
-    from erclutch.report.printed import write_pdf
+    from erclutch.report.report_pdf import write_pdf
 
     first = write_pdf(material, tmp_path / "a.pdf").read_bytes()
     assert first.startswith(b"%PDF-")
-    assert len(re.findall(rb"/Type /Page\b", first)) == 5
+    assert len(re.findall(rb"/Type /Page\b", first)) == 6  # the lag and memory have a page of their own
     assert write_pdf(material, tmp_path / "b.pdf").read_bytes() == first
 
 
@@ -244,7 +244,7 @@ def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1910.0, 1863.0), (1e-5, 3e-5), (-0.5, 0.0)])
 def test_ticks_are_round_and_inside(low: float, high: float) -> None:
-    ticks = Axis(low, high).ticks(6)
+    ticks = round_ticks(low, high, 6)
     assert 2 <= len(ticks) <= 7
     assert all(low - 1e-12 <= t <= high + 1e-12 for t in ticks)
     steps = np.diff(ticks)
@@ -253,16 +253,16 @@ def test_ticks_are_round_and_inside(low: float, high: float) -> None:
 
 
 def test_logarithmic_ticks() -> None:
-    assert Axis(0.2, 2000.0, log=True).ticks(6) == pytest.approx([1, 10, 100, 1000])
-    assert len(Axis(30.0, 90.0, log=True).ticks(6)) >= 1
+    assert round_ticks(0.2, 2000.0, 6, log=True) == pytest.approx([1, 10, 100, 1000])
+    assert len(round_ticks(30.0, 90.0, 6, log=True)) >= 1
 
 
 def test_the_next_step_is_the_controller(material: Material, tmp_path: Path) -> None:
     """The file that the report names is the one that an export of the recommended model has."""
     from erclutch.export import export_model
-    from erclutch.report.verdict import Verdict
+    from erclutch.report.html.verdict_section import VERDICT
 
-    steps = Verdict().fill(material)["next"]
+    steps = VERDICT.fill(material)["next"]
     (step,) = (s for s in steps if s["code"].startswith("erclutch export"))
     assert step["code"] == f"erclutch export {material.run.folder.name} --precision float32"
     (file,) = re.findall(r"(\S+\.c),", step["text"])
@@ -283,11 +283,11 @@ def test_each_law_has_its_equation(html: str, material: Material) -> None:
 
 
 def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
-    from erclutch.comparison import Settings, compare
-    from erclutch.dataset import build_dataset
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
-    from erclutch.runs import write_run
-    from erclutch.synthetic import write_synthetic_log
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.logs.synthetic import write_synthetic_log
+    from erclutch.runs.run_folder import write_run
 
     log = tmp_path / "log.csv"
     write_synthetic_log(log, 3.0)
@@ -305,11 +305,11 @@ def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize("still", [0.0, 0.3])
 def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     """Where many rows held out are at rest, the figure over the others stands beside that over all."""
-    from erclutch.comparison import Settings, compare
-    from erclutch.dataset import build_dataset
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import recording_from_arrays
-    from erclutch.report.verdict import Verdict
-    from erclutch.runs import write_run
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.report.html.verdict_section import VERDICT
+    from erclutch.runs.run_folder import write_run
 
     rng = np.random.default_rng(0)
     n = 4000
@@ -323,17 +323,17 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
     moving = found.test & ~found.data.at_rest
     rmse = float(np.sqrt(np.mean((effort - found.entries[0].predicted)[moving] ** 2)))
-    values = Verdict().fill(made)
+    values = VERDICT.fill(made)
     assert (f"in motion {made.effort.of(rmse)}" in values["facts"][0][2]) == (still > 0.1)
     assert any("at rest" in text and made.effort.of(rmse) in text for text in values["worries"]) == (still > 0.1)
 
 
 def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
-    from erclutch.comparison import Settings, compare
-    from erclutch.dataset import build_dataset
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import recording_from_arrays
-    from erclutch.report.flow_curves import FlowSection
-    from erclutch.runs import write_run
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.report.html.picture_sections import FLOW_CURVES
+    from erclutch.runs.run_folder import write_run
 
     t = np.arange(4000) / 1000
     command = 0.4 * np.sin(5 * t)
@@ -348,6 +348,6 @@ def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
     log = recording_from_arrays(signals, units, rate=1000.0, device="coaxial")
     found = compare(build_dataset(log, device="coaxial"), Settings(models=("bingham/forward",), lag="none"))
     made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
-    values = FlowSection().fill(made)
+    values = FLOW_CURVES.fill(made)
     assert values is not None
     assert [(g["element"], len(g["plots"])) for g in values["groups"]] == [("CH1", 1), ("CH2", 1)]

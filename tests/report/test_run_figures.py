@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.comparison import Settings, compare
-from erclutch.dataset import build_dataset
-from erclutch.diagnostics.material import Material, material_of
 from erclutch.errors import CheckError, SettingError
-from erclutch.figures.of_runs import FIGURES, write_figure
+from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
-from erclutch.runs import read_run, write_run
-from erclutch.synthetic import write_synthetic_log
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.report.plots.run_plots import FIGURES, write_figure
+from erclutch.runs.run_folder import read_run, write_run
 
 
 def material_from(folder: Path, models: tuple[str, ...], lag: str) -> Material:

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from erclutch.rig import kernel as k
-from erclutch.rig.excitation import FieldSettings, field_sequence, torque_sequence
-from erclutch.rig.fluid import strain_after, structure_after, structure_rates, yield_stress
-from erclutch.rig.parameters import default_rig
-from erclutch.rig.parts import POINTS, Parts, parts_of
+from erclutch.rig.twin import kernel as k
+from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
+from erclutch.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
+from erclutch.rig.twin.parameters import default_rig
+from erclutch.rig.twin.part_parameters import POINTS, Parts, parts_of
+
+ROOT = Path(__file__).parents[2]
+SPEC = importlib.util.spec_from_file_location("studies_twin_step", ROOT / "studies" / "twin_step.py")
+assert SPEC is not None
+assert SPEC.loader is not None
+STUDY = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(STUDY)
 
 STEP = default_rig().value("integration.step")
 
@@ -49,7 +58,7 @@ def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int) -> None:
     parts = parts_of(default_rig())
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
-    gained = k.stored(x, parts, before) - start
+    gained = STUDY.stored(x, parts, before) - start
     assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
     assert x[k.SMALLEST] >= 0.0
     assert x[k.DISSIPATED] > 0.0

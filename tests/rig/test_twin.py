@@ -12,12 +12,12 @@ import pytest
 
 import erclutch
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.rig import log_file
-from erclutch.rig.interface import Command
-from erclutch.rig.log_file import write_log
-from erclutch.rig.parameters import SECTIONS, default_rig, load_rig
-from erclutch.rig.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS, prepare
-from erclutch.rig.twin import Twin
+from erclutch.logs import log_writer
+from erclutch.logs.log_writer import write_log
+from erclutch.rig.interface import RigCommand
+from erclutch.rig.twin.parameters import SECTIONS, default_rig, load_rig
+from erclutch.rig.twin.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS, prepare
+from erclutch.rig.twin.twin import Twin
 
 COMMAND = (sys.executable, "-m", "erclutch")
 
@@ -82,7 +82,7 @@ def drive(twin: Twin, rows: int) -> list[tuple[float, ...]]:
     for i in range(rows):
         m = twin.sense()
         out.append((m.time, m.theta, m.alpha_raw, m.alpha_rotary, m.torque))
-        twin.command(Command(E1=0.3 if i % 60 < 30 else 0.0, E2=0.2 if i % 60 >= 30 else 0.0, motor_torque=0.1))
+        twin.command(RigCommand(E1=0.3 if i % 60 < 30 else 0.0, E2=0.2 if i % 60 >= 30 else 0.0, motor_torque=0.1))
         twin.step()
     return out
 
@@ -93,7 +93,7 @@ def test_the_same_seed_gives_the_same_run() -> None:
 
 
 def test_ch1_drives_the_table_forward_and_ch2_back() -> None:
-    for command, sign in ((Command(E1=0.5, motor_torque=0.15), 1), (Command(E2=0.5, motor_torque=0.15), -1)):
+    for command, sign in ((RigCommand(E1=0.5, motor_torque=0.15), 1), (RigCommand(E2=0.5, motor_torque=0.15), -1)):
         twin = Twin(speed=30.0)
         for _ in range(200):
             twin.command(command)
@@ -103,11 +103,11 @@ def test_ch1_drives_the_table_forward_and_ch2_back() -> None:
 
 def test_what_the_supply_would_not_do_is_not_done_and_counted() -> None:
     twin = Twin()
-    twin.command(Command(E1=0.2, E2=0.3))
+    twin.command(RigCommand(E1=0.2, E2=0.3))
     assert twin.events == {"both fields": 1}
-    twin.command(Command(E1=float("nan"), motor_torque=float("inf")))
+    twin.command(RigCommand(E1=float("nan"), motor_torque=float("inf")))
     assert twin.events["not finite"] == 2
-    twin.command(Command(E1=7.0, E2=-1.0, motor_torque=100.0))
+    twin.command(RigCommand(E1=7.0, E2=-1.0, motor_torque=100.0))
     assert twin.events["beyond limit"] == 3
     twin.step()
     assert all(np.isfinite(v) for v in vars(twin.sense()).values())
@@ -116,8 +116,8 @@ def test_what_the_supply_would_not_do_is_not_done_and_counted() -> None:
 def test_sensing_does_not_disturb_and_closing_takes_the_fields_away() -> None:
     with Twin(seed=1) as twin:
         assert twin.sense() == twin.sense()
-        twin.command(Command(E1=0.5, motor_torque=0.1))
-    assert twin._command == Command()
+        twin.command(RigCommand(E1=0.5, motor_torque=0.1))
+    assert twin._command == RigCommand()
 
 
 # --- scenarios --------------------------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ def test_a_log_of_the_twin_reads_back(tmp_path: Path, suffix: str) -> None:
 
 
 def test_too_little_space_is_said_before_anything_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(log_file.shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
+    monkeypatch.setattr(log_writer.shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
     run = prepare("training")
     with pytest.raises(RunError, match="MB are needed"):
         write_log(tmp_path / "big.csv", COLUMNS, run.chunks(), run.about(), rows=run.rows)

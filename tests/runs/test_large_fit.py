@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -22,21 +23,23 @@ from hypothesis import strategies as st
 from threadpoolctl import threadpool_limits
 
 from erclutch.cli import main
-from erclutch.dataset import Dataset, build_dataset
-from erclutch.differentiate import Derivative, differentiate, reach
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, ErclutchError, LogError, MappingError, RunError, SettingError
-from erclutch.fit import fit_structure
-from erclutch.fit.compress import Grid, Totals, compress, grid_of
-from erclutch.fit.networks import fit_network
-from erclutch.fit.streamed import fit_network_streamed, fit_structure_streamed
-from erclutch.large import Reading, fit_large, write_large
-from erclutch.laws import law_from_name
+from erclutch.fit.centroids import centroids_of, compress
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.fit.scoring import squared_errors
 from erclutch.logs import read, read_batches
-from erclutch.model import Structure
-from erclutch.networks import network_from_name
-from erclutch.saved import load_model
-from erclutch.spool import Spool, datasets
+from erclutch.logs.batches import datasets
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.disk_rows import DiskRows
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.load import load_model
+from erclutch.models.networks import network_from_name
+from erclutch.runs.large_fit import Reading, fit_large, write_large
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+from erclutch.signals.speed import Derivative, differentiate, reach
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 Columns = Mapping[str, tuple[str, np.ndarray]]
@@ -77,7 +80,7 @@ def write(path: Path, columns: Columns, group: int = 50_000) -> Path:
     return path
 
 
-_OPEN: list[Spool] = []
+_OPEN: list[DiskRows] = []
 
 
 @pytest.fixture(autouse=True)
@@ -87,8 +90,8 @@ def _closed() -> Generator[None]:  # pyright: ignore[reportUnusedFunction]
         _OPEN.pop().__exit__(None, None, None)
 
 
-def spooled(*paths: Path, rows: int = 262_144, derivative: Derivative | None = None, invalid: Any = None) -> Spool:
-    spool = Spool()
+def spooled(*paths: Path, rows: int = 262_144, derivative: Derivative | None = None, invalid: Any = None) -> DiskRows:
+    spool = DiskRows()
     _OPEN.append(spool)
     for path in paths:
         batches = read_batches(path, device=COAXIAL, rows=rows, invalid=invalid)
@@ -116,20 +119,16 @@ def long(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(1, 3), st.lists(st.integers(1, 400), min_size=1, max_size=6), st.integers(0, 2), st.integers(0, 99))
+@given(st.integers(1, 6), st.lists(st.integers(1, 400), min_size=1, max_size=6), st.integers(0, 2), st.integers(0, 99))
 def test_blocks_give_the_centroids_of_the_whole_to_the_last_bit(
     inputs: int, sizes: list[int], level: int, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.standard_normal((inputs, sum(sizes))), rng.standard_normal(sum(sizes))
     whole = compress(x, y, level)
-    grid = Grid(x.min(axis=1), x.max(axis=1), grid_of(inputs, level))
-    totals, at = Totals(grid.size, inputs), 0
-    for size in sizes:
-        rows = slice(at, at + size)
-        totals.add(grid.place(x[:, rows]), x[:, rows], y[rows])
-        at += size
-    parts = totals.centroids()
+    ends = np.cumsum(sizes)[:-1]
+    blocks = [(xs, ys, xs) for xs, ys in zip(np.split(x, ends, axis=1), np.split(y, ends), strict=True)]
+    parts = centroids_of(blocks, [level])[level]
     for one, other in ((whole.x, parts.x), (whole.y, parts.y), (whole.count, parts.count)):
         np.testing.assert_array_equal(one, other)
     assert parts.scatter == pytest.approx(whole.scatter, rel=1e-9, abs=1e-9)
@@ -173,7 +172,7 @@ def test_a_filter_forgets_within_its_reach(derivative: Derivative) -> None:
 
 def test_means_over_the_spool_are_those_of_numpy_to_the_last_bit(long: Path) -> None:
     data, spool = in_memory(long), spooled(long)
-    found = spool.means(lambda block: [block.effort, block.elements[0].slip ** 2])
+    found = spool.blocks.means(lambda block: [block.effort, block.elements[0].slip ** 2])
     assert found == [float(np.mean(data.effort)), float(np.mean(data.elements[0].slip ** 2))]
 
 
@@ -182,7 +181,7 @@ def test_networks_get_the_weights_of_a_fit_in_memory(long: Path, name: str) -> N
     network = network_from_name(name, COAXIAL)
     with threadpool_limits(1):
         one = fit_network(in_memory(long), network)
-        other = fit_network_streamed(spooled(long, rows=20_000), network)
+        other = fit_network(spooled(long, rows=20_000), network)
     assert other.model.to_dict() == one.model.to_dict()
     assert other.train_cost == pytest.approx(one.train_cost, rel=1e-10)
     assert other.train_rows == one.train_rows
@@ -194,7 +193,7 @@ def test_laws_get_the_figures_of_a_fit_in_memory(long: Path, name: str) -> None:
     data = in_memory(long)
     with threadpool_limits(1):
         one = fit_structure(data, structure, intervals=False)
-        other = fit_structure_streamed(spooled(long, rows=20_000), structure)
+        other = fit_structure(spooled(long, rows=20_000), structure)
     assert dict(other.model.shape) == pytest.approx(dict(one.model.shape), rel=1e-9)
     assert other.model.reference == one.model.reference
     assert other.model.trained_on == one.model.trained_on
@@ -208,7 +207,7 @@ def test_laws_get_the_figures_of_a_fit_in_memory(long: Path, name: str) -> None:
 def test_a_log_below_the_rows_that_centroids_need_is_fitted_in_memory(short: Path) -> None:
     structure = Structure(COAXIAL, "hem", law_from_name("hem", COAXIAL))
     one = fit_structure(in_memory(short), structure, intervals=False)
-    other = fit_structure_streamed(spooled(short), structure)
+    other = fit_structure(spooled(short), structure)
     assert other.train_cost == pytest.approx(one.train_cost, rel=1e-6)
 
 
@@ -248,6 +247,42 @@ def test_dropped_rows_are_dropped_as_in_memory(tmp_path: Path) -> None:
     spool, data = spooled(path, rows=10_000, invalid="drop"), in_memory(path, invalid="drop")
     assert spool.sources[0].read == 45_000
     np.testing.assert_array_equal(spool.thinned(spool.rows).effort, data.effort)
+
+
+def random_rows(rows: int, seed: int) -> Dataset:
+    """Rows of one element with no order in them."""
+    rng = np.random.default_rng(seed)
+    clock = Clock(np.arange(float(rows)), (Span(0, rows, 1.0),))
+    element = Element(rng.random(rows), rng.standard_normal(rows))
+    return Dataset("single", (element,), rng.standard_normal(rows), clock, Units("N", "A", ""))
+
+
+@pytest.fixture(scope="module")
+def bingham() -> TorqueModel:
+    law = law_from_name("bingham", "single")
+    return fit_structure(random_rows(300, 0), Structure("single", "bingham", law), intervals=False).model
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.integers(1, 300), min_size=1, max_size=5), st.integers(0, 99))
+def test_errors_add_up_over_blocks(bingham: TorqueModel, sizes: list[int], seed: int) -> None:
+    rows, model = sum(sizes), bingham
+    data = random_rows(rows, seed)
+    ends = np.cumsum([0, *sizes]).tolist()
+    blocks = [data.picked(slice(a, b)) for a, b in itertools.pairwise(ends)]
+    (error,), many = squared_errors(blocks, [model])
+    assert many == rows
+    assert error == pytest.approx(squared_errors(data.blocks, [model])[0][0], rel=1e-12)
+    assert error == pytest.approx(float(np.sum((data.effort - model.predict(data)) ** 2)), rel=1e-12)
+
+
+def test_rows_in_memory_are_the_one_block_of_their_data_set(short: Path) -> None:
+    data = in_memory(short)
+    calls: list[int] = []
+    squares = data.blocks.map(lambda block: calls.append(block.rows) or block.effort**2)
+    assert [s.size for s in squares] == [s.size for s in squares] == [data.rows]
+    assert calls == [data.rows], "what is made of rows in memory is made once"
+    assert squares.means(lambda s: [s]) == [float(np.mean(data.effort**2))]
 
 
 # --- what cannot be ---------------------------------------------------------------------------------------------------
@@ -330,8 +365,8 @@ def test_models_with_memory_or_a_stimulus_are_refused_with_the_reason(short: Pat
         network_from_name("fnn-3", COAXIAL, dynamics="lag"),
         network_from_name("fnn-3", COAXIAL, extras=tuple("abcde")),
     ):
-        with Spool() as none, pytest.raises(SettingError, match="larger than memory"):
-            fit_network_streamed(none, network)
+        with DiskRows() as none, pytest.raises(SettingError, match="larger than memory"):
+            fit_network(none, network)
     assert "unknown" in str(refusal(short, ("nonsense",))) or "no law" in str(refusal(short, ("nonsense",)))
     assert "no model was given" in str(refusal(short, ()))
 

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch import runs
-from erclutch.comparison import Comparison, Settings, compare
-from erclutch.dataset import build_dataset
 from erclutch.errors import RunError
+from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
-from erclutch.runs import read_run, write_run
-from erclutch.signals import Recording
-from erclutch.synthetic import write_synthetic_log
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.runs import run_folder
+from erclutch.runs.run_folder import read_run, write_run
+from erclutch.signals.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_a_run_reads_back(run: Path, compared: Comparison) -> None:
         assert model.to_dict() == entry.outcome.model.to_dict()
         assert np.array_equal(model.predict(compared.data), entry.predicted)
     assert back.model().name == compared.recommended
-    with pytest.raises(RunError, match="There are"):
+    with pytest.raises(RunError, match="Choose one of"):
         back.model("hem")
 
 
@@ -129,7 +129,7 @@ def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Record
 
 
 def test_figures_that_are_not_finite_are_null(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
-    from erclutch.evaluate import score
+    from erclutch.fit.scoring import score
 
     wild = score(compared.data.effort[:100], np.full(100, np.inf))
     entries = (compared.entries[0], replace(compared.entries[1], test=wild))
@@ -219,7 +219,7 @@ def test_nothing_is_left_after_a_failure_in_the_middle(
     def full(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr(runs, writer, full)
+    monkeypatch.setattr(run_folder, writer, full)
     expected = RunError if isinstance(error, OSError) else type(error)
     with pytest.raises(expected) as caught:
         write_run(target, compared, [recording], reading={"new": 1}, force=existing)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.device import elements_of
+from erclutch.signals.device import elements_of
 
 
 def test_slips_of_the_coaxial_pair_are_equations_5_and_6() -> None:

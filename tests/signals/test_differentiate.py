@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from erclutch.differentiate import CAUSAL, DERIVATIVES, Derivative, DerivativeName, _gains, differentiate, live
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.speed import CAUSAL, DERIVATIVES, Derivative, DerivativeName, _gains, differentiate, live
 
 PERIOD = 1e-3
 

@@ -1,4 +1,4 @@
-"""The functions that models predict with: those of the exported C, so that both give the same bits.
+"""Models predict with the functions of the exported C, so that both give the same bits.
 
 NumPy's own exp, tanh and powers differ by a unit in the last place from one processor to the next, and a model whose
 terms cancel makes millions of it. With `Exact` arrays a law written for NumPy uses `elementary` instead; fits
@@ -11,14 +11,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.elementary import elementary
-from erclutch.precision import FLOAT64
-
-Array = NDArray[np.float64]
+from erclutch.arithmetic.elementary import elementary
+from erclutch.arithmetic.precision import FLOAT64
+from erclutch.signals.array import Array
 
 _BLOCK = 8192  # numbers at a time: what an operation leaves stays in the cache
+_DOUBLE = np.dtype(np.float64)
 _FEW = 8  # so many Python floats are faster than one array
 
 
@@ -62,8 +61,10 @@ class Exact(np.ndarray[Any, np.dtype[np.float64]]):
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         plain = [x.view(np.ndarray) if isinstance(x, Exact) else x for x in inputs]
-        if ufunc in _FUNCTIONS and method == "__call__" and not kwargs:
-            return _FUNCTIONS[ufunc](*plain).view(Exact)
+        if not kwargs and method == "__call__":
+            own = _FUNCTIONS.get(ufunc)
+            made: Any = ufunc(*plain) if own is None else own(*plain)
+            return made.view(Exact) if np.ndim(made) and made.dtype == _DOUBLE else made
         if "out" in kwargs:
             kwargs["out"] = tuple(x.view(np.ndarray) if isinstance(x, Exact) else x for x in kwargs["out"])
         found: Any = getattr(ufunc, method)(*plain, **kwargs)

@@ -1,4 +1,4 @@
-"""Forward-mode differentiation of plain NumPy functions: one definition of a law, exact derivatives for free.
+"""Dual numbers differentiate plain NumPy functions, so a law is defined once and has exact derivatives.
 
 A `Dual` carries a value and its partial derivatives with respect to a few named seeds. NumPy hands its ufuncs to
 `Dual.__array_ufunc__`, so a law that is written for arrays runs on duals unchanged. Only the partials that are not zero
@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.operand import Operand
+from erclutch.arithmetic.operand import Operand
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Value = Array | float
 
 
@@ -41,9 +41,10 @@ class Dual(Operand):
         value, slopes = rule(*values)
         partials: dict[int, Value] = {}
         for x, slope in zip(inputs, slopes, strict=True):
-            if isinstance(x, Dual):
+            if isinstance(x, Dual) and x.partials:
+                factor = slope()
                 for seed, partial in x.partials.items():
-                    term = slope() * partial
+                    term = partial if factor is _ONE else factor * partial
                     partials[seed] = partials[seed] + term if seed in partials else term
         return Dual(value, partials)
 
@@ -53,6 +54,7 @@ Slope = Callable[[], Any]
 Outcome = tuple[Any, tuple[Slope, ...]]
 Unary = Callable[[Any], Outcome]
 Binary = Callable[[Any, Any], Outcome]
+_ONE = 1.0  # the slope of a sum: its partials go on as they are
 
 
 def _power(x: Any, y: Any) -> tuple[Any, tuple[Slope, Slope]]:
@@ -95,8 +97,8 @@ _UNARY: dict[np.ufunc, Unary] = {
     np.absolute: lambda x: (np.abs(x), (lambda: np.sign(x),)),
 }
 _BINARY: dict[np.ufunc, Binary] = {
-    np.add: lambda x, y: (x + y, (lambda: 1.0, lambda: 1.0)),
-    np.subtract: lambda x, y: (x - y, (lambda: 1.0, lambda: -1.0)),
+    np.add: lambda x, y: (x + y, (lambda: _ONE, lambda: _ONE)),
+    np.subtract: lambda x, y: (x - y, (lambda: _ONE, lambda: -1.0)),
     np.multiply: lambda x, y: (x * y, (lambda: y, lambda: x)),
     np.true_divide: lambda x, y: (x / y, (lambda: 1.0 / y, lambda: -x / (y * y))),
     np.power: _power,
@@ -128,3 +130,12 @@ def pick(x: Any, rows: slice | NDArray[np.int64]) -> Any:
 
 def _rows(value: Any, rows: slice | NDArray[np.int64]) -> Any:
     return value[rows] if np.ndim(value) else value
+
+
+def chosen(condition: Any, yes: Any, no: Any) -> Any:
+    """``yes`` where a mask is true and ``no`` elsewhere, of numbers, arrays and duals of them."""
+    seeds = {index for x in (yes, no) if isinstance(x, Dual) for index in x.partials}
+    choose: Any = np.where
+    value: Any = choose(condition, value_of(yes), value_of(no))
+    partials: dict[int, Value] = {i: choose(condition, partial_of(yes, i), partial_of(no, i)) for i in sorted(seeds)}
+    return Dual(value, partials) if partials else value

@@ -1,4 +1,4 @@
-"""exp, expm1, tanh, powers and magnitude by additions, multiplications, divisions and shifts alone: no libm.
+"""exp, expm1, tanh, powers and magnitude use additions, multiplications, divisions and shifts alone: no libm.
 
 Each is a branch-free function of one definition: run on arrays or floats it is what models predict with (`exact`), run
 on a trace it is the exported C. Bounds in units of the last place (ulp), with the command that measures them, are in
@@ -22,8 +22,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from erclutch.operand import Operand
-from erclutch.precision import FLOAT32, Precision
+from erclutch.arithmetic.dual import Dual, chosen, value_of
+from erclutch.arithmetic.operand import Operand
+from erclutch.arithmetic.precision import FLOAT32, Precision
 
 # fmt: off
 _H = float.fromhex
@@ -82,10 +83,11 @@ def format_of(precision: Precision) -> Format:
 
 
 # --- operations that are no operators --------------------------------------------------------------------------------
-# Each is answered for three kinds of numbers: an operand that records, a Python float, an array.
+# Each is answered for three kinds of numbers: an operand that records, a Python float, an array;
+# a choice for duals too.
 
 
-class Recorder(Operand, ABC):
+class RecordingOperand(Operand, ABC):
     """An operand that writes down, besides ufuncs, a choice and what is done to the bits of a number."""
 
     __slots__ = ()
@@ -99,18 +101,22 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     """``a < b ? yes : no``."""
     if isinstance(a, float) and isinstance(b, float):
         return yes if a < b else no
-    recorder = next((x for x in (a, b, yes, no) if isinstance(x, Recorder)), None)
+    recorder = next((x for x in (a, b, yes, no) if isinstance(x, RecordingOperand)), None)
     if recorder is not None:
         return recorder.record("less_select", a, b, yes, no)
+    if any(isinstance(x, Dual) for x in (a, b, yes, no)):
+        return chosen(value_of(a) < value_of(b), yes, no)
     # A plain number takes the type of the other one, as in C.
     choose: Any = np.where
-    return choose(a < b, yes, no).astype(next(x.dtype for x in (yes, no) if hasattr(x, "dtype")), copy=False)
+    found = choose(a < b, yes, no)
+    typed = next((x.dtype for x in (yes, no) if hasattr(x, "dtype")), found.dtype)
+    return found.astype(typed, copy=False)
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:
     if isinstance(x, float):
         return _WORD.unpack(_DOUBLE.pack(x))[0]
-    if isinstance(x, Recorder):
+    if isinstance(x, RecordingOperand):
         return x.record("bits_of", x, bits=True)
     return np.asarray(x, precision.dtype).view(precision.bits)
 
@@ -119,14 +125,14 @@ def _real_of(u: Any, precision: Precision) -> Any:
     """The number with these bits."""
     if isinstance(u, int):
         return _DOUBLE.unpack(_WORD.pack(u))[0]
-    if isinstance(u, Recorder):
+    if isinstance(u, RecordingOperand):
         return u.record("real_of_bits", u)
     return np.asarray(u, precision.bits).view(precision.dtype)
 
 
 def _number(u: Any, precision: Precision) -> Any:
     """The bits' value as an integer, as a real number."""
-    if isinstance(u, Recorder):
+    if isinstance(u, RecordingOperand):
         return u.record("real_from_bits", u)
     return float(u) if isinstance(u, int) else np.asarray(u).astype(precision.dtype)
 
@@ -145,7 +151,7 @@ def _on_bits(operation: str, u: Any, other: Any, precision: Precision) -> Any:
     on_arrays, on_integers = _ON_BITS[operation]
     if isinstance(u, int):
         return getattr(u, on_integers)(other) & 0xFFFF_FFFF_FFFF_FFFF
-    if isinstance(u, Recorder):
+    if isinstance(u, RecordingOperand):
         return u.record(operation, u, other, bits=True)
     # Arrays of unsigned integers wrap without a warning.
     return on_arrays(u, other if np.ndim(other) else precision.bits.type(other))
@@ -166,6 +172,18 @@ def _polynomial(x: Any, coefficients: Sequence[float]) -> Any:
 def absolute(x: Any) -> Any:
     """|x|."""
     return less_select(x, 0.0, -x, x)
+
+
+def sign_of(x: Any) -> Any:
+    """1, -1 or 0, of a number, an array or an operand."""
+    if isinstance(x, np.ndarray):
+        return np.sign(cast(Any, x))
+    return less_select(x, 0.0, -1.0, less_select(0.0, x, 1.0, 0.0))
+
+
+def nearest(f: Format, x: Any) -> Any:
+    """The whole number nearest to x, for |x| below half of 2^fraction."""
+    return (x + f.magic) - f.magic
 
 
 def _hold(x: Any, low: float, high: float) -> Any:
@@ -288,6 +306,7 @@ BY_NAME: Mapping[str, Callable[..., Any]] = {
     "tanh_hold": tanh_hold,
     "tanh_held": tanh_held,
     "power": power,
+    "nearest": nearest,
 }
 
 

@@ -1,4 +1,4 @@
-"""What stands in for an array in a law: operators that go through NumPy's ufuncs, which a subclass answers."""
+"""An operand takes an array's place in a law: its operators call NumPy's ufuncs, which a subclass answers."""
 
 from __future__ import annotations
 

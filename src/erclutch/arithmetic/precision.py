@@ -1,4 +1,4 @@
-"""The two number formats that a model is exported in, and what is the same in NumPy and in C."""
+"""A model is exported in one of two number formats; this module says what is the same in NumPy and in C."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
 
 PrecisionName = Literal["float32", "float64"]
 
@@ -69,7 +71,7 @@ class Precision:
         digits = mantissa.rstrip("0") if "." in mantissa else mantissa
         return f"{digits}{'0' if digits.endswith('.') else ''}p{exponent}{self.suffix}"
 
-    def steps(self, value: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.float64]:
+    def steps(self, value: NDArray[Any], expected: NDArray[Any]) -> Array:
         """How many numbers of this format lie between two, 0 where they are the same bits but for the sign of zero."""
         return np.abs(self._place(value) - self._place(expected)).astype(np.float64)
 

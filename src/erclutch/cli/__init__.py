@@ -1,4 +1,4 @@
-"""The command line. Commands import what they need when they run, so that ``erclutch --help`` answers at once."""
+"""The command line imports what a command needs when it runs, so that ``erclutch --help`` answers at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from erclutch.errors import ErclutchError
 
 app = App(
     name="erclutch",
-    help="From a test-bench log of a clutch, brake or damper with an ER or MR fluid to a checked torque model.",
+    help="Turn a test-bench log of a clutch, brake or damper with an ER or MR fluid into a checked torque model.",
     version=__version__,
     help_format="plaintext",
     result_action="return_value",
@@ -36,22 +36,23 @@ _COMMANDS = {
     "export": "Write a model for a controller: C99, C++, Python, ONNX, FMU, Simulink, MuJoCo.",
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
+    "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _name.replace("-", "_")
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
 
-_FIRST = """erclutch: from a log of an electro- or magnetorheological clutch, brake or damper to a checked torque model.
+_FIRST = """erclutch turns a log of an ER or MR clutch, brake or damper into a checked torque model.
 
 What to do first:
   erclutch demo                 see it work, on a log of the digital twin
-  erclutch inspect LOG          what is in your file, and what it is taken for
+  erclutch inspect LOG          see what is in your file and how it is read
   erclutch fit LOG              fit and rank all models; --out RUN keeps the result
-  erclutch report RUN           the result as one file to read and to forward
-  erclutch laws                 the models
+  erclutch report RUN           write the result as one file to read and to forward
+  erclutch laws                 list the models
 
-erclutch COMMAND --help tells all about a command.
+erclutch COMMAND --help explains a command and all its options.
 """
 
 

@@ -1,4 +1,4 @@
-"""``erclutch compare``: runs on the same rows."""
+"""``erclutch compare`` compares runs on the same rows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 if TYPE_CHECKING:
-    from erclutch.diagnostics.paired import Pairing
+    from erclutch.report.numbers.paired_runs import Pairing
 
 
 def compare(
@@ -23,41 +23,36 @@ def compare(
     """Compare runs on the rows that all of them held out: difference of errors with its interval, settings that differ.
 
     Args:
-        runs: Folders that erclutch fit --out wrote; differences are to the first.
-        model: Which model stands for the runs: one name for all, or one a run in their order. Default: the recommended.
+        runs: Folders that erclutch fit --out wrote; differences are to the first folder.
+        model: Model that stands for a run: one name for all runs, or a name for each. Default: the recommended model.
         out: HTML file to write the comparison to.
-        open_: Open it when it is written.
+        open_: Open the file when it is written.
         force: Replace a file that is there and is no report.
     """
-    from erclutch.cli import show
-    from erclutch.diagnostics.paired import pair
     from erclutch.errors import SettingError
-    from erclutch.report.output import may_write_report
-    from erclutch.runs import read_run
+    from erclutch.report.html.report_file import may_write_report
+    from erclutch.report.numbers.paired_runs import pair
+    from erclutch.runs.run_folder import read_run
 
     if open_ and out is None:
-        raise SettingError("--open without a file", remedy="Give --out FILE.html too")
+        raise SettingError("--open needs a file", remedy="Give --out FILE.html too")
     if out is not None:
         may_write_report(out, force)
     found = pair([read_run(run) for run in runs], model)
     _print(found, runs)
     if out is not None:
-        from erclutch.report.comparison import write_comparison
+        from erclutch.cli.report import say_written
+        from erclutch.report.html.runs_page import write_comparison
 
-        write_comparison(found, out)
-        show.console().print(f"{out}: {out.stat().st_size / 1e6:.2f} MB", markup=False, soft_wrap=True)
-    if open_ and out is not None:
-        from erclutch.cli.report import open_file
-
-        open_file(out)
+        say_written(write_comparison(found, out), open_)
 
 
 def _print(found: Pairing, runs: Sequence[Path]) -> None:
-    from erclutch.cli import show
-    from erclutch.diagnostics.text import count, plain
-    from erclutch.report.comparison import band, joined, sentence
+    from erclutch.cli import terminal
+    from erclutch.report.html.runs_page import band, joined, sentence, what_changed
+    from erclutch.report.numbers.number_text import count, plain
 
-    screen = show.console()
+    screen = terminal.console()
     scale = joined(found).effort
     screen.print(plain(f"{count(found.rows)} rows that all {len(runs)} runs held out"), markup=False)
     head = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
@@ -73,12 +68,12 @@ def _print(found: Pairing, runs: Sequence[Path]) -> None:
         for c in found.contenders
     ]
     columns = ["run", "model", head, "95 % band", "difference", "in per cent"]
-    screen.print(show.table(f"Differences to {found.contenders[0].label}, paired", columns, rows, left=2))
+    screen.print(terminal.table(f"Differences to {found.contenders[0].label}, paired", columns, rows, left=2))
     if found.differing:
         labels = [c.label for c in found.contenders]
         lines = [[name, *values] for name, values in found.differing]
-        made = show.table("What was done differently", ["setting", *labels], lines, left=len(labels) + 1)
-        screen.print(made)
+        screen.print(terminal.table("What was done differently", ["setting", *labels], lines, left=len(labels) + 1))
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
+    screen.print(plain(what_changed(found)), markup=False)
     screen.print(plain(sentence(found, scale)), style="bold", markup=False)

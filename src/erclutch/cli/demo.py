@@ -1,21 +1,23 @@
-"""``erclutch demo``: the whole road, with the digital twin as the rig."""
+"""``erclutch demo`` goes the whole road, with the digital twin as the rig."""
 
 from __future__ import annotations
 
+import itertools
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from erclutch.cli import terminal
 from erclutch.errors import RunError, SettingError
 
 if TYPE_CHECKING:
-    from erclutch.comparison import Comparison
-    from erclutch.diagnostics.material import Material
-    from erclutch.signals import Recording
+    from erclutch.fit.comparison import Comparison
+    from erclutch.report.numbers.run_material import Material
+    from erclutch.signals.recording import Recording
 
 _WHAT = (
     "A clutch with an electrorheological fluid passes a torque on that a voltage sets. To control it without a torque "
@@ -49,24 +51,21 @@ def demo(
     """Let the digital TWIN collect a log, fit every model of the paper's table II, write a report.
 
     Args:
-        seconds: Rig time of the log; the paper's is 290.
-        seed: Seed of its commands and noise.
-        out: Folder for the log, the run and the report; that of an earlier demo is replaced.
+        seconds: Rig time of the log; the paper's log has 290.
+        seed: Seed of the commands and the noise.
+        out: Folder for the log, the run and the report; the folder of an earlier demo is replaced.
         open_: Open the report.
     """
-    from erclutch.cli import show
-
     if not 10.0 <= seconds <= 3600.0 or seed < 0:
-        raise SettingError(
-            f"--seconds {seconds:g} --seed {seed}", remedy="Give 10 to 3600 seconds, a seed of 0 or more"
-        )
+        given = f"--seconds {seconds:g} --seed {seed}"
+        raise SettingError(given, remedy="Give 10 to 3600 seconds, a seed of 0 or more")
     _may_write(out)
-    screen = show.console()
+    screen = terminal.console()
     began = time.perf_counter()
     screen.print(_WHAT, soft_wrap=not screen.is_terminal)
     screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
     _run(out, seconds, seed)
-    screen.print(f"{time.perf_counter() - began:.0f} s in all.", markup=False)
+    terminal.tell(f"{time.perf_counter() - began:.0f} s in all.")
     if open_:
         from erclutch.cli.report import open_file
 
@@ -89,12 +88,12 @@ def _may_write(folder: Path) -> None:
 def _run(out: Path, seconds: float, seed: int) -> None:
     """Collect, fit, report: in a folder that gets its name once all is there."""
     from erclutch.cli.simulate import collect
-    from erclutch.diagnostics.material import material_of
+    from erclutch.files import whole_folder
     from erclutch.logs import read
-    from erclutch.report.page import write_report
-    from erclutch.rig.scenarios import prepare
-    from erclutch.runs import read_run, unwritable, write_run
-    from erclutch.whole_folder import whole_folder
+    from erclutch.report.html.report_page import write_report
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.rig.twin.scenarios import prepare
+    from erclutch.runs.run_folder import read_run, unwritable, write_run
 
     with whole_folder(out, unwritable) as folder:
         with _step("1 of 3  Collecting", "random fields on one clutch at a time, random motor torque (section III-B)"):
@@ -110,63 +109,47 @@ def _run(out: Path, seconds: float, seed: int) -> None:
             material = material_of(read_run(folder / "run"))
             write_report(material, folder / "report.html")
         _sum_up(material, comparison)
-    _where(out)
+    terminal.say(f"Report: {(out / 'report.html').resolve()}")
+    words = "Next, your own log: erclutch inspect LOG, then erclutch fit LOG --out RUN and erclutch report RUN."
+    terminal.tell(words)
 
 
 @contextmanager
 def _step(name: str, why: str) -> Generator[None, None, None]:
     """A line that says what happens and why, and how long it took."""
-    from erclutch.cli import show
-
-    screen = show.console()
-    screen.print(f"\n{name}: {why}", markup=False)
+    terminal.tell(f"\n{name}: {why}")
     began = time.perf_counter()
     yield
-    screen.print(f"  done in {time.perf_counter() - began:.1f} s", style="dim", markup=False)
+    terminal.tell(f"  done in {time.perf_counter() - began:.1f} s", "dim")
 
 
 def _fit(recording: Recording) -> Comparison:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from erclutch.comparison import Settings, compare
-    from erclutch.dataset import build_dataset
-    from erclutch.differentiate import Derivative
+    """Fit the models; a line for each as it is done, and a step of the bar."""
+    from erclutch.fit.comparison import Settings, compare
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.signals.speed import Derivative
 
     data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
-    screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("laws first, then networks", total=len(_MEANINGS))
-        return compare(
-            data,
-            Settings(models=("paper",), lag="none"),
-            _tell(lambda text: bar.update(task, advance=1, description=text)),
-        )
+    count = itertools.count(1)
+    with terminal.progress("laws first, then networks") as bar:
 
+        def fitted(done: int, total: int, name: str) -> None:
+            terminal.tell(f"  {name:<16} {_MEANINGS.get(name, '')}")
+            bar(next(count), len(_MEANINGS), f"fitted {name}")
 
-def _tell(move: Callable[[str], None]) -> Callable[[int, int, str], None]:
-    """A line for each model as it is fitted, and a step of the bar."""
-    from erclutch.cli import show
-
-    screen = show.console()
-
-    def fitted(done: int, total: int, name: str) -> None:
-        screen.print(f"  {name:<16} {_MEANINGS.get(name, '')}", markup=False)
-        move(f"fitted {name}")
-
-    return fitted
+        return compare(data, Settings(models=("paper",), lag="none"), fitted)
 
 
 def _sum_up(material: Material, comparison: Comparison) -> None:
     """The ranking, and what it means in plain words."""
-    from erclutch.cli import ranked, show
-    from erclutch.diagnostics.text import percent, plain
+    from erclutch.cli import ranking_table
+    from erclutch.report.numbers.number_text import percent, plain
 
-    screen = show.console()
+    screen = terminal.console()
     screen.print()
-    screen.print(ranked.ranking(comparison, screen.width))
+    screen.print(ranking_table.ranking(comparison, screen.width))
     chosen = material.run.entry(material.recommended)
-    textbook = next((s.name for s in material.shown if s.role == "baseline"), material.recommended)
+    textbook = next((name for name, role in material.shown.items() if role == "baseline"), material.recommended)
     error = material.effort.of(chosen["test"]["rmse"][0])
     words = (
         f"Recommended: {chosen['name']}. On rows that it has not seen it errs by {error}, "
@@ -176,11 +159,3 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
         words += f"; the textbook law {textbook} by {material.effort.of(theirs)}"
     screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)
-
-
-def _where(out: Path) -> None:
-    from erclutch.cli import show
-
-    screen = show.console()
-    screen.print(f"Report: {(out / 'report.html').resolve()}", markup=False, soft_wrap=True)
-    screen.print("Next, your own log: erclutch inspect LOG, then erclutch fit LOG --out RUN and erclutch report RUN.")

@@ -1,13 +1,17 @@
-"""``erclutch excite``: command sequences for collecting a good log, on hardware or on the twin."""
+"""``erclutch excite`` writes command sequences for collecting a good log, on hardware or on the twin."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from erclutch.cli import terminal
 from erclutch.errors import SettingError
+
+if TYPE_CHECKING:
+    from erclutch.signals.array import Array
 
 
 def excite(
@@ -23,13 +27,13 @@ def excite(
 ) -> None:
     """Write the commands of section III-B: pseudorandom square and sine fields, pseudorandom square motor torque.
 
-    Only one clutch is ever under field. The sequence does not look at the rig: keeping the table within its stroke is
-    the rig's to do.
+    Only one clutch is under field at a time. The sequence does not look at the rig: the rig must keep the table within
+    its stroke.
 
     Args:
         out: Sequence to write: .csv, .mat or .parquet.
-        seconds: Its length.
-        seed: Its seed; the same seed gives the same sequence.
+        seconds: Length of the sequence.
+        seed: Seed of the sequence; the same seed gives the same sequence.
         rate: Rows a second.
         largest: Largest field command (0.5 is 2000 V on the paper's rig).
         lowest: Lowest frequency in Hz.
@@ -38,9 +42,8 @@ def excite(
     """
     import numpy as np
 
-    from erclutch.cli import show
-    from erclutch.rig.excitation import FieldSettings, field_sequence, torque_sequence
-    from erclutch.rig.log_file import write_log
+    from erclutch.logs.log_writer import write_log
+    from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
 
     low, high = torque
     if not (0.1 <= seconds <= 86400 and 0 < rate <= 1e6 and seed >= 0 and 0 <= low < high and seconds * rate <= 1e8):
@@ -62,10 +65,14 @@ def excite(
     about |= {"lowest": lowest, "highest": highest, "torque": list(torque)}
     rows_of = np.column_stack([np.arange(rows) / rate, first, second, motor])
     path = write_log(out, columns, [rows_of], about, rows=rows)
-    screen = show.console()
-    screen.print(f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured", markup=False)
+    _show(path, field, motor, rate, f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
+
+
+def _show(path: Path, field: Array, motor: Array, rate: float, line: str) -> None:
+    """What was written, on the screen."""
+    terminal.tell(line)
     for name, values in (("E1 - E2", field), ("motor torque", motor)):
-        screen.print(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:", markup=False)
-        screen.print("  " + ", ".join(f"{a:g}-{b:g} Hz {s:.0%}" for a, b, s in show.bands(values, rate)), markup=False)
-    screen.print(show.coverage(field, motor, " of the commands (torque across)"), markup=False)
-    screen.print(f"{path}", markup=False, soft_wrap=True)
+        terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
+        terminal.tell("  " + ", ".join(f"{a:g}-{b:g} Hz {s:.0%}" for a, b, s in terminal.bands(values, rate)))
+    terminal.tell(terminal.coverage(field, motor, " of the commands (torque across)"))
+    terminal.say(f"{path}")

@@ -1,4 +1,4 @@
-"""``erclutch export``: a model as C or for another target."""
+"""``erclutch export`` writes a model as C or for another target."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
+
+from erclutch.registry import names
 
 _Precision = Literal["float32", "float64"]
 _Causal = Literal["difference", "lowpass", "kalman"]
@@ -15,7 +17,7 @@ def export(
     model: Path,
     /,
     *,
-    to: str = "c",
+    to: Annotated[str, Parameter(help=f"What to write: {', '.join(names('erclutch.targets'))}.")] = "c",
     out: Path | None = None,
     run_model: Annotated[str | None, Parameter(name="--model")] = None,
     name: str | None = None,
@@ -31,32 +33,32 @@ def export(
 
     Args:
         model: A model's JSON file, or the folder of a run.
-        to: What to write: c, python, cpp, onnx, fmu2, fmu3, simulink, mujoco.
+        to: What to write: the name of a target.
         out: The folder to make; NAME_TARGET by default.
         run_model: Which model of a run; the recommended one by default.
         name: Prefix of all C names, at most 20 characters; the model's name by default.
-        precision: Of all arithmetic. float32 for processors without double (Cortex-M4F).
+        precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
         period: Sampling period in s at which the step will be called; that of the training data by default.
-        inputs: speeds, or angles (encoder positions) that are differentiated inside.
-        derivative: The filter for angles.
-        cutoff: Its bandwidth in Hz (lowpass, kalman).
-        limits: Smallest and largest effort, for example '-2,2'; the training range and half its width by default.
+        inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
+        derivative: Filter that differentiates angles.
+        cutoff: Bandwidth of this filter in Hz (lowpass, kalman).
+        limits: Smallest and largest effort, for example '-2,2'. Default: the training range and half its width a side.
         force: Replace an export that is there.
     """
-    from erclutch.cli import show
-    from erclutch.differentiate import Derivative
+    from erclutch.cli import terminal
     from erclutch.errors import ExportError
-    from erclutch.export import Options, export_model, program_of
-    from erclutch.runs import read_run
-    from erclutch.saved import load_model
+    from erclutch.export import ExportOptions, export_model, step_of
+    from erclutch.models.load import load_model
+    from erclutch.runs.run_folder import read_run
+    from erclutch.signals.speed import Derivative
 
     if run_model is not None and not model.is_dir():
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
     chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
-    options = Options(name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits))
-    program = program_of(chosen, options)
+    options = ExportOptions(name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits))
+    program = step_of(chosen, options)
     folder = export_model(chosen, out or Path(f"{program.name}_{to}"), to, options, force=force)
-    screen = show.console()
+    screen = terminal.console()
     screen.print(f"{program.model.name} as {precision}, inputs {', '.join(program.inputs)}, to {folder}:", markup=False)
     screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
     binaries = folder / "binaries.txt"
@@ -74,6 +76,6 @@ def _limits(text: str | None) -> tuple[float, float] | None:
         low, high = (float(part) for part in text.split(","))
     except ValueError as error:
         raise ExportError(
-            f"{text!r} are no two numbers", where="--limits", remedy="Write them like --limits '-2,2'"
+            f"{text!r} are no two numbers", where="--limits", remedy="Write the limits like --limits '-2,2'"
         ) from error
     return low, high

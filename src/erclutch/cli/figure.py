@@ -1,4 +1,4 @@
-"""``erclutch figure``: the report's plots for papers."""
+"""``erclutch figure`` draws the report's plots for papers."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ def figure(
     """Draw a figure of a run at IEEE column width: NAME.pdf, NAME.png and the numbers behind it. Without a name: list.
 
     Args:
-        name: Which figure: ranking, trace, error-map, parity, residual, flow-curves or lag; 'all' for all that the run
-            can give.
+        name: Which figure: ranking, trace, error-map, parity, residual, flow-curves, loops or lag; 'all' for all that
+            the run can give.
         run: Folder that erclutch fit --out wrote.
         out: Folder for the files.
         start: First second of a trace, on the log's own clock.
         seconds: Length of a trace.
     """
-    from erclutch.cli import show
+    from erclutch.cli import terminal
     from erclutch.errors import CheckError, SettingError
-    from erclutch.figures.of_runs import FIGURES, write_figure
+    from erclutch.report.plots.run_plots import FIGURES, write_figure
 
-    screen = show.console()
+    screen = terminal.console()
     if name is None:
-        rows = [[key, f.meaning] for key, f in FIGURES.items()]
-        screen.print(show.table("Figures of a run", ["name", "what"], rows, left=2))
+        rows = [[key, meaning] for key, (meaning, _) in FIGURES.items()]
+        screen.print(terminal.table("Figures of a run", ["name", "what"], rows, left=2))
         return
     if name != "all" and name not in FIGURES:
         raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}, or all of them: all")
     if run is None:
         raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
-    from erclutch.diagnostics.material import material_of
-    from erclutch.runs import read_run
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_folder import read_run
 
     material = material_of(read_run(run))
     for one in FIGURES if name == "all" else (name,):

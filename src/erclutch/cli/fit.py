@@ -1,21 +1,23 @@
-"""``erclutch fit``: the main job."""
+"""``erclutch fit`` does the main job: a log in, ranked models out."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
+from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
-    from erclutch.comparison import Comparison, Settings
-    from erclutch.dataset import Dataset
-    from erclutch.signals import Recording
+    from erclutch.fit.comparison import Comparison, Settings
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.recording import Recording
 
 _MODELS = Group("Models and figures", sort_key=1)
 
@@ -26,13 +28,13 @@ def fit(
     models: Annotated[
         tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
     ] = ("all",),
-    lag: Annotated[Literal["auto", "none", "lag", "rise-fall"], Parameter(group=_MODELS)] = "auto",
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=_MODELS)] = "auto",
     test: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=(), show_default=False)] = ("0.3",),
     blocks: Annotated[int, Parameter(group=_MODELS)] = 0,
     friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     seed: Annotated[int, Parameter(group=_MODELS)] = 0,
-    past: Annotated[tuple[int, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
+    past: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
@@ -44,88 +46,90 @@ def fit(
 
     Args:
         logs: One log or several of the same device; a folder stands for the logs in it.
-        models: Names from `erclutch laws` and networks, for example --models bingham hem/square fnn-16 rbfn-50; 'paper'
-            stands for those of its tables, 'all' (default) for all laws, fnn-16 and rbfn-10.
-        lag: 'none', 'lag' (delay, one time constant), 'rise-fall' (two), or 'auto': without, with, and two if need be.
+        models: Laws of `erclutch laws`, networks, both joined by + (a network on the law's residual), each with its own
+            stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
+        lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
+            out of `erclutch plugins`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
         test: Held out: a share (the end of each log, or of each stretch where each has one field of its own), or
             a pattern of logs' names, more than once. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
-        friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
-        offset: A constant effort. Default: as for friction.
+        friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
+        offset: Fit a constant effort. Default: as for friction.
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
-        past: Rows back that networks take as inputs too, for example --past 1 2 4.
-        polish: Train networks on all rows at last, not only on centroids.
-        workers: Models fitted side by side; changes no figure.
+        past: Networks also take the signals of so long ago as inputs, for example --past 1ms 2ms 4ms; a number without
+            a unit counts rows.
+        polish: Train networks longer, and on all rows at the end, not only on centroids.
+        workers: How many models are fitted side by side; changes no figure.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
-    from dataclasses import replace
-
-    from erclutch.runs import may_write, write_run
+    from erclutch.fit.comparison import Settings
+    from erclutch.runs.run_folder import may_write, write_run
 
     began = time.perf_counter()
     if out is not None:
         may_write(out, force)
-    settings = replace(_settings(models, lag, test, blocks, friction, offset, seed, workers), past=past, polish=polish)
+    require_counts(workers, seed, "--blocks", blocks, "0 or 2 to 50", blocks == 0 or 2 <= blocks <= 50)
+    asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
     recordings = reading.read(logs)
-    data = reading.dataset(recordings)
-    comparison = compare_with_progress(data, settings)
+    comparison = _compared(reading.dataset(recordings), Settings(*asked))
     if json:
         _print_json(comparison, recordings, reading)
     else:
         _print_all(recordings, comparison, time.perf_counter() - began)
     if out is not None:
         write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
+    _say_kept(out, json)
+
+
+def _say_kept(out: Path | None, json: bool) -> None:
     if not json:
-        _print_kept(out)
+        terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
 
 
 def _print_json(comparison: Comparison, recordings: Sequence[Recording], reading: LogOptions) -> None:
-    from json import dumps
-
-    from erclutch.runs import run_to_dict
+    from erclutch.runs.run_folder import run_to_dict
 
     print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
 
 
-def _print_kept(out: Path | None) -> None:
-    from erclutch.cli import show
-
-    kept = f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it."
-    show.console().print(kept, markup=False, soft_wrap=True)
-
-
 def _print_all(recordings: Sequence[Recording], comparison: Comparison, seconds: float) -> None:
-    from erclutch.cli import show
-
-    screen = show.console()
-    screen.print("\n".join(show.recording_lines(recordings)), markup=False)
+    terminal.tell("\n".join(terminal.recording_lines(recordings)))
     print_comparison(comparison)
     count = len(comparison.entries)
-    screen.print(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s", markup=False)
+    terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
 
 
-def _settings(
-    models: tuple[str, ...],
-    lag: Literal["auto", "none", "lag", "rise-fall"],
-    test: tuple[str, ...],
-    blocks: int,
-    friction: bool | None,
-    offset: bool | None,
-    seed: int,
-    workers: int,
-) -> Settings:
-    from erclutch.comparison import Settings
+def _compared(data: Dataset, settings: Settings) -> Comparison:
+    from erclutch.fit.comparison import compare
 
-    names = tuple(name for word in models for name in word.replace(",", " ").split())
-    if workers < 1 or seed < 0 or not (blocks == 0 or 2 <= blocks <= 50):
+    with terminal.progress("fitting") as bar:
+        return compare(data, settings, lambda done, total, name: bar(done, total, f"fitted {name}"))
+
+
+def require_counts(workers: int, seed: int, option: str, value: int, allowed: str, fine: bool) -> None:
+    """Refuse workers, a seed, or a further option's value that cannot be.
+
+    Raises:
+        SettingError: one of them cannot be.
+    """
+    if workers < 1 or seed < 0 or not fine:
         raise SettingError(
-            f"--workers {workers} --seed {seed} --blocks {blocks}",
-            remedy="Give --workers 1 or more, --seed 0 or more, --blocks 0 or 2 to 50",
+            f"--workers {workers} --seed {seed} {option} {value}",
+            remedy=f"Give --workers 1 or more, --seed 0 or more, {option} {allowed}",
         )
-    return Settings(names, lag, _held_out(test), blocks, friction, offset, seed, workers)
+
+
+def model_names(words: Sequence[str]) -> tuple[str, ...]:
+    """Names of models as they are given: apart, or with commas between them."""
+    return tuple(name for word in words for name in word.replace(",", " ").split())
+
+
+def _ago(past: Sequence[str]) -> tuple[int | str, ...]:
+    """Numbers of rows as numbers, times as they were written."""
+    return tuple(int(word) if word.isdecimal() else word for word in past)
 
 
 def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
@@ -137,41 +141,24 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
     return test
 
 
-def compare_with_progress(data: Dataset, settings: Settings) -> Comparison:
-    """Compare, with a progress bar on a terminal's standard error."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from erclutch.comparison import compare
-
-    screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("fitting", total=None)
-
-        def show(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=f"fitted {what}")
-
-        return compare(data, settings, show)
-
-
 def print_comparison(comparison: Comparison) -> None:
     """Findings, ranking, recommendation and the recommended model's parameters."""
-    from erclutch.cli import ranked, show
+    from erclutch.cli import ranking_table
 
-    screen = show.console()
+    screen = terminal.console()
     held = int(comparison.test.sum())
-    screen.print(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out", markup=False)
-    if which := ranked.held_out(comparison):
-        screen.print(which, markup=False)
+    terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
+    if which := ranking_table.held_out(comparison):
+        terminal.tell(which)
     for finding in comparison.findings:
-        screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
+        terminal.tell(f"{finding.level}: {finding}", "yellow")
     screen.print()
-    screen.print(ranked.ranking(comparison, screen.width))
-    for line in ranked.model_notes(comparison.entries):
-        screen.print(line, style="dim", markup=False)
+    screen.print(ranking_table.ranking(comparison, screen.width))
+    for line in ranking_table.model_notes(comparison.entries):
+        terminal.tell(line, "dim")
     screen.print()
-    screen.print(ranked.verdict(comparison), style="bold", markup=False)
-    if moving := ranked.at_rest(comparison):
-        screen.print(moving, markup=False)
+    terminal.tell(ranking_table.verdict(comparison), "bold")
+    if moving := ranking_table.at_rest(comparison):
+        terminal.tell(moving)
     screen.print()
-    screen.print(ranked.parameters(comparison.entry(comparison.recommended).outcome))
+    screen.print(ranking_table.parameters(comparison.entry(comparison.recommended).outcome))

@@ -1,17 +1,21 @@
-"""``erclutch fit-large``: logs larger than memory."""
+"""``erclutch fit-large`` fits models to logs larger than memory."""
 
 from __future__ import annotations
 
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
+from erclutch.cli import terminal
+from erclutch.cli.fit import model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
-    from erclutch.large import LargeFit, Reading
+    from erclutch.logs import ColumnMap
+    from erclutch.runs.large_fit import LargeFit
 
 _MODELS = Group("Models and figures", sort_key=1)
 
@@ -54,101 +58,67 @@ def fit_large(
         json: Print everything as JSON instead of a table.
         reading: How to read the log.
     """
-    from erclutch.large import MARKER, write_large
-    from erclutch.runs import may_write
+    from functools import partial
 
-    _require(workers, seed, batch)
+    from erclutch.runs.large_fit import MARKER, Reading, write_large
+    from erclutch.runs.large_fit import fit_large as fit_them
+    from erclutch.runs.run_folder import may_write
+
+    require_counts(workers, seed, "--batch", batch, "10000 or more", batch >= 10_000)
     if out is not None:
         may_write(out, force, MARKER)
-    names = tuple(name for word in models for name in word.replace(",", " ").split())
-    result = _with_progress(
-        expand(logs),
-        names,
-        how=_how(reading, batch),
-        device=reading.device,
-        test=expand(test_log),
-        friction=friction,
-        offset=offset,
-        seed=seed,
-        workers=workers,
-        scratch=scratch,
-    )
+    how = Reading(_mapped(reading), reading.map, None, reading.variable, reading.filter(), batch)
+    fit_so = partial(fit_them, friction=friction, offset=offset, seed=seed, workers=workers, scratch=scratch)
+    paths, tests, names = expand(logs), expand(test_log), model_names(models)
+    with terminal.progress("reading") as bar:
+
+        def show(what: str, rows: int) -> None:
+            bar(0, None, f"{what}: {rows:,} rows")
+
+        result = fit_so(paths, names, reading=how, device=reading.device, test=tests, progress=show)
     if out is not None:
         write_large(out, result, force=force)
     _print(result, json, out)
 
 
-def _require(workers: int, seed: int, batch: int) -> None:
-    if workers < 1 or seed < 0 or batch < 10_000:
-        raise SettingError(
-            f"--workers {workers} --seed {seed} --batch {batch}",
-            remedy="Give --workers 1 or more, --seed 0 or more, --batch 10000 or more",
-        )
-
-
-def _how(reading: LogOptions, batch: int) -> Reading:
-    from erclutch.large import Reading
-
-    return Reading(
-        reading.column_map(), reading.map, derivative=reading.filter(), variable=reading.variable, rows=batch
-    )
-
-
-def _with_progress(paths: list[Path], names: tuple[str, ...], *, how: Reading, **asked: object) -> LargeFit:
-    """Fit, with what is being done on a terminal's standard error."""
-    from typing import Any, cast
-
-    from rich.console import Console
-
-    from erclutch.large import fit_large as fit
-
-    screen = Console(stderr=True)
-    if not screen.is_terminal:
-        return fit(paths, names, reading=how, **cast("dict[str, Any]", asked))
-    with screen.status("reading") as status:
-
-        def show(what: str, rows: int) -> None:
-            status.update(f"{what}: {rows:,} rows")
-
-        return fit(paths, names, reading=how, progress=show, **cast("dict[str, Any]", asked))
-
-
 def _print(result: LargeFit, json: bool, out: Path | None) -> None:
-    from erclutch.cli import show
-    from erclutch.large import peak_memory
+    from erclutch.runs.large_fit import peak_memory
 
     memory = peak_memory()
     if json:
-        from json import dumps
-
         seconds = {entry.name: entry.seconds for entry in result.entries}
         costs = {"cpu_seconds": {"read": result.read_seconds, **seconds}, "peak_memory_bytes": memory}
         print(dumps({**result.to_dict(), **costs}, indent=1, allow_nan=False))
         return
-    screen = show.console()
     made = sorted({source.origin for source in result.sources if source.origin})
     label = f"{' and '.join(made)}: " if made else ""
     for source in result.sources:
         lost = source.read - source.kept
         left = f", {lost:,} of them left out" if lost else ""
-        screen.print(f"{source.name}: {source.read:,} rows{left}", markup=False, soft_wrap=True)
+        terminal.say(f"{source.name}: {source.read:,} rows{left}")
     for finding in result.findings:
-        screen.print(f"{finding.level}: {finding}", style="yellow", markup=False)
+        terminal.tell(f"{finding.level}: {finding}", "yellow")
     for reason in result.left_out:
-        screen.print(f"left out: {reason}", style="dim", markup=False)
+        terminal.tell(f"left out: {reason}", "dim")
     unit = f"({result.units.effort})^2" if result.units.effort not in ("", "?") else ""
-    heads = ["model", "par.", show.with_unit("train MSE", unit)]
-    heads += [show.with_unit("test MSE", unit)] if result.test_rows else []
+    heads = ["model", "par.", terminal.with_unit("train MSE", unit)]
+    heads += [terminal.with_unit("test MSE", unit)] if result.test_rows else []
     rows = [
-        [e.name, str(e.outcome.parameters), show.number(e.train_mse)]
-        + ([show.number(e.test_mse)] if e.test_mse is not None else [])
+        [e.name, str(e.outcome.parameters), terminal.number(e.train_mse)]
+        + ([terminal.number(e.test_mse)] if e.test_mse is not None else [])
         + [f"{e.seconds:.1f}"]
         for e in result.entries
     ]
     tested = f", tested on {result.test_rows:,}" if result.test_rows else ""
     title = f"{label}models fitted to {result.rows:,} rows{tested}; errors are of all rows"
-    screen.print(show.table(title, [*heads, "CPU s"], rows, left=1))
+    terminal.tell(terminal.table(title, [*heads, "CPU s"], rows, left=1))
     peak = f", peak memory {memory / 1e6:.0f} MB" if memory else ""
-    screen.print(f"reading took {result.read_seconds:.1f} CPU s{peak}", markup=False)
-    kept = f"Models kept in {out / 'models'}" if out else "Nothing was kept; --out FOLDER keeps the models."
-    screen.print(kept, markup=False, soft_wrap=True)
+    terminal.tell(f"reading took {result.read_seconds:.1f} CPU s{peak}")
+    terminal.say(f"Models kept in {out / 'models'}" if out else "Nothing was kept; --out FOLDER keeps the models.")
+
+
+def _mapped(reading: LogOptions) -> ColumnMap:
+    """Which column is which; the filter of --resample needs whole stretches, and rows come here block by block."""
+    if reading.resample is not None:
+        raise SettingError("--resample needs whole stretches in memory", remedy="Use erclutch fit, or resample before")
+    return reading.column_map()

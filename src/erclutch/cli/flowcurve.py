@@ -1,11 +1,14 @@
-"""``erclutch flowcurve``: laws of shear stress on measured flow curves."""
+"""``erclutch flowcurve`` fits laws of shear stress to measured flow curves."""
 
 from __future__ import annotations
 
+from json import dumps
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+
+from erclutch.cli import terminal
 
 
 def flowcurve(
@@ -19,29 +22,25 @@ def flowcurve(
 
     Args:
         files: CSV: pairs of columns with a label over each pair, or one column of rates and one of stresses a curve.
-        laws: Which laws; default: all that have a meaning at one field.
+        laws: Which laws to fit. Default: all laws that have a meaning at one field.
         parameters: Also print the best law's parameters with intervals.
         json: Print everything as JSON.
     """
     from collections import Counter
-    from json import dumps
 
     import numpy as np
-    from rich.console import Console
-    from rich.progress import Progress
 
-    from erclutch.cli import show
-    from erclutch.flowcurve import FLOW_LAWS, FlowCurve, FlowFit, ranked
-    from erclutch.logs.flow_table import read_flow_curves
+    from erclutch.fit.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, ranked
+    from erclutch.logs.flow_curve_file import read_flow_curves
 
     chosen = laws or FLOW_LAWS
     curves = [(path.name, *curve) for path in files for curve in read_flow_curves(path)]
     found: list[tuple[str, str, int, list[FlowFit]]] = []
-    screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        for file, label, rates, stresses in bar.track(curves, description="fitting flow curves"):
+    with terminal.progress("fitting flow curves") as bar:
+        for done, (file, label, rates, stresses) in enumerate(curves, start=1):
             curve = FlowCurve(label, np.array(rates), np.array(stresses))
             found.append((file, label, len(rates), ranked(curve, chosen)))
+            bar(done, len(curves), "fitting flow curves")
     if json:
         body = [
             {"file": file, "curve": label, "points": n, "fits": [fit.to_dict() for fit in fits]}
@@ -49,19 +48,16 @@ def flowcurve(
         ]
         print(dumps(body, indent=1, allow_nan=False))
         return
-    output = show.console()
     names = sorted({fit.law for *_, fits in found for fit in fits}, key=FLOW_LAWS.index)
     rows: list[list[str]] = []
     for file, label, n, fits in found:
         errors = {fit.law: fit.log_rmse for fit in fits}
         rows.append([file, label, str(n), *(f"{errors[name]:.4f}" for name in names), fits[0].law])
     title = "Root mean square residual of log10(shear stress)"
-    table = show.table(title, ["file", "curve", "points", *names, "best by AICc"], rows, left=2)
-    output.print(table)
+    table = terminal.table(title, ["file", "curve", "points", *names, "best by AICc"], rows, left=2)
+    terminal.tell(table)
     wins = Counter(fits[0].law for *_, fits in found)
-    output.print(
-        "Best on: " + ", ".join(f"{law} {count} of {len(found)}" for law, count in wins.most_common()), markup=False
-    )
+    terminal.tell("Best on: " + ", ".join(f"{law} {count} of {len(found)}" for law, count in wins.most_common()))
     if parameters:
         for file, label, _, fits in found:
-            output.print(show.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))
+            terminal.tell(terminal.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))

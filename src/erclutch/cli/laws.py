@@ -1,33 +1,34 @@
-"""``erclutch laws``: the table of laws."""
+"""``erclutch laws`` prints the table of laws."""
 
 from __future__ import annotations
 
+from json import dumps
 from typing import Annotated
 
 from cyclopts import Parameter
+
+from erclutch.cli import terminal
 
 
 def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
     """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source.
 
-    E is the field over the largest one of the training data, w the slip over its root mean square.
+    E is the field divided by the largest field of the training data, w the slip divided by its root mean square.
 
     Args:
         json: Print as JSON.
     """
-    from erclutch.laws import LADDER, law_from_name
-    from erclutch.laws.symbolic import equation_text
+    from erclutch.models.laws import law_from_name, shown_laws
+    from erclutch.models.laws.symbolic import equation_text
 
-    names = [name for name in LADDER if not name.startswith("rbfm")] + ["rbfm-2"]
-    found = [(name, law_from_name(name)) for name in names]
+    found = [(name, law_from_name(name)) for name in shown_laws()]
     if json:
-        from json import dumps
-
         rows = [
             {
                 "name": name,
                 "equation": equation_text(law),
                 "source": law.source,
+                **({"plugin": law.plugin.to_dict()} if law.plugin else {}),
                 "parameters": [
                     {"name": s.name, "meaning": s.meaning, "lower": s.lower, "upper": s.upper}
                     for s in (*law.stimulus_shape, *law.shape)
@@ -38,16 +39,11 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
         ]
         print(dumps(rows, indent=1))
         return
-    from erclutch.cli import show
-
-    screen = show.console()
-    table = show.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
+    table = terminal.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
     table.columns[1].overflow = "fold"
     for name, law in found:
-        label = "rbfm-N (N = 2 kernels shown)" if name == "rbfm-2" else name
-        table.add_row(label, equation_text(law), law.source)
-    screen.print(table)
-    screen.print(
-        "NAME/square, NAME/power or NAME/critical chooses how the yield effort grows with the field.", markup=False
-    )
-    screen.print("Any of them with a lag: --lag lag (delay and time constant) or --lag rise-fall (two).", markup=False)
+        label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
+        table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
+    terminal.tell(table)
+    terminal.tell("NAME/square, /power, /critical or /constant chooses how the yield effort grows with the field.")
+    terminal.tell("Any of them with a lag: --lag lag (delay and time constant) or --lag rise-fall (two).")

@@ -1,4 +1,4 @@
-"""``erclutch live``: estimate, control, record and watch at 1 kHz."""
+"""``erclutch live`` estimates, controls, records and shows at 1 kHz."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import tempfile
 import time
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,17 +21,23 @@ from erclutch.errors import SettingError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from erclutch.live.observers import Observers
-    from erclutch.live.session import LiveModel, Rig, Session
-    from erclutch.live.settings import LoopSettings, Program
-    from erclutch.live.watch import Watch
-    from erclutch.rig.parameters import RigParameters
+    from erclutch.live.companions import Observers
+    from erclutch.live.session import LiveModel, RigChoice, Session
+    from erclutch.live.session_figures import SessionFigures
+    from erclutch.live.settings import LoopProgram, LoopSettings
+    from erclutch.rig.twin.parameters import RigParameters
+    from erclutch.signals.device import DeviceName
 
 _RIG = Group("Rig", sort_key=0)
 _CONTROL = Group("Control", sort_key=1)
 _LOOP = Group("Loop", sort_key=1)
 _POLL = 0.05  # s
 _PATIENCE = 3.0  # s
+#: A replay's fields, and the jumps of its angles, are what they were.
+_AS_RECORDED = {
+    **dict.fromkeys(("field_limit", "motor_limit", "rise_rate", "fall_rate"), 1e9),
+    **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
+}
 _NO_SAMPLE = "no sample came from the rig. Is it on, at this address, with this --session number?"
 
 
@@ -41,13 +47,13 @@ class RigOptions:
     """What is driven."""
 
     rig: Annotated[str, Parameter(group=_RIG)] = "twin"
-    """twin, replay, udp, or the name of a plug-in (entry point erclutch.rigs)."""
+    """What is driven: twin, replay, udp, or the name of a plug-in (entry point erclutch.rigs)."""
     log: Annotated[Path | None, Parameter(group=_RIG)] = None
-    """replay: the recording."""
+    """Recording that --rig replay plays."""
     address: Annotated[str, Parameter(group=_RIG)] = ""
-    """udp: HOST:PORT of the rig."""
+    """HOST:PORT of the rig behind --rig udp."""
     session: Annotated[int, Parameter(group=_RIG)] = 0
-    """udp: the number that both sides put into their packets."""
+    """Number that both sides put into their packets with --rig udp."""
     rig_file: Annotated[Path | None, Parameter(group=_RIG)] = None
     """A rig file (TOML) with what differs from the default rig: limits of the supply, screw, twin."""
     seed: Annotated[int, Parameter(group=_RIG)] = 0
@@ -60,23 +66,23 @@ class ControlOptions:
     """What is done."""
 
     program: Annotated[str | None, Parameter(group=_CONTROL)] = None
-    """What runs first; default: tracking-slow on the twin, rest on hardware, the recorded commands in a replay."""
+    """Program that runs first. Default: tracking-slow on the twin, rest on hardware, recorded commands in a replay."""
     motor: Annotated[float, Parameter(group=_CONTROL)] = 0.1
     """Constant motor torque of the programs in N m."""
     k_p: Annotated[float, Parameter(group=_CONTROL)] = 0.08
-    """Equation 23: field per rad."""
+    """Tracking gain k_p of equation 23: field per rad."""
     k_d: Annotated[float, Parameter(group=_CONTROL)] = 2.0e-3
-    """Equation 23: field per rad/s."""
+    """Tracking gain k_d of equation 23: field per rad/s."""
     torque_p: Annotated[float, Parameter(group=_CONTROL)] = 0.1
-    """Torque control: field per N m of error of the estimate."""
+    """Proportional gain of torque control: field per N m of error of the estimate."""
     torque_i: Annotated[float, Parameter(group=_CONTROL)] = 20.0
-    """Torque control: field per N m s."""
+    """Integral gain of torque control: field per N m s."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
-    """Largest field; default: the supply's (0.5 is 2000 V)."""
+    """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
-    """Range of the motor's encoder in rad, if it starts again at zero."""
+    """Range of the motor's encoder in rad, if its angle starts again at zero."""
     alpha_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
-    """Range of the output's encoder in rad."""
+    """Range of the output's encoder in rad, if its angle starts again at zero."""
     bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 150.0
     """Bandwidth of the speed filter (kalman) in Hz."""
 
@@ -87,9 +93,9 @@ class LoopOptions:
     """How the loop runs."""
 
     seconds: Annotated[float | None, Parameter(group=_LOOP)] = None
-    """End by itself after so long."""
+    """End after so many seconds. Default: run until Ctrl-C."""
     headless: Annotated[bool, Parameter(group=_LOOP, negative=())] = False
-    """No page."""
+    """Run without the page."""
     record: Annotated[bool, Parameter(group=_LOOP, negative=())] = False
     """Record from the start."""
     folder: Annotated[Path, Parameter(group=_LOOP)] = Path("recordings")
@@ -100,8 +106,6 @@ class LoopOptions:
     """Real-time priority, 1 to 99; 0: none."""
     cpu: Annotated[int | None, Parameter(group=_LOOP)] = None
     """Processor that the loop stays on."""
-    python_loop: Annotated[bool, Parameter(group=_LOOP, negative=())] = False
-    """The loop in Python even if there is a C compiler: soft real time."""
     json: Annotated[bool, Parameter(group=_LOOP, negative=())] = False
     """Print the figures at the end as JSON."""
 
@@ -130,24 +134,25 @@ def live(
     """
     from rich.console import Console
 
-    from erclutch.cli import show
-    from erclutch.live.session import Options, Session
-    from erclutch.live.watch import Watch
+    from erclutch.cli import terminal
+    from erclutch.live.session import Session, SessionOptions
+    from erclutch.live.session_figures import SessionFigures
+    from erclutch.rig.twin.parameters import default_rig, load_rig
 
     # With --json standard output is one JSON document: all that is for people goes to standard error.
-    output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else show.console()
+    output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
-        parameters = _parameters(rig)
+        parameters = default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
         what, program = _rig(rig, reading, folder)
-        chosen = None if no_model else _model(model, rig, loop, parameters, reading, output)
-        settings = _settings(parameters, control, reading, chosen is not None, program, rig)
-        options = Options(loop.seconds, loop.priority, loop.cpu, loop.python_loop, note=settings.programs[0].name)
+        chosen = None if no_model else _model(model, rig, parameters, output, _device(what, reading))
+        settings = _for_rig(_settings(parameters, control, reading, chosen is not None, program, rig), what, control)
+        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
-        watch = Watch(session.reader())
+        watch = SessionFigures(session.reader())
         _introduce(output, session, observers, chosen)
         _follow(session, watch, told, output)
         code = session.wait(5.0)
@@ -169,16 +174,10 @@ def _checked(loop: LoopOptions) -> None:
         raise SettingError(f"--priority {loop.priority}", remedy="Give 1 to 99, or 0 for none")
 
 
-def _parameters(rig: RigOptions) -> RigParameters:
-    from erclutch.rig.parameters import default_rig, load_rig
-
-    return default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
-
-
-def _rig(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Program | None]:
+def _rig(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoice, LoopProgram | None]:
     """The rig, and the program of a replay."""
     from erclutch.live.session import ServedRig
-    from erclutch.rig.plugin import hardware, udp_rig
+    from erclutch.rig.rig_plugins import hardware, udp_rig
 
     if rig.rig == "twin":
         spec: dict[str, Any] = {"kind": "twin", "seed": rig.seed}
@@ -192,15 +191,15 @@ def _rig(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Progr
     return hardware(rig.rig), None
 
 
-def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Program]:
+def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoice, LoopProgram]:
     import numpy as np
 
-    from erclutch.live.programs import recorded
+    from erclutch.live.offered_programs import recorded
     from erclutch.live.session import ServedRig
     from erclutch.rig.playback import angles_of, fields_of
 
     if rig.log is None:
-        raise SettingError("a replay without a recording", remedy="Give --log FILE")
+        raise SettingError("--rig replay needs a recording", remedy="Give --log FILE")
     log = reading.read((rig.log,))[0]
     np.save(folder / "angles.npy", angles_of(log))
     spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": log.period}
@@ -208,23 +207,17 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[Rig, Pr
 
 
 def _model(
-    path: Path | None,
-    rig: RigOptions,
-    loop: LoopOptions,
-    parameters: RigParameters,
-    reading: LogOptions,
-    output: Console,
+    path: Path | None, rig: RigOptions, parameters: RigParameters, output: Console, device: DeviceName
 ) -> LiveModel | None:
-    from erclutch.live.model import live_model
+    from erclutch.live.live_model import live_model
 
     if path is not None:
-        device = "single" if rig.rig == "replay" and reading.device == "single" else "coaxial"
-        return live_model(path, device, python=loop.python_loop)
+        return live_model(path, device)
     if rig.rig != "twin":
         return None
     from erclutch.cli.twin_model import twin_model
 
-    return live_model(twin_model(parameters, output), "coaxial", python=loop.python_loop)
+    return live_model(twin_model(parameters, output), "coaxial")
 
 
 def _settings(
@@ -232,40 +225,48 @@ def _settings(
     control: ControlOptions,
     reading: LogOptions,
     model: bool,
-    replay: Program | None,
+    replay: LoopProgram | None,
     rig: RigOptions,
 ) -> LoopSettings:
-    from erclutch.differentiate import Derivative
-    from erclutch.live.programs import standard_programs, starting_with
-    from erclutch.live.settings import LoopSettings
+    from erclutch.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
+    from erclutch.signals.speed import Derivative
 
-    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed)
-    first = control.program or ("tracking-slow" if rig.rig == "twin" else "rest")
-    programs = (replay,) if replay is not None else starting_with(programs, first)
     limit = parameters.value("supply.command_limit")
     if control.field_limit is not None and not 0 < control.field_limit <= limit:
         raise SettingError(f"--field-limit {control.field_limit:g}", remedy=f"Give at most the supply's {limit:g}")
-    volts = parameters.value("supply.voltage_limit") / limit
-    turns = 2.0 * math.pi / parameters.value("screw.lead")
-    fast = 1e9  # a recording's fields are what they were
-    return LoopSettings(
-        device=reading.device if replay is not None else "coaxial",
-        derivative=Derivative("kalman", control.bandwidth),
-        theta_wrap=control.theta_wrap,
-        alpha_wrap=control.alpha_wrap,
-        field_limit=(control.field_limit or limit) if replay is None else fast,
-        motor_limit=parameters.value("drive.torque_limit") if replay is None else fast,
-        rise_rate=parameters.value("supply.slew_up") / volts if replay is None else fast,
-        fall_rate=parameters.value("supply.slew_down") / volts if replay is None else fast,
-        theta_glitch=20.0 if replay is None else 0.0,
-        alpha_glitch=45.0 if replay is None else 0.0,
-        stroke=0.9 * parameters.value("screw.half_stroke") * turns if replay is None else 0.0,
-        k_p=control.k_p,
-        k_d=control.k_d,
-        torque_p=control.torque_p,
-        torque_i=control.torque_i,
-        programs=programs,
-    )
+    gains = {
+        name: getattr(control, name) for name in ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap")
+    }
+    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), **gains}
+    if replay is not None:
+        return rig_settings(parameters, (replay,), device=reading.device, **common, **_AS_RECORDED)
+    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed)
+    first = control.program or ("tracking-slow" if rig.rig == "twin" else "rest")
+    stroke = shaft_angle(parameters, 0.9)
+    limits = {"field_limit": control.field_limit or limit, "stroke": stroke}
+    return rig_settings(parameters, starting_with(programs, first), **common, **limits)
+
+
+def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
+    """What hangs on the rig."""
+    from erclutch.rig.rig_plugins import RigDevice
+
+    if isinstance(rig, RigDevice):
+        return rig.device
+    return reading.device if rig.origin == "RECORDING" else "coaxial"
+
+
+def _for_rig(settings: LoopSettings, rig: RigChoice, control: ControlOptions) -> LoopSettings:
+    """The settings with the field limit of a plug-in's rig; a single device has no stroke that ends at a stop."""
+    from erclutch.rig.rig_plugins import RigDevice
+
+    if not isinstance(rig, RigDevice):
+        return settings
+    largest = rig.field_limit or settings.field_limit
+    share = largest / settings.field_limit
+    rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
+    settings = replace(settings, device=rig.device, field_limit=control.field_limit or largest, **rates)
+    return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if rig.device == "single" else settings
 
 
 @contextmanager
@@ -288,7 +289,7 @@ def _observers(
     if loop.headless and not loop.record:
         yield None
         return
-    from erclutch.live.observers import Observers
+    from erclutch.live.companions import Observers
 
     with Observers(
         session.ring,
@@ -307,14 +308,19 @@ def _observers(
 
 
 def _introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
+    from erclutch.rig.rig_plugins import RigDevice
+
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
+    if isinstance(session.rig, RigDevice) and session.rig.channels:
+        listed = ", ".join(f"{name} = {meaning}" for name, meaning in session.rig.channels.items())
+        output.print(f"channels: {listed}", markup=False, soft_wrap=True)
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
         output.print(f"page: {observers.url}", markup=False, soft_wrap=True)
 
 
-def _follow(session: Session, watch: Watch, told: list[int], output: Console) -> None:
+def _follow(session: Session, watch: SessionFigures, told: list[int], output: Console) -> None:
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.live.orders import Order
 
@@ -341,41 +347,42 @@ def _follow(session: Session, watch: Watch, told: list[int], output: Console) ->
     look(said)
 
 
-def _figures(session: Session, watch: Watch) -> dict[str, Any]:
+def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
     """What was seen, for scripts; times in us."""
-    shares = (0.5, 0.99, 0.999)
+    from erclutch.live.session_figures import SHARES
+
     reader = watch.reader
     return {
         "origin": session.origin,
         "frames": watch.frames,
         "missed": watch.missed,
         "lost_by_reader": reader.lost,
-        "lateness_us": [*watch.lateness.percentiles(shares), watch.lateness.largest],
-        "step_us": [*watch.step.percentiles(shares), watch.step.largest],
+        "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
+        "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
         "events": {name: n for name, n in reader.counts.items() if n},
         "realtime": reader.realtime,
         "tripped": reader.trip_reason,
     }
 
 
-def _show(session: Session, watch: Watch, notes: Sequence[str], output: Console) -> None:
+def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output: Console) -> None:
     """What was seen, for people."""
-    from erclutch.cli import show
+    from erclutch.cli import terminal
 
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
     title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.missed} deadlines missed"
-    output.print(show.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
+    output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
     counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n)
     output.print(", ".join(counts) or "no event", markup=False)
     for note in notes:
         output.print(note, markup=False, soft_wrap=True)
 
 
-def _ended(session: Session, watch: Watch, code: int | None) -> int:
+def _ended(session: Session, watch: SessionFigures, code: int | None) -> int:
     """The exit code: 0, or 3 and the reason if the loop did not end in order."""
     from rich.console import Console
 
-    from erclutch.live.frame import State
+    from erclutch.live.ring import State
 
     if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
         return 0

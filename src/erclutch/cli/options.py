@@ -1,4 +1,4 @@
-"""Options that several commands share: which columns of a log are which signals."""
+"""Several commands share these options: which columns of a log are which signals."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from cyclopts import Group, Parameter
 from erclutch.errors import LogError, MappingError
 
 if TYPE_CHECKING:
-    from erclutch.dataset import Dataset
-    from erclutch.differentiate import Derivative
     from erclutch.logs import ColumnMap
-    from erclutch.signals import Recording
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.recording import Recording
+    from erclutch.signals.speed import Derivative
 
 _COLUMNS = Group("Columns: 'NAME', 'NAME \\[unit]' or a number; '-NAME' turns the sign", sort_key=2)
 _READING = Group("Reading", sort_key=3)
@@ -31,13 +31,13 @@ class LogOptions:
     """How to read a log."""
 
     device: Annotated[_Device, Parameter(group=_READING)] = "single"
-    """single: field, slip, effort. coaxial: the paper's pair, E1, E2, theta, alpha, T."""
+    """single has a field, a slip and an effort; coaxial is the paper's pair with E1, E2, theta, alpha and T."""
     field: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Command to the fluid of a single device."""
     slip: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Relative speed across the fluid of a single device."""
     position: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
-    """Relative position, where the slip is not logged."""
+    """Relative position; it is differentiated where the slip is not logged."""
     effort: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque or force of a single device."""
     e1: Annotated[str | None, Parameter(name="--E1", group=_COLUMNS, allow_leading_hyphen=True)] = None
@@ -63,13 +63,13 @@ class LogOptions:
     input: Annotated[tuple[str, ...], Parameter(group=_COLUMNS, negative=(), show_default=False)] = ()
     """A further column that networks take as input, for example an acceleration; more than once for several."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
-    """Time stamps."""
+    """Column of time stamps."""
     rate: Annotated[str | None, Parameter(group=_READING)] = None
     """Sampling rate in place of a time column, for example '1000 Hz'."""
     lead: Annotated[str | None, Parameter(group=_READING)] = None
-    """Lead of the screw, for example '10 mm'."""
+    """Travel of the table in one turn of the screw, for example '10 mm'."""
     constant: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
-    """A constant signal, for example 'field=0.5 A', or one number a segment between gaps: 'field=0,0.5,1 A'."""
+    """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
     name_pattern: Annotated[str | None, Parameter(group=_READING)] = None
     """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""
     map: Annotated[Path | None, Parameter(group=_READING)] = None
@@ -77,7 +77,9 @@ class LogOptions:
     variable: Annotated[str | None, Parameter(group=_READING)] = None
     """Which recording of a MATLAB file, or which topic of an MCAP file."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
-    """Missing or infinite values: an error (the default), or cut the log there."""
+    """At missing or infinite values: error stops (the default), drop cuts the log there."""
+    resample: Annotated[str | None, Parameter(group=_READING)] = None
+    """Bring the log to another sampling rate, for example 1kHz, behind a filter against aliases."""
     derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"
     """Filter for speeds that are not logged; difference, lowpass and kalman can run live."""
     cutoff: Annotated[float, Parameter(group=_SPEEDS)] = 150.0
@@ -88,7 +90,7 @@ class LogOptions:
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""
         from erclutch.logs import ColumnMap
-        from erclutch.signals import SIGNALS
+        from erclutch.signals.recording import SIGNALS
 
         names = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
         signals = ("field", "slip", "position", "effort", "e1", "e2", "e", "theta", "theta_dot")
@@ -112,19 +114,22 @@ class LogOptions:
             LogError: a log cannot be read; MappingError: or not be understood.
         """
         from erclutch.logs import read
+        from erclutch.logs.resample import rate_of, resampled
 
+        rate = None if self.resample is None else rate_of(self.resample)
         mapping = self.column_map()
-        return [read(path, mapping, device=self.device, mapping_file=self.map) for path in expand(paths)]
+        logs = [read(path, mapping, device=self.device, mapping_file=self.map) for path in expand(paths)]
+        return logs if rate is None else [resampled(log, rate) for log in logs]
 
     def filter(self) -> Derivative:
         """The filter for speeds."""
-        from erclutch.differentiate import Derivative
+        from erclutch.signals.speed import Derivative
 
         return Derivative(self.derivative, self.cutoff, self.window)
 
     def dataset(self, recordings: Sequence[Recording]) -> Dataset:
         """Recordings as one data set."""
-        from erclutch.dataset import build_dataset
+        from erclutch.logs.dataset import build_dataset
 
         return build_dataset(recordings, device=self.device, derivative=self.filter())
 
@@ -136,8 +141,6 @@ class LogOptions:
 
 DEFAULT_READING = LogOptions()
 
-_SUFFIXES = {".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".mat", ".parquet", ".pq", ".mcap"}
-
 
 def expand(paths: Sequence[Path]) -> list[Path]:
     """Files, with folders replaced by the logs in them, by name.
@@ -145,15 +148,16 @@ def expand(paths: Sequence[Path]) -> list[Path]:
     Raises:
         LogError: a folder without a log.
     """
+    from erclutch.logs.log_reader import log_suffixes
+
     files: list[Path] = []
     for path in paths:
         if not path.is_dir():
             files.append(path)
             continue
-        inside = sorted(p for p in path.iterdir() if p.suffix.lower() in _SUFFIXES and p.is_file())
+        inside = sorted(p for p in path.iterdir() if p.suffix.lower() in log_suffixes() and p.is_file())
         if not inside:
-            raise LogError(
-                "the folder holds no log", where=str(path), remedy=f"Logs end in {', '.join(sorted(_SUFFIXES))}"
-            )
+            remedy = f"Logs end in {', '.join(log_suffixes())}"
+            raise LogError("the folder holds no log", where=str(path), remedy=remedy)
         files.extend(inside)
     return files

@@ -1,4 +1,4 @@
-"""What the terminal says of a comparison: the ranking, the recommendation, what to worry about."""
+"""The terminal shows a comparison: the ranking, the recommendation, what to worry about."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from erclutch.cli.show import estimates, narrowed, number, with_unit
-from erclutch.dataset import constant_stretches
-from erclutch.evaluate import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
+from erclutch.cli.terminal import estimates, narrowed, number, with_unit
+from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
+from erclutch.logs.dataset import constant_stretches
 
 if TYPE_CHECKING:
-    from erclutch.comparison import AnyOutcome, Comparison, Entry
-    from erclutch.evaluate import Figure
+    from erclutch.fit.comparison import AnyOutcome, Comparison, RankedModel
+    from erclutch.fit.scoring import BandedFigure
 
 
-def _band(figure: Figure) -> str:
+def _band(figure: BandedFigure) -> str:
     return f"{number(figure.low, 3)} - {number(figure.high, 3)}"
 
 
-def _percent(figure: Figure) -> str:
+def _percent(figure: BandedFigure) -> str:
     value, low, high = (100.0 * v for v in figure.to_list())
     return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e3 else "far worse"
 
@@ -120,6 +120,6 @@ def parameters(outcome: AnyOutcome) -> Table | str:
     return made
 
 
-def model_notes(entries: Sequence[Entry]) -> list[str]:
+def model_notes(entries: Sequence[RankedModel]) -> list[str]:
     """What to worry about, a line a model."""
     return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]

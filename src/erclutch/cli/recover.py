@@ -1,4 +1,4 @@
-"""``erclutch recover``: a whole recording out of one that a crash left open or that is damaged."""
+"""``erclutch recover`` makes a whole recording from a file that a crash left open or that is damaged."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ def recover(file: Annotated[Path, Parameter(name="FILE")], *, out: Path | None =
         file: A recording that was not closed (.mcap.partial) or that is damaged.
         out: File to write. Default: FILE without .partial, or FILE-recovered.mcap.
     """
-    from erclutch.cli import show
-    from erclutch.live import recover as work
+    from erclutch.cli import terminal
+    from erclutch.live.recording import recover_recording as work
 
     found = work.recover(file, out)
-    output = show.console()
+    output = terminal.console()
     output.print(f"{found.path}: {found.messages:,} messages", markup=False, soft_wrap=True)
     if found.whole:
         output.print("The file was whole before; nothing is missing.", markup=False)

@@ -1,4 +1,4 @@
-"""``erclutch report``: one file to look at and to forward."""
+"""``erclutch report`` writes one file to look at and to forward."""
 
 from __future__ import annotations
 
@@ -22,27 +22,33 @@ def report(
         run: Folder that erclutch fit --out wrote.
         out: File to write. Default: report.html (or report.pdf) in the run folder.
         pdf: Write pages for print in place of the HTML file.
-        open_: Open it when it is written.
+        open_: Open the file when it is written.
         force: Replace a file that is there and is no report.
     """
-    from erclutch.cli import show
-    from erclutch.diagnostics.material import material_of
-    from erclutch.report.output import may_write_report
-    from erclutch.runs import read_run
+    from erclutch.report.html.report_file import may_write_report
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_folder import read_run
 
     found = read_run(run)
     path = out or run / ("report.pdf" if pdf else "report.html")
     may_write_report(path, force)
     material = material_of(found)
     if pdf:
-        from erclutch.report.printed import write_pdf
+        from erclutch.report.report_pdf import write_pdf
 
         write_pdf(material, path)
     else:
-        from erclutch.report.page import write_report
+        from erclutch.report.html.report_page import write_report
 
         write_report(material, path)
-    show.console().print(f"{path}: {path.stat().st_size / 1e6:.2f} MB", markup=False, soft_wrap=True)
+    say_written(path, open_)
+
+
+def say_written(path: Path, open_: bool) -> None:
+    """Name a file with its size, and show it in the browser if asked."""
+    from erclutch.cli import terminal
+
+    terminal.say(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
     if open_:
         open_file(path)
 
@@ -51,7 +57,7 @@ def open_file(path: Path) -> None:
     """Show a file in the browser, or say that there is none."""
     import webbrowser
 
-    from erclutch.cli import show
+    from erclutch.cli import terminal
 
     if not webbrowser.open(path.resolve().as_uri()):
-        show.console().print(f"No browser could be opened; the file is {path.resolve()}", markup=False, soft_wrap=True)
+        terminal.say(f"No browser could be opened; the file is {path.resolve()}")

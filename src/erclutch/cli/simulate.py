@@ -1,4 +1,4 @@
-"""``erclutch simulate``: logs from the digital twin."""
+"""``erclutch simulate`` writes logs of the digital twin."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from erclutch.cli import terminal
+
 if TYPE_CHECKING:
-    from erclutch.rig.scenarios import TwinRun
+    from erclutch.rig.twin.scenarios import TwinRun
 
 
 def simulate(
@@ -28,39 +30,28 @@ def simulate(
         seed: Seed of the commands and the noise.
         rig: A rig file (TOML) with what differs from the default rig.
     """
-    from erclutch.cli import show
-    from erclutch.rig.parameters import load_rig
-    from erclutch.rig.scenarios import SCENARIOS, prepare
+    from erclutch.rig.twin.parameters import load_rig
+    from erclutch.rig.twin.scenarios import SCENARIOS, prepare
 
-    output = show.console()
     if scenario is None:
         rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
-        output.print(show.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
+        terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
         return
-    run = prepare(scenario, rig=None if rig is None else load_rig(rig), seconds=seconds, seed=seed)
+    run = prepare(scenario, rig=load_rig(rig), seconds=seconds, seed=seed)
     path = collect(run, out or Path(f"{scenario}.parquet"))
     size = path.stat().st_size / 1e6
-    output.print(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}", markup=False)
-    output.print(f"{path}: {size:.1f} MB", markup=False, soft_wrap=True)
+    terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
+    terminal.say(f"{path}: {size:.1f} MB")
     device = "" if run.scenario.single else " --device coaxial"
-    output.print(f"Next: erclutch fit {path}{device}", markup=False, soft_wrap=True)
+    terminal.say(f"Next: erclutch fit {path}{device}")
 
 
 def collect(run: TwinRun, path: Path) -> Path:
     """Let the twin run and write its log, with a progress bar on a terminal's standard error."""
-    from rich.console import Console
-    from rich.progress import Progress
+    from erclutch.logs.log_writer import write_log
 
-    from erclutch.rig.log_file import write_log
-
-    screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("TWIN: compiling once, then running", total=1.0)
+    what = "TWIN: compiling once, then running"
+    with terminal.progress(what) as bar:
         return write_log(
-            path,
-            run.names,
-            run.chunks(),
-            run.about(),
-            rows=run.rows,
-            progress=lambda share: bar.update(task, completed=share),
+            path, run.names, run.chunks(), run.about(), rows=run.rows, progress=lambda s: bar(s, 1.0, what)
         )

@@ -1,24 +1,24 @@
-"""Tables and sentences of the terminal."""
+"""This module prints tables and sentences on the terminal."""
 
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from erclutch.signals import Array
-
 if TYPE_CHECKING:
-    from erclutch.fit import Estimate
-    from erclutch.signals import Recording
+    from erclutch.fit.laws.fit_law import Estimate
+    from erclutch.signals.array import Array
+    from erclutch.signals.recording import Recording
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:
@@ -58,9 +58,9 @@ def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
         digits: significant ones.
         zeros: whether zeros at the end stay, so that a column's points stand under one another.
     """
-    if np.isnan(value):
+    if math.isnan(value):
         return "-"
-    if np.isinf(value):
+    if math.isinf(value):
         return "inf" if value > 0 else "-inf"
     text = f"{value:#.{digits}g}" if zeros else f"{value:.{digits}g}"
     if 1.0 <= abs(float(text)) < 1e6:
@@ -115,13 +115,15 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
 def _interval(estimate: Estimate) -> str:
     if estimate.at_bound:
         return f"at its {estimate.at_bound} bound"
-    if np.isinf(estimate.high - estimate.low):
+    if math.isinf(estimate.high - estimate.low):
         return "not identified"
     return f"{number(estimate.low)} - {number(estimate.high)}"
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
     """Rows over field and slip as a picture of characters; empty where one of them is constant."""
+    import numpy as np
+
     if np.ptp(field) == 0 or np.ptp(slip) == 0:
         return ""
     rows = np.linspace(float(np.min(field)), float(np.max(field)), 9)
@@ -141,6 +143,8 @@ def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("",
 
 def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
     """Share of a signal's power in bands of frequency up to 200 Hz: (from, to, share)."""
+    import numpy as np
+
     power = np.abs(np.fft.rfft(values - np.mean(values))) ** 2
     frequency = np.fft.rfftfreq(values.size, 1.0 / rate)
     edges = [edge for edge in (0.0, 2.0, 10.0, 50.0, 100.0, 200.0) if edge <= rate / 2]
@@ -151,6 +155,27 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
 
 
 _SHADES = " ░▒▓█"
+
+
+def say(text: str) -> None:
+    """A line on standard output as it is: no markup, not wrapped."""
+    console().print(text, markup=False, soft_wrap=True)
+
+
+def tell(text: str | Table, style: str = "") -> None:
+    """A sentence or table on standard output, wrapped at its width: no markup."""
+    console().print(text, markup=False, style=style)
+
+
+@contextmanager
+def progress(title: str) -> Generator[Callable[[float, float | None, str], None]]:
+    """A bar on a terminal's standard error; call what is given with how much is done, of how much, and what it is."""
+    from rich.progress import Progress
+
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
 
 
 def console() -> Console:

@@ -1,24 +1,26 @@
-"""Models of the twin for ``erclutch live`` and ``erclutch experiment``: fitted to it once, kept in the cache."""
+"""``erclutch live`` and ``erclutch experiment`` use models that are fitted to the twin once and kept in the cache."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import tempfile
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from erclutch.errors import RunError
+from erclutch.files import cache_folder, whole_file
+
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from erclutch.rig.parameters import RigParameters
+    from erclutch.rig.twin.parameters import RigParameters
 
 _SECONDS = 60.0
 _LIVE = "fnn-16"
-_MADE_BY = ("rig", "laws", "networks", "fit")
+_MADE_BY = ("rig", "models", "fit")
 
 
 def twin_model(rig: RigParameters, output: Console) -> Path:
@@ -38,8 +40,7 @@ def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> li
         Their files, in order.
     """
     from erclutch import _version
-    from erclutch.live.build import cache_folder
-    from erclutch.runs import file_name
+    from erclutch.runs.run_folder import file_name
 
     about = json.dumps([_version.__version__, _code(), _SECONDS, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
@@ -48,24 +49,26 @@ def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> li
     if missing:
         output.print(f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False)
         for name, text in _fitted(rig, missing).items():
-            _write(files[name], text)
+            files[name].parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(files[name], _unwritable) as partial:
+                partial.write_text(text, encoding="utf-8")
     return list(files.values())
 
 
 def _code() -> str:
     """Digest of what simulates and fits: a model that older code made is not taken for this code's."""
     package = resources.files("erclutch")
-    files = (f for name in _MADE_BY for f in package.joinpath(name).iterdir() if f.name.endswith(".py"))
+    files = (f for name in _MADE_BY for f in Path(str(package.joinpath(name))).rglob("*.py"))
     return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files, key=str))).hexdigest()
 
 
 def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
-    from erclutch.comparison import Settings, compare
-    from erclutch.dataset import build_dataset
-    from erclutch.differentiate import Derivative
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
-    from erclutch.rig.log_file import write_log
-    from erclutch.rig.scenarios import prepare
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.logs.log_writer import write_log
+    from erclutch.rig.twin.scenarios import prepare
+    from erclutch.signals.speed import Derivative
 
     run = prepare("training", rig=rig, seconds=_SECONDS, seed=1)
     with tempfile.TemporaryDirectory() as folder:
@@ -77,9 +80,6 @@ def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
     return {name: json.dumps(found[name].to_dict(), indent=1) + "\n" for name in names}
 
 
-def _write(target: Path, text: str) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=target.parent, prefix=".writing-")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(partial, target)
+def _unwritable(path: Path, error: OSError) -> RunError:
+    remedy = "Set ERCLUTCH_CACHE to a folder that can be written"
+    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy=remedy)

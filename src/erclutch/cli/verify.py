@@ -1,4 +1,4 @@
-"""``erclutch verify``: an export against the model it was made from."""
+"""``erclutch verify`` runs an export and compares it with the model that it was made from."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cyclopts import Parameter
 def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> int:
     """Run an export on its test vectors with every compiler and emulator found here.
 
-    Exit code 0 if all of them give what the model gives, 3 otherwise.
+    The exit code is 0 if all of them give what the model gives, and 3 otherwise.
 
     Args:
-        export: The folder of erclutch export.
+        export: Folder that erclutch export wrote.
         json: Print as JSON.
     """
     from dataclasses import asdict
@@ -28,11 +28,11 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
 
         print(dumps([{**asdict(c), "allowed": None, "passed": c.passed} for c in checks], indent=1))
         return 0 if passed else 3
-    from erclutch.cli import show
+    from erclutch.cli import terminal
 
-    screen = show.console()
+    screen = terminal.console()
     columns = ["where", "vectors", "not to the bit", "ulp from NumPy", "notes"]
-    table = show.table(f"{export}", columns, [], left=1)
+    table = terminal.table(f"{export}", columns, [], left=1)
     for c in checks:
         bits = "-" if c.other_bits is None else str(c.other_bits)
         verdict = c.note if c.passed else f"FAILED {c.note}"

@@ -1,8 +1,7 @@
-"""A model as a file that runs elsewhere: `export_model` writes it, `verify_export` runs it on its test vectors.
+"""A model becomes files that run elsewhere: `export_model` writes them, `verify_export` runs them on test vectors.
 
-One generated C99 file is the single source; every other target wraps it. `program` cuts a model into stages, `graph`
-records a law's own NumPy function so that C and NumPy do the same operations in the same order, `emulate` is the step
-in NumPy bit for bit, `targets` lists what can be written.
+The step of a model is recorded once (`step_record`). Every target is made from that record. One generated C99 file is
+the source of those targets that compile C.
 """
 
 from __future__ import annotations
@@ -10,18 +9,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from erclutch.export.check import Check
-from erclutch.export.folder import finish, may_write, read_export, unwritable
-from erclutch.export.program import Options, Program, program_of
+from erclutch.export.export_folder import finish, may_write, read_export, unwritable
+from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.rounding import refuse_noise
-from erclutch.export.targets import TARGETS, target
-from erclutch.whole_folder import whole_folder
+from erclutch.export.step_record import step_of
+from erclutch.export.target_check import Check
+from erclutch.export.targets import target
+from erclutch.files import whole_folder
 
-__all__ = ["TARGETS", "Check", "Options", "Program", "export_model", "program_of", "verify_export"]
+__all__ = ["Check", "ExportOptions", "ExportedStep", "export_model", "step_of", "verify_export"]
 
 
 def export_model(
-    model: Any, out: str | Path, to: str = "c", options: Options | None = None, *, force: bool = False
+    model: Any, out: str | Path, to: str = "c", options: ExportOptions | None = None, *, force: bool = False
 ) -> Path:
     """Write a model for a target.
 
@@ -39,13 +39,14 @@ def export_model(
         ExportError: the model, an option, the target or the folder will not do.
     """
     folder, chosen = Path(out), target(to)
-    asked = options or Options()
+    asked = options or ExportOptions()
     may_write(folder, force)
-    program = program_of(model, asked)
+    program = step_of(model, asked)
     refuse_noise(program)
     with whole_folder(folder, unwritable) as partial:
-        chosen.write(program, partial)
-        finish(program, asked, to, partial)
+        with chosen.working("failed to write"):
+            chosen.value.write(program, partial)
+        finish(program, asked, chosen, partial)
     return folder
 
 
@@ -56,4 +57,6 @@ def verify_export(folder: str | Path) -> list[Check]:
         ExportError: no export, a changed file, or a tool that failed.
     """
     exported = read_export(folder)
-    return list(target(exported.target).verify(exported.program, exported.folder))
+    chosen = target(exported.target)
+    with chosen.working(f"failed on {folder}"):
+        return list(chosen.value.verify(exported.program, exported.folder))

@@ -1,13 +1,13 @@
-"""What a step costs, counted from what it does: operations, and bytes of state and tables."""
+"""What a step costs, counted from its record: operations, and bytes of state."""
 
 from __future__ import annotations
 
 from collections import Counter
 
-from erclutch.export.graph import FUNCTIONS, Graph, traced
-from erclutch.export.program import Program
-from erclutch.networks.model import NetworkModel
-from erclutch.precision import Precision
+from erclutch.arithmetic.record import FUNCTIONS, Record, traced
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_record import step_record
+from erclutch.models.networks.network_model import NetworkModel
 
 _GROUPS = {
     "add": "additions",
@@ -15,38 +15,38 @@ _GROUPS = {
     "negate": "additions",
     "multiply": "multiplications",
     "divide": "divisions",
-    "less_select": "selections",
+    "choose": "selections",
+    "less": "comparisons",
+    "finite": "comparisons",
 }
+_FROM_BITS = ("real_of_bits", "real_from_bits")
 
 
-def operations(graph: Graph, precision: Precision) -> Counter[str]:
-    """Operations of a record, those inside functions too."""
+def operations(record: Record, step: ExportedStep) -> Counter[str]:
+    """Operations of a record, those inside functions and calls too."""
     total: Counter[str] = Counter()
-    for node in graph.needed():
+    for node in record.needed():
         if node.operation in FUNCTIONS:
-            total += operations(traced(node.operation, precision), precision)
+            total += operations(traced(node.operation, step.precision), step)
+        elif node.operation == "call":
+            total += operations(record.calls[node.value], step)
+        elif node.operation == "network" and step.network is not None:
+            total += _of_network(step.network, step)
         elif node.operation in _GROUPS:
             total[_GROUPS[node.operation]] += 1
-        elif node.operation not in ("input", "constant"):
+        elif node.kind == "bits" or node.operation in _FROM_BITS:
             total["shifts and the like"] += 1
     return total
 
 
-def cost(program: Program) -> Counter[str]:
-    """Operations of the command and the effort of one step."""
+def _of_network(model: NetworkModel, step: ExportedStep) -> Counter[str]:
     total: Counter[str] = Counter()
-    for _ in range(program.elements):
-        total += operations(program.command, program.precision)
-    if program.law is not None:
-        return total + operations(program.law, program.precision)
-    model = program.model
-    assert isinstance(model, NetworkModel)
     inputs, hidden = len(model.structure.inputs), model.structure.hidden
     total["additions"] += inputs + hidden[-1] + 5
     total["divisions"] += inputs
     total["multiplications"] += hidden[-1] + 1
     name = "exp" if model.structure.kind == "rbfn" else "tanh"
-    each = operations(traced(name, program.precision), program.precision)
+    each = operations(traced(name, step.precision), step)
     for before, after in zip((inputs, *hidden), hidden, strict=False):
         total["additions"] += before * after * (2 if name == "exp" else 1)
         total["multiplications"] += before * after
@@ -58,21 +58,17 @@ def cost(program: Program) -> Counter[str]:
     return total
 
 
-def state_bytes(program: Program) -> int:
+def state_bytes(step: ExportedStep) -> int:
     """Size of the state, without what the compiler pads."""
-    e = program.elements
-    numbers, words = len(program.inputs) + 1, 1
-    if program.filter:
-        numbers += 2 * e
-    if program.lag:
-        numbers, words = numbers + e * (1 + 2 * program.lag.rows), words + 1
-    if program.past:
-        numbers, words = numbers + program.rows_back * len(program.base), words + 1
-    words += 1 if program.lag or program.past else 0
-    return numbers * program.precision.width // 8 + 4 * words
+    record = step_record(step).record
+    registers = record.registers()
+    truths = sum(node.kind == "truth" for node in record.after.values())
+    reals = len(record.after) - truths + sum(registers.values())
+    return reals * step.precision.width // 8 + 4 * (truths + len(set(registers.values())))
 
 
-def cost_text(program: Program) -> list[str]:
+def cost_text(step: ExportedStep) -> list[str]:
     """Lines of the header."""
-    counted = ", ".join(f"{count} {group}" for group, count in sorted(cost(program).items()))
-    return [f"A step is about: {counted}.", f"State: {state_bytes(program)} bytes and padding."]
+    counts = operations(step_record(step).record, step)
+    counted = ", ".join(f"{count} {group}" for group, count in sorted(counts.items()))
+    return [f"A step is about: {counted}.", f"State: {state_bytes(step)} bytes and padding."]

@@ -14,11 +14,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch._version import __version__
-from erclutch.differentiate import Derivative
 from erclutch.errors import ErclutchError, ExportError
-from erclutch.export.program import Options, Program, program_of
-from erclutch.model import require_schema
-from erclutch.saved import load_model
+from erclutch.export.exported_step import ExportedStep, ExportOptions
+from erclutch.export.step_record import step_of
+from erclutch.models.law_model import require_schema
+from erclutch.models.load import load_model
+from erclutch.registry import Plugin, require
+from erclutch.signals.speed import Derivative
 
 SCHEMA = 1
 KIND = "erclutch export"
@@ -51,21 +53,24 @@ def unwritable(folder: Path, error: OSError) -> ExportError:
     )
 
 
-def finish(program: Program, options: Options, target: str, folder: Path) -> None:
+def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
     """Write model.json and export.json, after all other files."""
     model = json.dumps(program.model.to_dict(), indent=1, allow_nan=False)
     (folder / "model.json").write_text(model + "\n", encoding="utf-8")
-    body = {
+    body: dict[str, Any] = {
         "kind": KIND,
         "schema": SCHEMA,
         "erclutch": __version__,
-        "target": target,
+        "target": target.name,
         "name": program.name,
         "model": program.model.name,
         "digest": program.digest,
         "options": {**asdict(options), "name": program.name, "period": program.period},
         "files": {str(p.relative_to(folder)): _digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
     }
+    needed = [*program.model.plugins, *(() if target.own else (target,))]
+    if needed:
+        body["plugins"] = [plugin.to_dict() for plugin in needed]
     (folder / "export.json").write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
@@ -81,13 +86,11 @@ class Exported:
         folder: where it lies.
         target: name of the target.
         program: made again from its model and options.
-        body: export.json.
     """
 
     folder: Path
     target: str
-    program: Program
-    body: Mapping[str, Any]
+    program: ExportedStep
 
 
 def read_export(folder: str | Path) -> Exported:
@@ -106,24 +109,25 @@ def read_export(folder: str | Path) -> Exported:
             remedy = f"This is a run: erclutch export {place} makes one"
         raise ExportError(f"not an export: export.json: {what}", where=str(place), remedy=remedy) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
-        raise ExportError("export.json is not that of an export", where=str(place), remedy="Export the model again")
+        raise ExportError("export.json does not describe an export", where=str(place), remedy="Export the model again")
     content = cast(dict[str, Any], body)
     require_schema(content.get("schema"), SCHEMA, str(place), error=ExportError, older="Export the model again")
+    require(content.get("plugins", []), str(place))
     try:
         _check_files(place, content["files"])
-        program = program_of(load_model(place / "model.json"), _options(content["options"]))
+        program = step_of(load_model(place / "model.json"), _options(content["options"]))
         if program.digest != content["digest"]:
             raise ExportError("model.json is not the exported model", where=str(place), remedy="Export the model again")
-        return Exported(place, str(content["target"]), program, content)
+        return Exported(place, str(content["target"]), program)
     except ErclutchError:
         raise
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ExportError(f"unfit entry: {error}", where=str(place), remedy="Export the model again") from error
 
 
-def _options(body: Mapping[str, Any]) -> Options:
+def _options(body: Mapping[str, Any]) -> ExportOptions:
     limits = body["limits"]
-    return Options(
+    return ExportOptions(
         name=str(body["name"]),
         precision=body["precision"],
         period=None if body["period"] is None else float(body["period"]),
@@ -139,6 +143,5 @@ def _check_files(folder: Path, files: Mapping[str, str]) -> None:
         if not path.is_file():
             raise ExportError(f"{name} is missing", where=str(folder), remedy="Export the model again")
         if _digest(path) != digest:
-            raise ExportError(
-                f"{name} was changed after the export", where=str(folder), remedy="Export the model again"
-            )
+            problem = f"{name} was changed after the export"
+            raise ExportError(problem, where=str(folder), remedy="Export the model again")

@@ -1,26 +1,24 @@
-"""What an exported step computes: the model, cut into stages with every number that they need. C and emulation read it.
-
-input -> [angles to speeds] -> fields and slips, held near the training range -> command of each element
-      -> [lag and delay] -> effort (law or network) -> limits
-"""
+"""What an exported step is: a model, and every number around it that the step needs."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
-from erclutch.differentiate import CAUSAL, Derivative, live
-from erclutch.dynamics import Clock
+from erclutch.arithmetic.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.errors import ExportError
-from erclutch.export.graph import Graph, Traced
-from erclutch.model import Structure, TorqueModel
-from erclutch.networks import base_inputs
-from erclutch.networks.model import NetworkModel
-from erclutch.precision import PRECISIONS, Precision, PrecisionName
-from erclutch.saved import Model
+from erclutch.export.monotone import monotone_share, sides
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.model import Model, margins, stage_numbers
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.residual_model import ResidualModel
+from erclutch.models.stages.stage import Stage
+from erclutch.signals.device import DeviceName
+from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
 
@@ -29,13 +27,12 @@ OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH = 1, 2, 4, 8, 16
 #: Angles beyond are taken for a broken sensor: one more turn could no longer be told in float32.
 LARGEST_ANGLE = 1e6
 _LONGEST_NAME = 20
-_MOST_ROWS = 100_000
 #: Share by which a measured period may be off the one that is meant.
 _SAME_PERIOD = 0.01
 
 
 @dataclass(frozen=True)
-class Options:
+class ExportOptions:
     """What is asked of an export.
 
     Attributes:
@@ -71,30 +68,8 @@ class Window:
 
 
 @dataclass(frozen=True)
-class Lag:
-    """First-order lag and delay of the command at a fixed period (`erclutch.dynamics`).
-
-    Attributes:
-        rise, fall: share of the way gone in a step, 1 - exp(-period / tau); fall None where it is the same.
-        tau_rise, tau_fall: time constants in s.
-        rows: rows of history that the delay needs.
-        bend_before, bend_after, forward, reach: weights of the cubic between two rows.
-    """
-
-    rise: float
-    fall: float | None
-    tau_rise: float
-    tau_fall: float
-    rows: int
-    bend_before: float
-    bend_after: float
-    forward: float
-    reach: float
-
-
-@dataclass(frozen=True)
 class Filter:
-    """Speed from position (`erclutch.differentiate.LiveDerivative`).
+    """Speed from position (`erclutch.signals.speed.LiveDerivative`).
 
     Attributes:
         name: of the filter.
@@ -131,8 +106,8 @@ class Search:
     monotone_share: float
 
 
-@dataclass(frozen=True)
-class Program:
+@dataclass(frozen=True, eq=False)
+class ExportedStep:
     """Everything of a step.
 
     Attributes:
@@ -149,10 +124,7 @@ class Program:
         both: each of the two fields is above: flag BOTH_FIELDS.
         limits: of the effort.
         scale: largest magnitude of the training effort; ulps are counted at it.
-        command: from each field to the command; for a law with a stimulus it is more than a division.
-        lag: None without dynamics.
-        law: record of the effort from x1, (x2,) w1, (w2); None for a network.
-        past: rows back that a network looks at.
+        stages: between command and field, in the order of the signal, each with its parameters.
         search: of the inverse.
     """
 
@@ -170,38 +142,36 @@ class Program:
     both: float
     limits: tuple[float, float]
     scale: float
-    command: Graph
-    lag: Lag | None
-    law: Graph | None
-    past: tuple[int, ...]
+    stages: tuple[tuple[Stage, Mapping[str, float]], ...]
     search: Search
 
     @property
     def elements(self) -> int:
         """Elements of the device."""
-        return 2 if self.model.structure.device == "coaxial" else 1
+        return 2 if self.device == "coaxial" else 1
 
     @property
-    def base(self) -> tuple[str, ...]:
-        """A network's inputs of the present row."""
-        if not isinstance(self.model, NetworkModel):
-            return ()
-        return base_inputs(self.model.structure.device, self.model.structure.kind)
+    def device(self) -> DeviceName:
+        """Which device it is of."""
+        return self.model.structure.device
 
     @property
-    def rows_back(self) -> int:
-        """Rows of a network's history."""
-        return max(self.past, default=0)
+    def network(self) -> NetworkModel | None:
+        """The network, where the model is one or has one: its tables are printed as tables."""
+        correction = self.model.correction
+        if correction is not None:
+            return correction.network
+        return self.model if isinstance(self.model, NetworkModel) else None
 
 
-def program_of(model: Any, options: Options | None = None) -> Program:
+def described_step(model: Any, options: ExportOptions | None = None) -> ExportedStep:
     """The program of a model.
 
     Raises:
         ExportError: no model of erclutch, numbers that are not finite, an option that does not fit.
     """
-    options = options or Options()
-    if not isinstance(model, TorqueModel | NetworkModel):
+    options = options or ExportOptions()
+    if not isinstance(model, TorqueModel | NetworkModel | ResidualModel):
         raise ExportError(
             f"a {type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
             "so no C can be made of it",
@@ -212,12 +182,11 @@ def program_of(model: Any, options: Options | None = None) -> Program:
     if options.precision not in PRECISIONS:
         raise ExportError(f"precision {options.precision!r}", remedy="Give float32 or float64")
     period = _period(model, options)
-    command, law = _graphs(model)
     coaxial = model.structure.device == "coaxial"
     field_window, slip_window = _window(model.trained_on.field), _window(model.trained_on.slip)
     scale = float(np.max(np.abs(model.trained_on.effort)))
     names = ("E1", "E2", "theta_dot", "alpha_dot") if coaxial else ("field", "slip")
-    extras = model.structure.extras if isinstance(model, NetworkModel) else ()
+    extras = tuple(model.extras)
     field_unit, slip_unit = model.units.field or "1", model.units.slip
     units: tuple[str, ...] = (*((field_unit,) * (len(names) // 2)), *((slip_unit,) * (len(names) // 2)))
     filter_ = None
@@ -227,7 +196,7 @@ def program_of(model: Any, options: Options | None = None) -> Program:
         filter_ = _filter(options.derivative, period, slip_unit, coaxial)
         angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
-    return Program(
+    return ExportedStep(
         name=c_name(model.name, options.name),
         model=model,
         digest=str(model.to_dict()["digest"]),
@@ -238,14 +207,11 @@ def program_of(model: Any, options: Options | None = None) -> Program:
         filter=filter_,
         field=field_window,
         slip=slip_window,
-        extras=_extra_windows(model),
+        extras=tuple(_window(covered) for covered in model.extras.values()),
         both=0.01 * max(abs(v) for v in model.trained_on.field),
         limits=_limits(model, options.limits),
         scale=scale,
-        command=command,
-        lag=_lag(model, period),
-        law=law,
-        past=model.structure.past if isinstance(model, NetworkModel) else (),
+        stages=tuple(stage_numbers(model)),
         search=_search(model, PRECISIONS[options.precision], scale),
     )
 
@@ -253,18 +219,9 @@ def program_of(model: Any, options: Options | None = None) -> Program:
 # --- numbers ---------------------------------------------------------------------------------------------------------
 
 
-def _numbers(model: Model) -> dict[str, Any]:
-    ranges = {f"range of {k}": getattr(model.trained_on, k) for k in ("field", "slip", "effort")}
-    if isinstance(model, TorqueModel):
-        reference = {"reference field": model.reference.field, "reference slip": model.reference.slip}
-        return {**model.shape, **model.gains, **reference, **ranges}
-    s = model.scaling
-    scaling = {"offset": s.offset, "scale": s.scale, "effort_offset": s.effort_offset, "effort_scale": s.effort_scale}
-    return {**model.weights, **model.dynamics, **scaling, "input range": model.input_range, **ranges}
-
-
 def _all_finite(model: Model) -> None:
-    for name, value in _numbers(model).items():
+    ranges = {f"range of {k}": getattr(model.trained_on, k) for k in ("field", "slip", "effort")}
+    for name, value in {**model.numbers, **ranges}.items():
         numbers = np.asarray(value, np.float64)
         if not np.all(np.isfinite(numbers)):
             bad = numbers[~np.isfinite(numbers)].flat[0]
@@ -277,16 +234,8 @@ def _all_finite(model: Model) -> None:
 
 def _window(covered: tuple[float, float]) -> Window:
     low, high = covered
-    slack = 0.01 * (high - low)
     room = 0.1 * max(high - low, abs(low), abs(high))
-    return Window(covered, (low - slack, high + slack), (low - room, high + room))
-
-
-def _extra_windows(model: Model) -> tuple[Window, ...]:
-    if not isinstance(model, NetworkModel) or not model.structure.extras:
-        return ()
-    ranges = model.input_range[-len(model.structure.extras) :]
-    return tuple(_window((float(low), float(high))) for low, high in ranges)
+    return Window(covered, margins(covered), (low - room, high + room))
 
 
 def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, float]:
@@ -301,12 +250,11 @@ def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, fl
     return wanted
 
 
-def _period(model: Model, options: Options) -> float | None:
-    own = model.reference.period if isinstance(model, TorqueModel) else model.period
+def _period(model: Model, options: ExportOptions) -> float | None:
+    own, past = model.period, model.past
     period = own if options.period is None else options.period
     if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")
-    past = model.structure.past if isinstance(model, NetworkModel) else ()
     if period is None and (past or model.structure.dynamics != "none" or options.inputs == "angles"):
         raise ExportError(
             "its past rows, dynamics or filter need a sampling period, which this network's file does not hold",
@@ -323,39 +271,6 @@ def _period(model: Model, options: Options) -> float | None:
     return period
 
 
-# --- stages ----------------------------------------------------------------------------------------------------------
-
-
-def _lag(model: Model, period: float | None) -> Lag | None:
-    """The lag's numbers, by the same operations as `dynamics`."""
-    if model.structure.dynamics == "none":
-        return None
-    assert period is not None
-    numbers = model.shape if isinstance(model, TorqueModel) else model.dynamics
-    delay, single = numbers["delay"], model.structure.dynamics == "lag"
-    rise = numbers["tau"] if single else numbers["tau_rise"]
-    fall = rise if single else numbers["tau_fall"]
-    whole = int(delay / period)
-    if whole + 2 > _MOST_ROWS:
-        raise ExportError(
-            f"a delay of {delay:g} s is {whole} rows at a period of {period:g} s",
-            remedy=f"Give a longer --period: at most {_MOST_ROWS} rows",
-        )
-    s = ((whole + 1) * period - delay) / period
-    square, cube = s * s, s * s * s
-    return Lag(
-        rise=-float(np.expm1(-period / rise)),
-        fall=None if single else -float(np.expm1(-period / fall)),
-        tau_rise=rise,
-        tau_fall=fall,
-        rows=whole + 2,
-        bend_before=cube - 2.0 * square + s,
-        bend_after=cube - square,
-        forward=3.0 * square - 2.0 * cube,
-        reach=period,
-    )
-
-
 def _filter(derivative: Derivative, period: float, slip_unit: str, coaxial: bool) -> Filter:
     if derivative.name not in CAUSAL:
         raise ExportError(
@@ -367,55 +282,7 @@ def _filter(derivative: Derivative, period: float, slip_unit: str, coaxial: bool
     return Filter(derivative.name, made.g, made.h, turn)
 
 
-def _graphs(model: Model) -> tuple[Graph, Graph | None]:
-    """Records of the command (from field) and of the effort (from x1, x2, w1, w2)."""
-    command = Graph()
-    if isinstance(model, NetworkModel):
-        command.give(command.input("field"))
-        return command, None
-    effort = Graph()
-    structure, names = model.structure, [f"x{i + 1}" for i in range(model.structure.elements)]
-    fluids = iter([effort.input(name) for name in names])
-
-    class _InFluid(Structure):
-        """The model's own structure, with the fluid's field as an input of its own."""
-
-        def in_fluid(self, command: Any, clock: Clock, q: Any, rows: slice) -> Any:
-            return next(fluids)
-
-    own = _InFluid(
-        structure.device,
-        structure.specification,
-        structure.law,
-        structure.dynamics,
-        structure.friction,
-        structure.offset,
-    )
-    elements: list[Any] = [_Row(effort.input(f"E{i + 1}"), effort.input(f"w{i + 1}")) for i in range(len(names))]
-    q = list(model.shape.values())
-    columns = own.columns(elements, Clock(np.zeros(1), ()), model.reference, q)
-    total: Any = None
-    for gain, column in zip(model.gains.values(), columns, strict=True):
-        term = gain * column
-        total = term if total is None else total + term
-    effort.give(total)
-    given: Any = command.input("field") / model.reference.field
-    law = structure.law
-    command.give(given if law.stimulus is None else law.stimulus(given, *q[: len(law.stimulus_shape)]))
-    return command, effort
-
-
-@dataclass(frozen=True)
-class _Row:
-    """One row of one element."""
-
-    field: Traced
-    slip: Traced
-
-
 def _search(model: Model, precision: Precision, scale: float) -> Search:
-    from erclutch.export.monotone import monotone_share, sides
-
     origin, plus, minus = sides(model)
     share = monotone_share(model)
     bits = precision.fraction - 5

@@ -1,4 +1,4 @@
-"""A step record as a MATLAB function that MATLAB Coder and Simulink take (%#codegen), and that runs in GNU Octave."""
+"""A step record is printed as a MATLAB function for Coder and Simulink (%#codegen) that also runs in GNU Octave."""
 
 from __future__ import annotations
 
@@ -9,20 +9,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch._version import __version__
-from erclutch.export.c_effort import equation
-from erclutch.export.graph import BINARY, Node
-from erclutch.export.program import Program
+from erclutch.arithmetic.elementary import format_of
+from erclutch.arithmetic.record import BINARY, Node
+from erclutch.export.c.c_printer import indented
+from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import StepRecord
-from erclutch.networks.model import NetworkModel
 
 _WIDEST = 90
+_PATTERNS = {
+    "negate": "(-{0})",
+    "less": "({0} < {1})",
+    "finite": "isfinite({0})",
+    "both": "({0} && {1})",
+    "either": "({0} || {1})",
+    "opposite": "(~{0})",
+    "choose": "pick({0}, {1}, {2})",
+}
 
 
-def _class(program: Program) -> str:
+def _class(program: ExportedStep) -> str:
     return "single" if program.precision.width == 32 else "double"
 
 
-def _number(program: Program, value: float) -> str:
+def _number(program: ExportedStep, value: float) -> str:
     if np.isinf(value):
         text = "Inf" if value > 0 else "-Inf"
     else:
@@ -31,17 +40,15 @@ def _number(program: Program, value: float) -> str:
     return f"single({text})" if program.precision.width == 32 else (f"({text})" if text.startswith("-") else text)
 
 
-def step_function(program: Program, record: StepRecord) -> str:
+def step_function(program: ExportedStep, record: StepRecord) -> str:
     """NAME_step.m: [effort, flags, state] = NAME_step(u, state)."""
     n = program.name
-    body = list(_lines(program, record))
-    text = "\n".join(f"    {line}" if line else "" for line in body)
     inputs = "\n".join(
         f"%   u({i + 1})  {name} [{unit}]"
         for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True))
     )
-    comment = "\n".join(f"% {line}".rstrip() for line in equation(program))
-    helpers = _helpers(program, record)
+    comment = "\n".join(f"% {line}".rstrip() for line in program.model.equation())
+    helpers = _PICK if program.network is None else f"{_PICK}\n{_network(program)}"
     return f"""function [effort, flags, state] = {n}_step(u, state) %#codegen
 %{n.upper()}_STEP One sample of {program.model.title} ({program.model.name}).
 %   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {_class(program)} but FLAGS, which is uint32.
@@ -54,19 +61,19 @@ def step_function(program: Program, record: StepRecord) -> str:
 %
 {comment}
     assert(isa(u, '{_class(program)}') && isa(state, '{_class(program)}'));
-{text}
+{indented(_lines(program, record))}
 end
 
 {helpers}"""
 
 
-def _period(program: Program) -> str:
-    if program.lag or program.filter:
+def _period(program: ExportedStep) -> str:
+    if program.stages or program.filter:
         return f"\n%   Call it every {program.period:.9g} s."
-    return "\n%   Call it at the sampling period of the training data." if program.past else ""
+    return "\n%   Call it at the sampling period of the training data." if program.model.past else ""
 
 
-def block_function(program: Program, record: StepRecord) -> str:
+def block_function(program: ExportedStep, record: StepRecord) -> str:
     """NAME_block.m: the step with its state inside, for a MATLAB Function block."""
     n = program.name
     return f"""function [effort, flags] = {n}_block(u) %#codegen
@@ -80,55 +87,61 @@ end
 """
 
 
-def _lines(program: Program, record: StepRecord) -> Iterator[str]:
-    places = {name: f"state({i + 1})" for i, name in enumerate(record.after)}
+def _lines(program: ExportedStep, made: StepRecord) -> Iterator[str]:
+    record = made.record.flat()
+    places = {name: f"u({i + 1})" for i, name in enumerate(made.inputs)}
+    places |= {name: f"state({i + 1})" for i, name in enumerate(record.after)}
     at = len(record.after)
-    for register in record.registers:
-        places |= {f"{register.name}@{k}": f"state({at + k})" for k in register.reads}
-        at += register.length
-    places |= {name: f"u({i + 1})" for i, name in enumerate(record.inputs)}
+    for name, length in record.registers().items():
+        places[name], at = str(at), at + length
     texts: dict[int, str] = {}
-    nodes = record.graph.needed()
+    nodes = record.needed()
     uses = Counter(a.index for n in nodes for a in n.arguments)
-    uses.update(n.index for n in record.graph.outputs)
+    uses.update(n.index for n in [*record.outputs, *record.after.values()])
     for node in nodes:
         text = _expression(program, node, [texts[a.index] for a in node.arguments], places)
-        plain = node.operation in ("input", "constant")
+        plain = node.operation in ("input", "constant", "state")
         if plain or (uses[node.index] == 1 and len(text) <= _WIDEST and node.operation != "network"):
             texts[node.index] = text
             continue
         yield f"t{node.index} = {text};"
         texts[node.index] = f"t{node.index}"
-    yield f"effort = {texts[record.effort.index]};"
-    yield f"flags = uint32({texts[record.flags.index]});"
-    yield f"next = zeros({record.size}, 1, '{_class(program)}');"
+    effort, *truths = (texts[n.index] for n in record.outputs)
+    yield f"effort = {effort};"
+    yield f"flags = {' + '.join(f'{bit} * uint32({t})' for bit, t in zip(made.flags, truths, strict=True))};"
+    yield f"next = zeros({made.size}, 1, '{_class(program)}');"
     for i, node in enumerate(record.after.values()):
         yield f"next({i + 1}) = {texts[node.index]};"
-    at = len(record.after)
-    for register in record.registers:
-        first, last, now = at + 1, at + register.length, texts[register.now.index]
-        moved = f"[{now}; state({first}:{last - 1})]" if register.length > 1 else now
-        yield f"if {places[str(record.started)]} > 0.5"
+    entering = record.entering()
+    for name, length in record.registers().items():
+        first, now, going = int(places[name]) + 1, *(texts[n.index] for n in entering[name])
+        last = first + length - 1
+        moved = f"[{now}; state({first}:{last - 1})]" if length > 1 else now
+        yield f"if {going}"
         yield f"    next({first}:{last}) = {moved};"
         yield "else"
         yield f"    next({first}:{last}) = {now};"
         yield "end"
-        at = last
     yield "state = next;"
 
 
-def _expression(program: Program, node: Node, a: list[str], places: dict[str, str]) -> str:
+def _expression(program: ExportedStep, node: Node, a: list[str], places: dict[str, str]) -> str:
     operation = node.operation
-    if operation == "input":
-        return places[str(node.value)]
+    if operation in ("input", "state"):
+        place = places[str(node.value)]
+        return f"({place} > 0.5)" if node.kind == "truth" else place
+    if operation == "delay":
+        name, rows = node.value
+        return f"pick({a[1]}, state({int(places[name]) + rows}), {a[0]})"
     if operation == "constant":
         return _number(program, float(node.value or 0.0))
     if operation in BINARY:
         return f"({a[0]} {BINARY[operation]} {a[1]})"
-    if operation == "negate":
-        return f"(-{a[0]})"
-    if operation == "less_select":
-        return f"pick({a[0]} < {a[1]}, {a[2]}, {a[3]})"
+    if operation in _PATTERNS:
+        return _PATTERNS[operation].format(*a)
+    if operation == "nearest":
+        magic = _number(program, format_of(program.precision).magic)
+        return f"(({a[0]} + {magic}) - {magic})"
     if operation == "power":
         return f"max({a[0]}, realmin('{_class(program)}')) ^ {a[1]}"
     if operation == "network":
@@ -136,8 +149,7 @@ def _expression(program: Program, node: Node, a: list[str], places: dict[str, st
     return f"{'abs' if operation == 'absolute' else operation}({', '.join(a)})"
 
 
-def _helpers(program: Program, record: StepRecord) -> str:
-    pick = """function y = pick(condition, yes, no)
+_PICK = """function y = pick(condition, yes, no)
     if condition
         y = yes;
     else
@@ -145,12 +157,9 @@ def _helpers(program: Program, record: StepRecord) -> str:
     end
 end
 """
-    if any(n.operation == "network" for n in record.graph.needed()):
-        return f"{pick}\n{_network(program)}"
-    return pick
 
 
-def _matrix(program: Program, values: NDArray[np.float64]) -> str:
+def _matrix(program: ExportedStep, values: NDArray[np.float64]) -> str:
     digits = 9 if program.precision.width == 32 else 17
     rows = np.atleast_2d(np.asarray(values, program.precision.dtype))
     lines = [", ".join(f"{float(v):.{digits}g}" for v in row) for row in rows]
@@ -165,9 +174,9 @@ def _wrapped(line: str) -> str:
     return ", ...\n        ".join(groups)
 
 
-def _network(program: Program) -> str:
-    model = program.model
-    assert isinstance(model, NetworkModel)
+def _network(program: ExportedStep) -> str:
+    model = program.network
+    assert model is not None
     s, w = model.scaling, model.weights
     lines = [f"x = (x - {_matrix(program, s.offset[:, None])}) ./ {_matrix(program, s.scale[:, None])};"]
     if model.structure.kind == "rbfn":
@@ -178,15 +187,11 @@ def _network(program: Program) -> str:
         lines += [f"    a(i) = exp({_number(program, -0.5)} * sum(d .* d) / squares(i));", "end"]
         out, start = w["w"], w["b"][0]
     else:
-        lines += ["a = x;"] if not model.structure.hidden else []
-        before = "x"
         for i in range(1, len(model.structure.hidden) + 1):
             lines += [f"w{i} = {_matrix(program, w[f'W{i}'])};", f"b{i} = {_matrix(program, w[f'b{i}'][:, None])};"]
-            lines += [f"a{i} = tanh(w{i} * {before} + b{i});"]
-            before = f"a{i}"
-        lines += [f"a = {before};"]
+            lines += [f"a{i} = tanh(w{i} * {f'a{i - 1}' if i > 1 else 'x'} + b{i});"]
+        lines += [f"a = a{len(model.structure.hidden)};"]
         out, start = w["W_out"][0], w["b_out"][0]
     lines += [f"y = {_matrix(program, out[None, :])} * a + {_number(program, float(start))};"]
     lines += [f"y = y * {_number(program, s.effort_scale)} + {_number(program, s.effort_offset)};"]
-    body = "\n".join(f"    {line}" for line in lines)
-    return f"function y = network(x)\n{body}\nend\n"
+    return f"function y = network(x)\n{indented(lines)}\nend\n"

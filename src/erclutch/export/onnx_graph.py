@@ -1,19 +1,20 @@
-"""A step record as an ONNX model: one file, normalisation inside, fixed shapes, state in and out as one tensor."""
+"""A step record becomes an ONNX model: one file, normalisation inside, fixed shapes, state in and out as one tensor."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch._version import __version__
-from erclutch.export.graph import Node
-from erclutch.export.program import Program
+from erclutch.arithmetic.elementary import format_of
+from erclutch.arithmetic.record import Node, Record
+from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import StepRecord
-from erclutch.networks.model import NetworkModel
 
 #: Version of the standard operators; ONNX Runtime 1.15 and later know it.
 OPSET = 17
@@ -29,6 +30,11 @@ _PLAIN = {
     "absolute": "Abs",
     "exp": "Exp",
     "tanh": "Tanh",
+    "less": "Less",
+    "both": "And",
+    "either": "Or",
+    "opposite": "Not",
+    "choose": "Where",
 }
 
 
@@ -42,7 +48,7 @@ class Emitter:
         nodes, constants: of the ONNX graph.
     """
 
-    program: Program
+    program: ExportedStep
     helper: Any
     nodes: list[Any] = field(default_factory=list[Any])
     constants: list[Any] = field(default_factory=list[Any])
@@ -78,21 +84,30 @@ class Emitter:
         """Name of a node's value, after `record`."""
         return self._value[node.index]
 
-    def record(self, record: StepRecord) -> None:
-        """All operators of the record."""
-        for node in record.graph.needed():
+    def record(self, record: Record) -> None:
+        """All operators of a record without calls."""
+        for node in record.needed():
             self._value[node.index] = self._operator(node, [self._value[a.index] for a in node.arguments])
 
     def _operator(self, node: Node, a: list[str]) -> str:
         operation = node.operation
         if operation == "input":
             return str(node.value)
+        if operation == "state":
+            return f"before_{node.value}"
+        if operation == "delay":
+            name, rows = node.value
+            at = [self.constant([i], np.int64) for i in (rows - 1, rows)]
+            return self.add("Where", [a[1], self.add("Slice", [f"before_{name}", *at]), a[0]])
         if operation == "constant":
             return self.constant([float(node.value or 0.0)])
         if operation in _PLAIN:
             return self.add(_PLAIN[operation], a)
-        if operation == "less_select":
-            return self.add("Where", [self.add("Less", a[:2]), *a[2:]])
+        if operation == "finite":
+            return self.add("Less", [self.add("Abs", a), self.constant([np.inf])])
+        if operation == "nearest":
+            magic = self.constant([format_of(self.program.precision).magic])
+            return self.add("Sub", [self.add("Add", [a[0], magic]), magic])
         if operation == "power":
             smallest = self.constant([2.0 ** (1 - self.program.precision.bias)])
             return self.add("Pow", [self.add("Max", [a[0], smallest]), a[1]])
@@ -109,8 +124,8 @@ class Emitter:
         return self.add("Where", [self.add("Less", [self.add("Abs", [x]), one]), near, far])
 
     def _network(self, a: list[str]) -> str:
-        model = self.program.model
-        assert isinstance(model, NetworkModel)
+        model = self.program.network
+        assert model is not None
         s, w = model.scaling, model.weights
         x = self.add("Concat", a, axis=0)
         x = self.add("Div", [self.add("Sub", [x, self.constant(s.offset)]), self.constant(s.scale)])
@@ -132,7 +147,7 @@ class Emitter:
         return self.add("Add", [scaled, self.constant([s.effort_offset])])
 
 
-def onnx_model(program: Program, record: StepRecord) -> Any:
+def onnx_model(program: ExportedStep, record: StepRecord) -> Any:
     """The ONNX model: ``input`` (1, n), perhaps ``state`` (S,); ``effort`` (1, 1), ``flags`` (1,), ``state_out`` (S,).
 
     A state of zeros is a reset.
@@ -140,7 +155,7 @@ def onnx_model(program: Program, record: StepRecord) -> Any:
     from onnx import TensorProto, helper
 
     emit = Emitter(program, helper)
-    count = len(record.inputs)
+    flat, count = record.record.flat(), len(record.inputs)
     real = TensorProto.FLOAT if program.precision.width == 32 else TensorProto.DOUBLE
     row = emit.add("Reshape", ["input", emit.constant([count], np.int64)])
     emit.split(row, record.inputs, [1] * count)
@@ -148,14 +163,20 @@ def onnx_model(program: Program, record: StepRecord) -> Any:
     outputs = [helper.make_tensor_value_info("effort", real, [1, 1])]
     outputs += [helper.make_tensor_value_info("flags", TensorProto.INT32, [1])]
     if record.size:
-        _unpack(emit, record)
+        _unpack(emit, flat)
         inputs += [helper.make_tensor_value_info("state", real, [record.size])]
         outputs += [helper.make_tensor_value_info("state_out", real, [record.size])]
-    emit.record(record)
-    emit.add("Reshape", [emit.value(record.effort), emit.constant([1, 1], np.int64)], "effort")
-    emit.add("Cast", [emit.value(record.flags)], "flags", to=TensorProto.INT32)
+    emit.record(flat)
+    effort, *truths = (emit.value(node) for node in flat.outputs)
+    emit.add("Reshape", [effort, emit.constant([1, 1], np.int64)], "effort")
+    zero = emit.constant([0], np.int32)
+    raised = [
+        emit.add("Where", [truth, emit.constant([bit], np.int32), zero])
+        for bit, truth in zip(record.flags, truths, strict=True)
+    ]
+    emit.add("Identity", [reduce(lambda a, b: emit.add("Add", [a, b]), raised)], "flags")
     if record.size:
-        _pack(emit, record)
+        _pack(emit, flat, real)
     about = f"{program.model.title}: {program.model.name}. Inputs: {', '.join(program.inputs)}."
     graph = helper.make_graph(emit.nodes, program.name, inputs, outputs, emit.constants, doc_string=about)
     made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
@@ -164,32 +185,34 @@ def onnx_model(program: Program, record: StepRecord) -> Any:
     return made
 
 
-def _unpack(emit: Emitter, record: StepRecord) -> None:
-    names = [*record.after, *(r.name for r in record.registers)]
-    emit.split("state", names, [1] * len(record.after) + [r.length for r in record.registers])
-    for register in record.registers:
-        for k in register.reads:
-            at = [emit.constant([i], np.int64) for i in (k - 1, k)]
-            emit.add("Slice", [register.name, *at], f"{register.name}@{k}")
+def _unpack(emit: Emitter, record: Record) -> None:
+    """The state's numbers under their names, a truth as one, and each register whole."""
+    truths = [name for name, node in record.after.items() if node.kind == "truth"]
+    registers = record.registers()
+    names = [f"number_{name}" if name in truths else f"before_{name}" for name in (*record.after, *registers)]
+    emit.split("state", names, [1] * len(record.after) + list(registers.values()))
+    for name in truths:
+        emit.add("Less", [emit.constant([0.5]), f"number_{name}"], f"before_{name}")
 
 
-def _pack(emit: Emitter, record: StepRecord) -> None:
-    parts = [emit.value(node) for node in record.after.values()]
-    half = emit.constant([0.5])
-    for register in record.registers:
-        now = emit.value(register.now)
+def _pack(emit: Emitter, record: Record, real: int) -> None:
+    parts = [
+        emit.add("Cast", [emit.value(node)], to=real) if node.kind == "truth" else emit.value(node)
+        for node in record.after.values()
+    ]
+    entering = record.entering()
+    for name, length in record.registers().items():
+        now, going = (emit.value(node) for node in entering[name])
         moved = now
-        if register.length > 1:
-            at = [emit.constant([i], np.int64) for i in (0, register.length - 1)]
-            moved = emit.add("Concat", [now, emit.add("Slice", [register.name, *at])], axis=0)
-        going = emit.add("Less", [half, str(record.started)])
-        parts.append(
-            emit.add("Where", [going, moved, emit.add("Expand", [now, emit.constant([register.length], np.int64)])])
-        )
+        if length > 1:
+            at = [emit.constant([i], np.int64) for i in (0, length - 1)]
+            moved = emit.add("Concat", [now, emit.add("Slice", [f"before_{name}", *at])], axis=0)
+        full = emit.add("Expand", [now, emit.constant([length], np.int64)])
+        parts.append(emit.add("Where", [going, moved, full]))
     emit.add("Concat", parts, "state_out", axis=0)
 
 
-def _properties(program: Program) -> dict[str, str]:
+def _properties(program: ExportedStep) -> dict[str, str]:
     model = program.model
     ranges = model.trained_on
     return {

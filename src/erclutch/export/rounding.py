@@ -1,4 +1,4 @@
-"""How far rounding can take a step from what endless digits would give: first-order error analysis, row by row.
+"""A first-order error analysis says, row by row, how far rounding can take a step from endless digits.
 
 Every operation adds half a unit in the last place of its result to what its arguments bring; functions add what
 docs/export.md states for them. A law of good condition comes out at a few units in the last place of its effort; one
@@ -8,50 +8,128 @@ agree to the bit even there; float32, and a runtime with functions of its own, s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from erclutch.arithmetic.evaluation import evaluate
+from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
+from erclutch.arithmetic.record import Node
 from erclutch.errors import ExportError
-from erclutch.export.emulate import Held, base_of, receive, reference, run, run_lag
-from erclutch.export.graph import Graph, Node
-from erclutch.export.program import Program
-from erclutch.export.vectors import ordinary
-from erclutch.networks.model import NetworkModel
-from erclutch.precision import FLOAT32, FLOAT64, Precision
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_numbers import named, numbers, reference, run
+from erclutch.export.step_record import StepRecord, step_record, suffix_of
+from erclutch.export.step_vectors import ordinary
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.stages.oscillator import Oscillator, coefficients
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
-
-#: Largest error of each function in units of the last place, as tests/test_elementary.py measures it.
+#: Largest error of each function in units of the last place, as tests/arithmetic/test_elementary.py measures it.
 ULPS: Mapping[str, Mapping[str, float]] = {
     "float32": {"exp": 1.0, "expm1": 1.5, "tanh": 6.0, "power": 1.2},
     "float64": {"exp": 1.0, "expm1": 2.0, "tanh": 2.6, "power": 1.2},
 }
 
 
-def bound(program: Program, rows: Array, precision: Precision | None = None) -> Array:
+def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -> Array:
     """Largest rounding error of the effort at each row, shape (n,), in the effort's unit.
 
     Args:
-        program: the step.
+        step: the step.
         rows: its inputs.
-        precision: of the arithmetic; None is the program's.
+        precision: of the arithmetic; None is the step's.
     """
-    p = precision or program.precision
-    held = receive(program, np.asarray(rows, np.float64), FLOAT64)
-    half = 0.5 * p.epsilon
-    fields = [_fluid(program, x, p) for x in held.fields]
-    slips = [(w, half * np.abs(w) if program.elements == 2 else 0.0 * w) for w in held.slips]
-    if program.filter is not None:
-        slips = [(w, e + _filter_error(program, p)) for w, e in slips]
-    if program.law is None:
-        return _network(program, fields, slips, held, p)
-    names = [f"x{i + 1}" for i in range(program.elements)], [f"w{i + 1}" for i in range(program.elements)]
-    inputs = {**dict(zip(names[0], fields, strict=True)), **dict(zip(names[1], slips, strict=True))}
-    return _run(program.law, inputs, p)[0][1]
+    made, p = step_record(step), precision or step.precision
+    inputs = named(made, np.asarray(rows, np.float64))
+    given: dict[Node, Array] = {}
+    if step.filter is not None:  # its errors decay, but a bound that follows them operation by operation would grow
+        slips = evaluate(made.record, inputs, numbers(step, FLOAT64), outputs=made.slips)
+        own = _filter_error(step, p)
+        given = {n: np.stack([w, own + 0.5 * p.epsilon * np.abs(w)]) for n, w in zip(made.slips, slips, strict=True)}
+    exact = {name: np.stack([x, np.zeros_like(x)]) for name, x in inputs.items()}
+    for node, q in _oscillating(step, made):
+        value, signal = evaluate(made.record, inputs, numbers(step, FLOAT64), outputs=(node, node.arguments[2]))
+        error = evaluate(made.record, exact, Errors(step.network, p), given, [node.arguments[2]])[0][1]
+        given[node] = np.stack([value, _oscillator_error(q, step.period or 1.0, value, signal, error, p)])
+    return evaluate(made.record, exact, Errors(step.network, p), given, [made.value])[0][1]
+
+
+def _oscillating(step: ExportedStep, made: StepRecord) -> Iterator[tuple[Node, Mapping[str, float]]]:
+    """The output of each oscillator among the stages: in the first row, its third argument, it is the signal."""
+    for stage, q in step.stages:
+        if isinstance(stage, Oscillator):
+            for element in ("0", "1", "") if stage.place == "command" else ("",):
+                name = f"x{suffix_of(stage, element)}"
+                if name in made.record.after:
+                    yield made.record.after[name], q
+
+
+def _oscillator_error(
+    q: Mapping[str, float], period: float, value: Array, signal: Array, error: Array, p: Precision
+) -> Array:
+    """Of the output, from that of the signal: a bound operation by operation would grow as no oscillation does."""
+    tau, zeta = q.values()
+    a11, a12, a21, a22 = map(float, coefficients(tau, zeta, period))
+    passes, state = np.array([[a11, a12], [a21, a22]]), np.eye(2)
+    into, of_signal, of_state = np.array([1.0 - a11, -a21]), 0.0, 0.0
+    for _ in range(value.size):
+        of_signal += abs(float(state[0] @ into))
+        of_state += float(np.abs(state[0]).sum())
+        state = state @ passes
+    most = np.maximum.accumulate(np.maximum(np.abs(value), np.abs(signal)))
+    # Two sums of three terms a row, each no larger than three times the largest value or its slope.
+    return of_signal * np.maximum.accumulate(error) + of_state * 6.0 * p.epsilon * most
+
+
+def _filter_error(step: ExportedStep, p: Precision) -> float:
+    """Of a speed, from angles within half a turn (or, unturned, of size one)."""
+    f = step.filter
+    assert f is not None
+    size = 1.0 if f.turn is None else f.turn
+    return 4.0 * p.epsilon * size * max(f.h, 1e-3) / (step.period or 1.0) / max(f.g, 1e-3)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Values with their largest errors, shape (2, n). A choice takes the arm of the value: the arms of a step meet.
+
+    Attributes:
+        network: what a network node stands for.
+        precision: of the arithmetic that is bounded.
+    """
+
+    network: NetworkModel | None
+    precision: Precision
+
+    def zero(self, node: Node) -> Any:
+        """A number of the state before the first row."""
+        return np.zeros(1, np.bool_) if node.kind == "truth" else np.zeros((2, 1))
+
+    def apply(self, node: Node, arguments: Sequence[Any]) -> Any:
+        """The value of a node and its largest error."""
+        if node.operation == "network":
+            assert self.network is not None
+            values, errors = (np.array(np.broadcast_arrays(*(a[k] for a in arguments))) for k in (0, 1))
+            return np.stack(_network(self.network, values, errors, self.precision))
+        if node.operation == "less":
+            return arguments[0][0] < arguments[1][0]
+        if node.operation == "finite":
+            return np.isfinite(arguments[0][0])
+        if node.operation in _ON_TRUTHS:
+            return _ON_TRUTHS[node.operation](*arguments)
+        return np.stack(np.broadcast_arrays(*_with_error(node, arguments, self.precision)))
+
+
+_np: Any = np
+_ON_TRUTHS: Mapping[str, Callable[..., Array]] = {
+    "both": _np.logical_and,
+    "either": _np.logical_or,
+    "opposite": _np.logical_not,
+    "choose": _np.where,
+}
 
 
 Uncertain = tuple[Any, Any]
@@ -59,72 +137,40 @@ Uncertain = tuple[Any, Any]
 
 
 #: Share of the largest effort that rounding may take before an export is refused.
-_NOISE = 0.01
+NOISE = 0.01
 
 
-def measured(program: Program, count: int = 256) -> tuple[float, float]:
+@lru_cache(maxsize=16)
+def measured(step: ExportedStep, count: int = 256) -> tuple[float, float]:
     """Largest difference from NumPy on random rows of the training range, and the largest bound there."""
-    rows = ordinary(program, np.random.default_rng(0), count)
-    at_speeds = replace(program, filter=None, limits=(-1e30, 1e30))
+    rows = ordinary(step, np.random.default_rng(0), count)
+    at_speeds = replace(step, filter=None, limits=(-1e30, 1e30))
     difference = np.abs(run(at_speeds, rows)[0] - reference(at_speeds, rows)[0])
     limit = bound(at_speeds, rows) + bound(at_speeds, rows, FLOAT64)
     return float(difference.max()), float(limit.max())
 
 
-def refuse_noise(program: Program) -> None:
+def refuse_noise(step: ExportedStep) -> None:
     """Refuse a precision in which rounding drowns the model.
 
     Raises:
         ExportError: it does, by more than 1 % of the largest training effort.
     """
-    difference, _ = measured(program)
-    if difference > _NOISE * program.scale:
+    difference, _ = measured(step)
+    if difference > NOISE * step.scale:
         raise ExportError(
-            f"in {program.precision.name} effort is off by {100 * difference / program.scale:.3g} % of the largest: "
+            f"in {step.precision.name} effort is off by {100 * difference / step.scale:.3g} % of the largest: "
             "terms that nearly cancel leave no digits",
-            where=program.model.name,
+            where=step.model.name,
             remedy="Use --precision float64, which gives the bits of erclutch's own predictions",
         )
 
 
-def _fluid(program: Program, field: Array, p: Precision) -> Uncertain:
-    value, error = _run(program.command, {"field": (field, np.zeros_like(field))}, p)[0]
-    lag = program.lag
-    if lag is None:
-        return value, error
-    share = min(lag.rise, lag.rise if lag.fall is None else lag.fall)
-    # The field in the fluid lies between commands; its recursion keeps a share of each error, the cubic weighs slopes.
-    largest = np.full_like(value, np.max(np.abs(value)))
-    slopes = 2.0 * lag.reach * (abs(lag.bend_before) + abs(lag.bend_after)) / min(lag.tau_rise, lag.tau_fall)
-    weight = 1.0 + 2.0 * abs(lag.forward) + slopes
-    return run_lag(lag, value), weight * (np.max(error) + 0.5 * p.epsilon * largest * (4.0 + 3.0 / share))
-
-
-def _filter_error(program: Program, p: Precision) -> float:
-    """Of a speed, from angles within half a turn (or, unturned, of size one)."""
-    f = program.filter
-    assert f is not None
-    size = 1.0 if f.turn is None else f.turn
-    return 4.0 * p.epsilon * size * max(f.h, 1e-3) / (program.period or 1.0) / max(f.g, 1e-3)
-
-
-def _run(graph: Graph, inputs: Mapping[str, Uncertain], p: Precision) -> list[Uncertain]:
-    known: dict[int, Uncertain] = {}
-    with np.errstate(all="ignore"):
-        for node in graph.needed():
-            known[node.index] = _step(node, [known[a.index] for a in node.arguments], inputs, p)
-    shape = np.shape(next(iter(inputs.values()))[0])
-    found = [known[n.index] for n in graph.outputs]
-    return [(np.broadcast_to(v, shape), np.broadcast_to(e, shape)) for v, e in found]
-
-
-def _step(node: Node, a: list[Uncertain], inputs: Mapping[str, Uncertain], p: Precision) -> Uncertain:
+def _with_error(node: Node, a: Sequence[Any], p: Precision) -> Uncertain:
     half, name = 0.5 * p.epsilon, node.operation
-    if name == "input":
-        return inputs[str(node.value)]
     if name == "constant":
-        value = float(node.value or 0.0)
-        return value, (half * abs(value) if p is FLOAT32 else 0.0)
+        value = np.array([float(node.value or 0.0)])
+        return value, (half * np.abs(value) if p is FLOAT32 else 0.0 * value)
     if name in ("negate", "absolute"):
         return (-a[0][0] if name == "negate" else np.abs(a[0][0])), a[0][1]
     if name in ("add", "subtract"):
@@ -139,7 +185,7 @@ def _step(node: Node, a: list[Uncertain], inputs: Mapping[str, Uncertain], p: Pr
     return _function(name, a, ULPS[p.name][name] * p.epsilon)
 
 
-def _function(name: str, a: list[Uncertain], own: float) -> Uncertain:
+def _function(name: str, a: Sequence[Any], own: float) -> Uncertain:
     x, error = a[0]
     if name == "exp":
         value = np.exp(x)
@@ -160,29 +206,19 @@ def _spread(value: Any, error: Any) -> Any:
     return np.minimum((1.0 - value * value) * error + np.abs(value) * error * error, 2.0)
 
 
-def _network(program: Program, fields: list[Uncertain], slips: list[Uncertain], held: Held, p: Precision) -> Array:
-    model, half = program.model, 0.5 * p.epsilon
-    assert isinstance(model, NetworkModel)
-    values = base_of(program, [v for v, _ in fields], [v for v, _ in slips])
-    error_field = sum(e for _, e in fields)
-    error_slip = sum(e for _, e in slips)
-    errors = [error_field if i == 0 else error_slip for i in range(len(values))]
-    errors = [e + half * np.abs(v) for e, v in zip(errors, values, strict=True)]
-    for _ in program.past:
-        values, errors = values + values[: len(program.base)], errors + errors[: len(program.base)]
-    x = np.array([*values, *held.extras], np.float64)
-    # Past rows are taken for the present ones here: the error of a row is that of its own size.
-    e = np.array([*errors, *(half * np.abs(v) for v in held.extras)], np.float64)
-    scale, offset = model.scaling.scale[:, None], model.scaling.offset[:, None]
+def _network(model: NetworkModel, x: Array, e: Array, p: Precision) -> tuple[Array, Array]:
+    """The forward pass from inputs and their errors, shape (inputs, n)."""
+    half, to = 0.5 * p.epsilon, model.scaling
+    scale, offset = to.scale[:, None], to.offset[:, None]
     z = (x - offset) / scale
     e = (e + half * (np.abs(x - offset) + (np.abs(offset) if p is FLOAT32 else 0.0))) / np.abs(scale)
     e = e + (2.0 if p is FLOAT32 else 1.0) * half * np.abs(z)
     a, e, weights, start = _rbfn(model, z, e, p) if model.structure.kind == "rbfn" else _fnn(model, z, e, p)
     terms = np.abs(weights[:, None] * a)
-    count = len(weights) / 4.0 + 6.0
-    error = np.abs(weights) @ e + half * count * (terms.sum(axis=0) + abs(start))
-    unit = abs(model.scaling.effort_scale)
-    return unit * error + 3.0 * half * (unit * (terms.sum(axis=0) + abs(start)) + abs(model.scaling.effort_offset))
+    error = np.abs(weights) @ e + half * (len(weights) / 4.0 + 6.0) * (terms.sum(axis=0) + abs(start))
+    unit = abs(to.effort_scale)
+    error = unit * error + 3.0 * half * (unit * (terms.sum(axis=0) + abs(start)) + abs(to.effort_offset))
+    return (weights @ a + start) * to.effort_scale + to.effort_offset, error
 
 
 def _fnn(model: NetworkModel, a: Array, e: Array, p: Precision) -> tuple[Array, Array, Array, float]:

@@ -1,269 +1,438 @@
-"""The whole step as one record of arithmetic and choices, state in and state out: for targets that are not C.
+"""The whole step, recorded once; every target, the test vectors, the error bound and the cost come from this record.
 
-Every condition is a choice between two numbers, so the record has no branches and prints as a dataflow graph (ONNX) or
-as straight-line code (MATLAB). `emulate` says the same of whole sequences; the conformance tests hold both together.
+input -> last good row -> [angles to speeds] -> fields and slips, held near the training range
+      -> command of each element -> [stages] -> law or network -> limits
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
-import numpy as np
+from erclutch.arithmetic.elementary import less_select
+from erclutch.arithmetic.record import Node, Record
+from erclutch.errors import ExportError
+from erclutch.export.exported_step import (
+    BOTH_FIELDS,
+    LARGEST_ANGLE,
+    LIMITED,
+    NON_FINITE,
+    OUTSIDE,
+    ExportedStep,
+    ExportOptions,
+    Window,
+    described_step,
+)
+from erclutch.models.model import settled_memory
+from erclutch.models.stages.stage import Place, Stage
+from erclutch.signals.device import slips_of
 
-from erclutch.elementary import less_select
-from erclutch.export.graph import Graph, Node, Traced
-from erclutch.export.program import BOTH_FIELDS, LARGEST_ANGLE, LIMITED, NON_FINITE, OUTSIDE, Program, Window
-from erclutch.networks.model import NetworkModel
-
-_INFINITE = float("inf")
-
-
-@dataclass(frozen=True)
-class Register:
-    """The last values of a signal, the newest first.
-
-    Attributes:
-        name: of it; the value k rows back is the graph's input ``name@k``.
-        length: values.
-        now: what goes in; it fills the whole register at the first good row.
-        reads: the k that are read.
-    """
-
-    name: str
-    length: int
-    now: Node
-    reads: tuple[int, ...]
+#: Number of the state that switches the network of a law off: the effort is the law's alone.
+SWITCHED_OFF = "residual_off"
 
 
 @dataclass(frozen=True)
 class StepRecord:
-    """One step.
+    """One step, or the effort at rest.
 
     Attributes:
-        graph: its arithmetic; ``network`` nodes stand for the forward pass.
-        inputs: the graph's names of the step's inputs.
-        effort, flags: results; flags as a whole number.
-        after: new value of each number of the state, all of them 0 after a reset.
-        registers: the rest of the state.
-        started: name of the number that is 1 once a good row has come; None without a state.
+        record: its arithmetic; ``network`` nodes stand for the forward pass.
+        inputs: the record's names of the step's inputs.
+        effort: the result.
+        flags: by bit, whether it is raised.
+        value: the effort ahead of its limits.
+        fields, slips, extras: signals within their windows, of each element.
+        started: whether a good row has come, this one included.
     """
 
-    graph: Graph
+    record: Record
     inputs: tuple[str, ...]
     effort: Node
-    flags: Node
-    after: Mapping[str, Node]
-    registers: tuple[Register, ...]
-    started: str | None
+    flags: Mapping[int, Node]
+    value: Node
+    fields: tuple[Node, ...]
+    slips: tuple[Node, ...]
+    extras: tuple[Node, ...]
+    started: Node
 
     @property
     def size(self) -> int:
         """Numbers of the state."""
-        return len(self.after) + sum(r.length for r in self.registers)
+        return len(self.record.after) + sum(self.record.registers().values())
 
 
-def has_memory(program: Program) -> bool:
+def has_memory(step: ExportedStep) -> bool:
     """Whether the effort depends on earlier rows (other than in place of a bad one)."""
-    return bool(program.lag or program.past or program.filter)
+    return bool(step.stages or step.model.past or step.filter)
 
 
-def step_record(program: Program, *, remember: bool = True) -> StepRecord:
-    """The record of a program's step.
+def feels_state(step: ExportedStep) -> bool:
+    """Whether the effort of the next step depends on the state: on earlier rows, or on the switch of a network."""
+    return has_memory(step) or step.model.correction is not None
+
+
+def step_of(model: Any, options: ExportOptions | None = None) -> ExportedStep:
+    """The step of a model for export; its arithmetic can be recorded.
+
+    Raises:
+        ExportError: no model of erclutch, numbers that are not finite, an option or an equation that does not fit.
+    """
+    made = described_step(model, options)
+    step_record(made)
+    return made
+
+
+@lru_cache(maxsize=16)
+def step_record(step: ExportedStep, *, remember: bool = True) -> StepRecord:
+    """The record of a step.
 
     Args:
-        program: what to record.
+        step: what to record.
         remember: keep the last good row to stand in for a bad one; without it, and only for a model without memory,
             there is no state, and the effort of a bad row is 0.
     """
-    made = _Step(program, remember or has_memory(program))
-    made.receive()
-    made.result()
-    graph = made.graph
-    effort, flags = (made.node(x) for x in (made.effort, made.flags))
-    after = {name: made.node(x) for name, x in made.after.items()}
-    graph.outputs = [effort, flags, *after.values(), *(r.now for r in made.registers)]
-    started = "started" if made.remember else None
-    return StepRecord(graph, tuple(made.names), effort, flags, after, tuple(made.registers), started)
+    return _Recording(step, remember or has_memory(step)).whole()
 
 
-def inlined(graph: Graph, into: Graph, inputs: Mapping[str, Any]) -> list[Traced]:
-    """The outputs of a record as values of another one."""
-    known: dict[int, Node] = {}
-    for node in graph.needed():
-        if node.operation == "input":
-            known[node.index] = inputs[str(node.value)].node
-        else:
-            arguments = tuple(known[a.index] for a in node.arguments)
-            known[node.index] = into.node(node.operation, arguments, node.value, node.kind)
-    return [Traced(into, known[n.index]) for n in graph.outputs]
+def rest_record(step: ExportedStep) -> StepRecord:
+    """The record of the effort at rest: no state, speeds come in."""
+    return _Recording(step, remember=False, rest=True).whole()
 
 
-def _is(condition: Any, yes: Any, no: Any) -> Any:
-    """Yes where a condition is 1, no where it is 0."""
-    if isinstance(condition, float):
-        return yes if condition else no
-    return less_select(0.5, condition, yes, no)
+def search_record(step: ExportedStep) -> Record:
+    """The record that the inverse begins with: from speeds and further inputs to their held values and a truth.
+
+    The inputs are u0, u1, ... of the step without the fields; the outputs are slips, further inputs, and whether one
+    of them lies outside.
+    """
+    made = _Recording(step, remember=False, rest=True)
+    e = step.elements
+    inputs = [made.record.input(f"u{i}") for i in range(e, len(step.inputs))]
+    outside, _, held = made.signals([], slips_of(step.device, inputs[:e]), inputs[e:])
+    for x in held:
+        made.record.give(x)
+    made.record.give(outside)
+    return made.record
 
 
-def _held(x: Any, low: float, high: float) -> Any:
-    below = less_select(x, high, x, high)
+def settled_record(step: ExportedStep) -> Record:
+    """The record of the effort at rest from a signed field, and from slips and further inputs that are held."""
+    made = _Recording(step, remember=False, rest=True)
+    record, count = made.record, step.elements + len(step.extras)
+    signed, rest = record.input("field"), [record.input(f"w{i}") for i in range(count)]
+    record.give(made.behind(_parted(step, signed), rest[: step.elements], rest[step.elements :]))
+    return record
+
+
+def next_record(step: ExportedStep) -> Record:
+    """The record of the next step's effort ahead of its limits, with the state as it is: nothing is kept.
+
+    The inputs are a signed field and u0, u1, ... of the step without its fields; all of them are finite.
+    """
+    return _Recording(step, remember=True, ahead=True).next_effort()
+
+
+def feels_next_field(step: ExportedStep) -> bool:
+    """Whether the effort of a step depends on the field of the same step; a dead time of a row or more cuts it off."""
+    if not feels_state(step):
+        return True
+    record = next_record(step)
+    going = record.state("started", kind="truth").node
+    open_, seen = [record.outputs[0]], set[Node]()
+    while open_:
+        node = open_.pop()
+        if node.operation == "input" and node.value == "field":
+            return True
+        seen.add(node)
+        first_row_only = node.operation == "choose" and node.arguments[0] is going
+        open_ += [a for a in (node.arguments[:2] if first_row_only else node.arguments) if a not in seen]
+    return False
+
+
+def _parted(step: ExportedStep, signed: Any) -> list[Any]:
+    """The fields of the elements for a signed field."""
+    if step.elements == 1:
+        return [signed]
+    return [less_select(0.0, signed, signed, 0.0), less_select(signed, 0.0, -signed, 0.0)]
+
+
+def suffix_of(stage: Stage, element: str) -> str:
+    """What ends the names of a stage's numbers in the state: of an element, or "" of the device."""
+    return "_" + re.sub(r"[^A-Za-z0-9_]", "_", f"{stage.name}{element}")
+
+
+def _present(signal: Any, rows: int) -> Any:
+    return signal
+
+
+def _held(value: Any, low: Any, high: Any) -> Any:
+    below = less_select(value, high, value, high)
     return less_select(low, below, below, low)
 
 
 @dataclass
-class _Step:
-    """The step while it is recorded."""
+class _Memory:
+    """The memory of a stage while its step is recorded.
 
-    program: Program
+    Attributes:
+        record: what is recorded into.
+        going: whether there was a row before.
+        suffix: of every name, that of the element.
+        initial: the state in the first row.
+        earlier: a signal some rows back, by its name.
+    """
+
+    record: Record
+    going: Any
+    suffix: str
+    initial: Mapping[str, Any]
+    earlier: Callable[[str, Any, int], Any]
+
+    def before(self, name: str) -> Any:
+        return self.record.choose(self.going, self.record.state(name + self.suffix), self.initial[name])
+
+    def keep(self, name: str, value: Any) -> Any:
+        kept = self.record.choose(self.going, value, self.initial[name])
+        self.record.keep(name + self.suffix, kept)
+        return self.record.label(kept, name + self.suffix)
+
+    def back(self, name: str, value: Any, rows: int) -> Any:
+        return value if rows == 0 else self.earlier(name + self.suffix, value, rows)
+
+    def number(self, value: float) -> Any:
+        return self.record.operand("constant", value=float(value))
+
+
+@dataclass
+class _Recording:
+    step: ExportedStep
     remember: bool
-    graph: Graph = field(default_factory=Graph)
-    names: list[str] = field(default_factory=list[str])
-    after: dict[str, Any] = field(default_factory=dict[str, Any])
-    registers: list[Register] = field(default_factory=list[Register])
-    effort: Any = 0.0
-    flags: Any = 0.0
+    rest: bool = False
+    ahead: bool = False
+    record: Record = field(default_factory=Record)
 
-    def node(self, x: Any) -> Node:
-        return x.node if isinstance(x, Traced) else self.graph.node("constant", (), float(x))
+    def whole(self) -> StepRecord:
+        """From the inputs to effort and flags."""
+        step, record, e = self.step, self.record, self.step.elements
+        names = tuple(f"u{i}" for i in range(len(step.inputs)))
+        rows = self.receive([record.input(name) for name in names])
+        slips = slips_of(step.device, rows[e : 2 * e])
+        outside, both, held = self.signals(rows[:e], slips, rows[2 * e :])
+        fields, slips, extras = held[:e], held[e : 2 * e], held[2 * e :]
+        value = self.behind(fields, slips, extras)
+        effort, limited = self.limited(value)
+        flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited}
+        raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
+        raised[NON_FINITE] = record.opposite(self.good)
+        self._refuse_names()
+        nodes = [[record.node_of(x) for x in group] for group in (fields, slips, extras)]
+        record.outputs = [record.node_of(x) for x in (effort, *raised.values())]
+        return StepRecord(
+            record=record,
+            inputs=names,
+            effort=record.outputs[0],
+            flags=dict(zip(raised, record.outputs[1:], strict=True)),
+            value=record.node_of(value),
+            fields=tuple(nodes[0]),
+            slips=tuple(nodes[1]),
+            extras=tuple(nodes[2]),
+            started=record.node_of(self.started),
+        )
 
-    def number(self, name: str) -> Traced:
-        return self.graph.input(name)
+    def _refuse_names(self) -> None:
+        for name in (*self.record.after, *(n.value[0] for n in self.record.nodes if n.operation == "delay")):
+            if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+                raise ExportError(
+                    f"a stage calls a number of its state {name!r}, which is no name in C",
+                    where=self.step.model.name,
+                    remedy="Name it in the stage with letters, digits and underscores, a letter first",
+                )
 
-    # --- input ---------------------------------------------------------------------------------------------------
+    def next_effort(self) -> Record:
+        """From a signed field and the other inputs, all finite, to the effort; the state is read."""
+        step, record, e = self.step, self.record, self.step.elements
+        self.good = self.started = True
+        self.going = record.state("started", kind="truth")
+        fields = _parted(step, record.input("field"))
+        given = [record.input(f"u{i}") for i in range(e, len(step.inputs))]
+        rows = [self._speed(x, i) if step.filter and i < e else x for i, x in enumerate(given)]
+        _, _, held = self.signals(fields, slips_of(step.device, rows[:e]), rows[e:])
+        record.give(self.behind(held[:e], held[e : 2 * e], held[2 * e :]))
+        record.after.clear()
+        return record
 
-    def receive(self) -> None:
+    # --- input -------------------------------------------------------------------------------------------------------
+
+    def receive(self, given: Sequence[Any]) -> list[Any]:
         """The last good row, and what is known of it."""
-        p, e = self.program, self.program.elements
-        self.names = [f"u{i}" for i in range(len(p.inputs))]
-        given: list[Any] = [self.number(name) for name in self.names]
-        good: Any = 1.0
+        record, e = self.record, self.step.elements
+        angles = range(e, 2 * e) if self.step.filter and not self.rest else range(0)
+        good: Any = True
         for i, x in enumerate(given):
-            angle = p.filter is not None and e <= i < 2 * e
-            good = less_select(np.absolute(x), LARGEST_ANGLE if angle else _INFINITE, good, 0.0)
-        self.good = good
-        self.started: Any = good
-        self.started_before: Any = 0.0
-        rows: list[Any] = [_is(good, x, 0.0) for x in given]
-        if self.remember:
-            self.started_before = self.number("started")
-            self.started = _is(good, 1.0, self.started_before)
-            self.after["started"] = self.started
-            for i, x in enumerate(given):
-                if p.filter is not None and e <= i < 2 * e:
-                    rows[i] = self._speed(x, i - e)
-                    continue
-                rows[i] = _is(good, x, self.number(f"last{i}"))
-                self.after[f"last{i}"] = rows[i]
-        self.rows = rows
+            within = record.finite(x)
+            if i in angles:
+                within = record.both(within, record.both(record.less(-LARGEST_ANGLE, x), record.less(x, LARGEST_ANGLE)))
+            good = record.both(good, within)
+        self.good = self.started = record.label(good, "row_good")
+        self.going: Any = False
+        if not self.remember:
+            return [record.label(record.choose(good, x, 0.0), f"row{i}") for i, x in enumerate(given)]
+        self.going = record.state("started", kind="truth")
+        self.started = record.label(record.either(good, self.going), "row_known")
+        record.keep("started", self.started)
+        return [self._speed(x, i - e) if i in angles else self._last(x, i) for i, x in enumerate(given)]
+
+    def _last(self, x: Any, i: int) -> Any:
+        kept = self.record.choose(self.good, x, self.record.state(f"last{i}"))
+        self.record.keep(f"last{i}", kept)
+        return self.record.label(kept, f"row{i}")
 
     def _speed(self, measured: Any, i: int) -> Any:
-        """The derivative filter of one angle."""
-        f, period = self.program.filter, self.program.period or 0.0
+        """The derivative filter of one angle: a prediction, corrected by the innovation."""
+        f, period, record = self.step.filter, self.step.period, self.record
         assert f is not None
-        position, speed = self.number(f"position{i}"), self.number(f"speed{i}")
+        assert period is not None
+        position, speed = record.state(f"position{i}"), record.state(f"speed{i}")
         predicted = position + period * speed
-        innovation = _is(self.good, self._turned(measured - predicted), 0.0)
-        first = _is(self.good, self._turned(measured), position)
-        turned = self._turned(predicted + f.g * innovation)
-        self.after[f"position{i}"] = _is(self.started_before, turned, first)
-        now = _is(self.started_before, speed + f.h * innovation / period, speed)
-        self.after[f"speed{i}"] = now
-        return now
+        innovation = record.choose(self.good, self._turned(measured - predicted), 0.0)
+        first = record.choose(self.good, self._turned(measured), position)
+        corrected = self._turned(predicted + f.g * innovation)
+        record.keep(f"position{i}", record.choose(self.going, corrected, first))
+        now = record.choose(self.going, speed + f.h * innovation / period, speed)
+        record.keep(f"speed{i}", now)
+        return record.label(now, f"speed{i}")
 
     def _turned(self, x: Any) -> Any:
-        f = self.program.filter
-        assert f is not None
-        if f.turn is None:
+        """An angle less whole turns, within half a turn of zero."""
+        turn = self.step.filter.turn if self.step.filter else None
+        if turn is None:
             return x
-        magic = 1.5 * 2.0**self.program.precision.fraction
-        turns = (x * (1.0 / f.turn) + magic) - magic
-        return x - turns * f.turn
 
-    # --- effort --------------------------------------------------------------------------------------------------
+        def turned(x: Any) -> Any:
+            turns = x * (1.0 / turn)
+            return x - turns.record("nearest", turns) * turn
 
-    def result(self) -> None:
-        """Effort, flags and what is remembered."""
-        p, rows, e = self.program, self.rows, self.program.elements
-        fields = rows[:e]
-        slips = [rows[1]] if e == 1 else [rows[2] - rows[3], -rows[2] - rows[3]]
-        extras = rows[2 * e :]
-        windows = [p.field] * e + [p.slip] * e + list(p.extras)
-        outside: Any = 0.0
-        for x, window in zip([*fields, *slips, *extras], windows, strict=True):
-            outside = less_select(x, window.warn[0], 1.0, less_select(window.warn[1], x, 1.0, outside))
-        both: Any = 0.0
-        if e == 2:
-            both = less_select(p.both, fields[0], less_select(p.both, fields[1], 1.0, 0.0), 0.0)
-        fields, slips = self._within(fields, [p.field] * e), self._within(slips, [p.slip] * e)
-        extras = self._within(extras, list(p.extras))
-        value = self._effort(fields, slips, extras)
-        self._limit(value, OUTSIDE * outside + BOTH_FIELDS * both)
+        return self.record.call("turned", turned, x=x)
 
-    def _within(self, signals: list[Any], windows: list[Window]) -> list[Any]:
-        return [_held(x, *w.hold) for x, w in zip(signals, windows, strict=True)]
+    def signals(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> tuple[Any, Any, list[Any]]:
+        """Whether one lies outside its window, whether both fields are on, and all of them within their windows."""
+        step, record = self.step, self.record
+        windows = [*(step.field for _ in fields), *(step.slip for _ in slips), *step.extras]
+        kinds = (("field", fields), ("slip", slips), ("further", extras))
+        names = [f"{kind}{i + 1}" for kind, signals in kinds for i in range(len(signals))]
+        outside: Any = False
+        held: list[Any] = []
+        for name, x, window in zip(names, [*fields, *slips, *extras], windows, strict=True):
+            out, within = self._within(x, window)
+            outside = record.either(outside, record.label(out, f"{name}_outside"))
+            held.append(record.label(within, f"{name}_held"))
+        both = False
+        if len(fields) == 2:
+            both = record.both(record.less(step.both, fields[0]), record.less(step.both, fields[1]))
+        return outside, both, held
 
-    def _limit(self, value: Any, flags: Any) -> None:
-        low, high = self.program.limits
-        before: Any = self.number("effort_before") if self.remember else 0.0
-        held = less_select(np.absolute(value), _INFINITE, _held(value, low, high), before)
-        within = less_select(value, low, 0.0, less_select(high, value, 0.0, 1.0))
-        limited = less_select(np.absolute(value), _INFINITE, 1.0 - within, 1.0)
-        self.effort = _is(self.started, held, 0.0)
+    def _within(self, x: Any, window: Window) -> tuple[Any, Any]:
+        record = self.record
+        out = record.either(record.less(x, window.warn[0]), record.less(window.warn[1], x))
+        held = record.call("held", _held, value=x, low=window.hold[0], high=window.hold[1])
+        return out, record.choose(out, held, x)
+
+    # --- effort ------------------------------------------------------------------------------------------------------
+
+    def behind(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+        """The effort from signals within their windows."""
+        step = self.step
+        commands = [self.record.call("command", step.model.command, field=x) for x in fields]
+        fluids = [
+            self.record.label(self._through("command", x, str(i)), f"fluid{i + 1}") for i, x in enumerate(commands)
+        ]
+        remembered = self._remembered(fluids, slips)
+        effort = self._through("effort", self._ahead(fluids, slips, remembered, extras))
+        correction = step.model.correction
+        if correction is None:
+            return effort
+        past = self._past() if step.model.past and not self.rest else _present
+        further = dict(zip(step.model.extras, extras, strict=True))
+        inputs = correction.inputs(fluids, slips, remembered, further, past)
+        named = {f"x{i + 1}": x for i, x in enumerate(inputs)}
+        return self._corrected(effort, self.record.call("residual", correction.of, **named))
+
+    def _corrected(self, effort: Any, residual: Any) -> Any:
+        """The effort with what a network adds, unless that is switched off by the state."""
+        if not self.remember:
+            return effort + residual
+        off = self.record.state(SWITCHED_OFF, kind="truth")
+        self.record.keep(SWITCHED_OFF, off)
+        return self.record.choose(off, effort, effort + residual)
+
+    def _ahead(self, fluids: Sequence[Any], slips: Sequence[Any], remembered: Any, extras: Sequence[Any]) -> Any:
+        """The effort ahead of the stages on it."""
+        model, e = self.step.model, self.step.elements
+        if (model.past or any(remembered)) and not self.rest:  # in one piece, so that strength of the field is shared
+            return model.from_fluid(fluids, slips, remembered, extras, self._past())
+        states = [x for element in remembered for outputs in element for x in outputs]
+
+        def rest(*signals: Any) -> Any:
+            own = iter(signals[2 * e : 2 * e + len(states)])
+            memory = [[[next(own) for _ in outputs] for outputs in element] for element in remembered]
+            further = signals[2 * e + len(states) :]
+            return model.from_fluid(signals[:e], signals[e : 2 * e], memory, further, _present)
+
+        names = [f"{letter}{i + 1}" for letter in "xw" for i in range(e)]
+        names += [f"{letter}{i + 1}" for letter, group in (("m", states), ("v", extras)) for i in range(len(group))]
+        signals = [*fluids, *slips, *states, *extras]
+        return self.record.call("rest", rest, **dict(zip(names, signals, strict=True)))
+
+    def _remembered(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[list[Sequence[Any]]]:
+        """Outputs of the stages on the slip, for each element."""
+        model = self.step.model
+        moved = model.moved(fluids, slips)
+        if self.rest:
+            return settled_memory(model, moved)
+        return [
+            [self._stepped(stage, q, m, str(i)) for stage, q in self.step.stages if stage.place == "slip"]
+            for i, m in enumerate(moved)
+        ]
+
+    def _stepped(self, stage: Stage, q: Mapping[str, float], signal: Any, element: str) -> tuple[Any, ...]:
+        memory = _Memory(self.record, self.going, suffix_of(stage, element), stage.initial(signal, q), self._earlier)
+        return stage.step(memory, signal, q, self.step.period or 1.0)
+
+    def _through(self, place: Place, signal: Any, element: str = "") -> Any:
+        """A signal behind the stages of a place."""
+        for stage, q in () if self.rest else self.step.stages:
+            if stage.place == place:
+                (signal,) = self._stepped(stage, q, signal, element)
+        return signal
+
+    def _past(self) -> Any:
+        names: dict[int, str] = {}
+
+        def past(signal: Any, rows: int) -> Any:
+            name = names.setdefault(self.record.node_of(signal).index, f"past{len(names)}")
+            return self._earlier(name, signal, rows)
+
+        return past
+
+    def _earlier(self, name: str, signal: Any, rows: int) -> Any:
+        """A signal some rows back; in the first row the signal itself."""
+        if self.ahead:
+            return self.record.choose(self.going, self.record.operand("earlier", value=(name, rows)), signal)
+        return self.record.operand("delay", signal, self.going, value=(name, rows))
+
+    def limited(self, value: Any) -> tuple[Any, Any]:
+        """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""
+        record, (low, high) = self.record, self.step.limits
+        record.label(value, "unlimited")
+        beyond = record.label(record.either(record.less(value, low), record.less(high, value)), "beyond")
+        within = record.choose(beyond, record.call("held", _held, value=value, low=low, high=high), value)
+        finite = record.label(record.finite(value), "is_finite")
+        before = record.state("effort") if self.remember else 0.0
+        limited = record.label(record.choose(finite, within, before), "limited")
+        effort = record.label(record.choose(self.started, limited, 0.0), "now")
         if self.remember:
-            self.after["effort_before"] = self.effort
-        flags = flags + LIMITED * limited + _is(self.good, 0.0, float(NON_FINITE))
-        self.flags = _is(self.started, flags, float(NON_FINITE))
-
-    def _effort(self, fields: list[Any], slips: list[Any], extras: list[Any]) -> Any:
-        p = self.program
-        fluids = [self._fluid(x, i) for i, x in enumerate(fields)]
-        if p.law is not None:
-            names = [f"x{i + 1}" for i in range(p.elements)] + [f"w{i + 1}" for i in range(p.elements)]
-            return inlined(p.law, self.graph, dict(zip(names, [*fluids, *slips], strict=True)))[0]
-        assert isinstance(p.model, NetworkModel)
-        base = self._base(fluids, slips)
-        back = p.rows_back
-        pasts = [self._register(f"past{i}", back, x, p.past) for i, x in enumerate(base)] if back else []
-        past = [values[k] for k in p.past for values in pasts]
-        nodes = tuple(self.node(x) for x in [*base, *past, *extras])
-        return Traced(self.graph, self.graph.node("network", nodes))
-
-    def _base(self, fluids: list[Any], slips: list[Any]) -> list[Any]:
-        if self.program.elements == 1:
-            return [fluids[0], slips[0]]
-        signed = fluids[0] - fluids[1]
-        if "w1" in self.program.base:
-            return [signed, *slips]
-        return [signed, 0.5 * (slips[0] - slips[1]), -0.5 * (slips[0] + slips[1])]
-
-    def _register(self, name: str, length: int, now: Any, reads: tuple[int, ...]) -> dict[int, Any]:
-        """The values that were k rows back; before the first row all is as in the first."""
-        self.registers.append(Register(name, length, self.node(now), tuple(k for k in reads if k)))
-        return {k: _is(self.started_before, self.number(f"{name}@{k}"), now) if k else now for k in reads}
-
-    def _fluid(self, applied: Any, i: int) -> Any:
-        """What the field in the fluid is: command, lag, delay."""
-        u = inlined(self.program.command, self.graph, {"field": applied})[0]
-        lag = self.program.lag
-        if lag is None:
-            return u
-        before = _is(self.started_before, self.number(f"lag{i}"), u)
-        rise, tau = lag.rise, lag.tau_rise
-        share: Any = rise
-        if lag.fall is not None:
-            grown = (u - before) * before
-            share, tau = less_select(grown, 0.0, lag.fall, rise), less_select(grown, 0.0, lag.tau_fall, tau)
-        rest = share - 1.0 if isinstance(share, Traced) else self._rounded(share) - 1.0
-        x = _is(self.started_before, share * u - rest * before, u)
-        slope = (u - x) / tau
-        self.after[f"lag{i}"] = x
-        old, new = lag.rows - 1, lag.rows - 2
-        values = self._register(f"x{i}", old, x, (old, new))
-        slopes = self._register(f"slope{i}", old, slope, (old, new))
-        bend = slopes[old] * lag.bend_before + slopes[new] * lag.bend_after
-        return values[old] + (values[new] - values[old]) * lag.forward + bend * lag.reach
-
-    def _rounded(self, value: float) -> float:
-        return self.program.precision.round(value)
+            record.keep("effort", effort)
+        return effort, record.either(record.opposite(finite), beyond)

@@ -1,4 +1,4 @@
-"""Test vectors: random and edge rows, what the step must return for them bit for bit, and what NumPy returns."""
+"""Test vectors hold random and edge rows, the bits that the step must return for them, and what NumPy returns."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.export.emulate import inverse, reference, run
-from erclutch.export.program import Program
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_numbers import inverse, inverse_now, reference, run
+from erclutch.signals.array import Array
+from erclutch.signals.device import speeds_of
 
-Array = NDArray[np.float64]
-STEPS, FIELDS = 256, 48
+STEPS, FIELDS, AHEAD = 256, 48, 32
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Vectors:
         speeds: inputs of the inverse, shape (m, inputs).
         wanted: its efforts.
         field, field_flags: what it returns.
+        wanted_now: efforts that are asked of the inverse of the next step ahead of each of the first rows.
+        field_now, field_now_flags: what it returns.
     """
 
     rows: NDArray[Any]
@@ -36,9 +39,12 @@ class Vectors:
     wanted: NDArray[Any]
     field: NDArray[Any]
     field_flags: NDArray[np.uint32]
+    wanted_now: NDArray[Any]
+    field_now: NDArray[Any]
+    field_now_flags: NDArray[np.uint32]
 
 
-def vectors_of(program: Program, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
+def vectors_of(program: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
     """The same vectors for the same model, always."""
     rng = np.random.default_rng(int(program.digest[:12], 16))
     dtype = program.precision.dtype
@@ -50,10 +56,14 @@ def vectors_of(program: Program, steps: int = STEPS, fields: int = FIELDS) -> Ve
     speeds[: program.elements, program.elements] = np.nan
     wanted[-3:] = (np.nan, np.inf, 0.0)
     field, field_flags = inverse(program, speeds, wanted)
-    return Vectors(rows, effort, flags, reference(program, rows)[0], speeds, wanted, field, field_flags)
+    # Half of them are within reach: the row's own effort, except where the field that gives it is an odd one.
+    wanted_now = np.where(np.arange(AHEAD) % 2, wanted[:AHEAD], effort[:AHEAD])
+    now, now_flags = inverse_now(program, rows[:AHEAD], wanted_now)
+    numpy = reference(program, rows)[0]
+    return Vectors(rows, effort, flags, numpy, speeds, wanted, field, field_flags, wanted_now, now, now_flags)
 
 
-def rows_of(program: Program, rng: np.random.Generator, count: int) -> Array:
+def rows_of(program: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Ordinary rows, with edges strewn in: one row in eight has an odd value."""
     rows = ordinary(program, rng, count)
     if program.filter is not None:
@@ -68,7 +78,7 @@ def rows_of(program: Program, rng: np.random.Generator, count: int) -> Array:
     return rows
 
 
-def ordinary(program: Program, rng: np.random.Generator, count: int) -> Array:
+def ordinary(program: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Rows inside the training range, speeds in any case: fields that are held for a while, one side at a time."""
     e = program.elements
     low, high = program.field.range
@@ -78,19 +88,19 @@ def ordinary(program: Program, rng: np.random.Generator, count: int) -> Array:
         first = np.repeat(rng.random(count // 16 + 1) < 0.5, 16)[:count]
         columns = [np.where(first, hold, 0.0), np.where(first, 0.0, hold)]
     slip = [rng.uniform(*program.slip.range, count) for _ in range(e)]
-    speeds = slip if e == 1 else [0.5 * (slip[0] - slip[1]), -0.5 * (slip[0] + slip[1])]
+    speeds = speeds_of(program.device, slip)
     extras = [rng.uniform(*window.range, count) for window in program.extras]
     return np.column_stack([*columns, *speeds, *extras])
 
 
-def _edges(program: Program) -> list[Array]:
+def _edges(program: ExportedStep) -> list[Array]:
     """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
     info = np.finfo(program.precision.dtype)
     tiny = float(info.smallest_subnormal)
     largest, smallest = float(info.max), float(info.tiny)
     always = [0.0, -0.0, np.nan, np.inf, -np.inf, tiny, smallest, largest, -largest]
-    # A lag that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
-    switched = program.lag is not None and program.lag.fall is not None
+    # A stage that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
+    switched = any(stage.switches for stage, _ in program.stages)
     e = program.elements
     windows = [program.field] * e + [program.slip] * e + list(program.extras)
     found: list[Array] = []

@@ -1,20 +1,23 @@
-"""Compression: the rows of a static model as weighted centroids of a grid over its few inputs.
+"""The rows of a static model are compressed to weighted centroids of a grid over its few inputs.
 
 Within a cell a smooth model hardly changes, so the cost of the full data is that of the centroids, plus the scatter
 inside cells, which no parameter moves. Coarse grids give starts, finer ones the fit, all rows the figures.
 
-Rows may come at once (`compress`) or block by block (`Grid`, `Totals`): the centroids are the same to the last bit,
-because each cell adds its rows in their order.
+Rows come in blocks: the centroids are the same to the last bit whatever the blocks, because each cell adds its rows in
+their order.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.errors import SettingError
+from erclutch.signals.array import Array
+
 Places = NDArray[np.int64]
 
 #: Cells along each input by number of inputs, coarse to fine.
@@ -114,21 +117,45 @@ def grid_of(inputs: int, level: int) -> tuple[int, ...]:
     return (_LEVELS.get(inputs) and _LEVELS[inputs][level]) or _MANY[level] * inputs
 
 
-def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
-    """Centroids of the rows on a grid between the smallest and the largest value of each input.
+#: Inputs (inputs, n) and effort (n,) of some rows, and what the grid is over in place of the inputs, (inputs, n).
+Gridded = tuple[Array, Array, Array]
+
+
+def centroids_of(blocks: Iterable[Gridded], levels: Collection[int]) -> dict[int, Centroids]:
+    """Centroids of rows on grids between the smallest and the largest value of what the grids are over.
 
     Args:
-        x: inputs, shape (inputs, n).
-        y: effort, shape (n,).
-        level: 0 (coarse) to 2 (fine).
-        by: what the grid is over in place of the inputs, such as the logarithm of one, shape (inputs, n).
+        blocks: the rows; passed over more than once.
+        levels: 0 (coarse) to 2 (fine).
     """
-    values = x if by is None else by
-    grid = Grid(values.min(axis=1), values.max(axis=1), grid_of(x.shape[0], level))
-    place, size = grid.place(values), grid.size
-    if size > 4 * y.size + 1_000_000:
-        place = np.unique(place, return_inverse=True)[1]
-        size = int(place.max()) + 1
-    totals = Totals(size, x.shape[0])
-    totals.add(place, x, y)
-    return totals.centroids()
+    ends = [(by.min(axis=1), by.max(axis=1), y.size) for _, y, by in blocks]
+    low, high = np.min([low for low, _, _ in ends], axis=0), np.max([high for _, high, _ in ends], axis=0)
+    inputs, rows = low.size, sum(count for _, _, count in ends)
+    grids = {level: Grid(low, high, grid_of(inputs, level)) for level in levels}
+    used = {level: _used(blocks, grid) if grid.size > 4 * rows + 1_000_000 else None for level, grid in grids.items()}
+    totals = {
+        level: Totals(grids[level].size if cells is None else cells.size, inputs) for level, cells in used.items()
+    }
+    for x, y, by in blocks:
+        for level, grid in grids.items():
+            place, cells = grid.place(by), used[level]
+            totals[level].add(place if cells is None else np.searchsorted(cells, place), x, y)
+    return {level: total.centroids() for level, total in totals.items()}
+
+
+def _used(blocks: Iterable[Gridded], grid: Grid) -> Places:
+    """The cells that have rows, of a grid with far more cells than rows."""
+    return np.unique(np.concatenate([np.unique(grid.place(by)) for _, _, by in blocks]))
+
+
+def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
+    """`centroids_of` rows that are one block, at one level."""
+    return centroids_of([(x, y, x if by is None else by)], [level])[level]
+
+
+def not_on_disk(name: str, why: str) -> SettingError:
+    """The error for a model whose rows centroids cannot stand for, so that it needs all of them at once."""
+    return SettingError(
+        f"{name} cannot be fitted to a log that is larger than memory: {why}",
+        remedy="Fit it to a part of the log with erclutch fit, or leave it out",
+    )

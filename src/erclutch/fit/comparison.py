@@ -1,23 +1,29 @@
-"""The main job: every model on one data set, fitted, scored on rows held out, ranked, with a plain recommendation."""
+"""The main job fits every model to one data set, scores it on held-out rows, ranks all, and recommends one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, replace
-from importlib import import_module
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.check import ONE_FIELD, Finding, check, steady_command
-from erclutch.dataset import Dataset, blocks, hold_out
-from erclutch.dynamics import DynamicsForm
 from erclutch.errors import SettingError
-from erclutch.evaluate import (
+from erclutch.fit.data_check import ONE_FIELD, Finding, check, steady_command
+from erclutch.fit.history import history_finding
+from erclutch.fit.ladder import grown, helpful
+from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
+from erclutch.fit.log_zeros import log_differences
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.fit.networks.fit_residual import fit_residual
+from erclutch.fit.one_field import refuse_field_terms
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.past_samples import past_finding, past_rows
+from erclutch.fit.scoring import (
     TOLERATED,
-    Figure,
+    BandedFigure,
     Score,
     block_rows,
     excess,
@@ -26,23 +32,28 @@ from erclutch.evaluate import (
     recommend,
     score,
 )
-from erclutch.fit import FitOutcome, fit_structure
-from erclutch.fit.networks import fit_network
-from erclutch.laws import LADDER, law_from_name
-from erclutch.model import TIMES, Structure, TorqueModel
-from erclutch.networks import NetworkStructure, is_network, network_from_name
-from erclutch.networks.model import NetworkModel
-from erclutch.paper import APPROACHES
+from erclutch.logs.dataset import Dataset, hold_out, time_folds
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
+from erclutch.models.laws.yield_stress import CONSTANT
+from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
+from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
+from erclutch.models.stages import remembers, slip_stages, stages_of
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
-AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel]
-Lag = Literal["auto", "none", "lag", "rise-fall"]
-LAGS: tuple[Lag, ...] = ("auto", "none", "lag", "rise-fall")
+AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel] | FitOutcome[ResidualModel]
+AUTO = "auto"
+#: Names of `Settings.models` that stand for several.
+SETS = ("all", "paper")
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
 #: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
 _MEANINGLESS = 1e8
+#: Travels after which a state of memory has forgotten where it started, to 5 %.
+_FORGOTTEN = 3.0
 
 
 @dataclass(frozen=True)
@@ -51,28 +62,30 @@ class Settings:
 
     Attributes:
         models: specifications of laws; "all" is the ladder, "paper" the laws of the paper's tables.
-        lag: "none"; "lag" (one time constant); "rise-fall" (two); "auto": without and with one, and two for the best
-            law if the data ask for it.
+        lag: "none"; names of stages, such as "lag" (one time constant), "rise-fall" (two) or "dahl" (memory of the
+            slip), joined by "+"; "auto": without and with "lag", with "rise-fall" for the best law if the data ask for
+            it, and with memory as far as `fit.ladder` finds that the data ask for it. A model may name its own stages:
+            "bingham+lag+dahl".
         test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
             another); or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
         offset: a constant effort; None: as for friction.
         seed: of the bootstrap and of the networks' starts.
-        past: rows back that are inputs of networks too.
+        past: rows back, or times such as "2ms", whose samples are inputs of networks too.
         polish: whether networks get a last round over all rows.
         workers: models fitted side by side; changes no figure.
     """
 
     models: tuple[str, ...] = ("all",)
-    lag: Lag = "auto"
+    lag: str = AUTO
     test: float | tuple[str, ...] = 0.3
     blocks: int = 0
     friction: bool | None = None
     offset: bool | None = None
     seed: int = 0
     workers: int = 2
-    past: tuple[int, ...] = ()
+    past: tuple[int | str, ...] = ()
     polish: bool = False
 
     def to_dict(self) -> dict[str, Any]:
@@ -83,7 +96,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Entry:
+class RankedModel:
     """One model of a comparison.
 
     Attributes:
@@ -103,7 +116,7 @@ class Entry:
     criteria: dict[str, float]
     folds: tuple[float, ...]
     predicted: Array
-    excess: Figure
+    excess: BandedFigure
     sound: bool
     notes: tuple[str, ...]
 
@@ -130,11 +143,11 @@ class Comparison:
     test: NDArray[np.bool_]
     settings: Settings
     findings: tuple[Finding, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[RankedModel, ...]
     best: str
     recommended: str
 
-    def entry(self, name: str) -> Entry:
+    def entry(self, name: str) -> RankedModel:
         """The entry of a model by name.
 
         Raises:
@@ -143,10 +156,9 @@ class Comparison:
         for entry in self.entries:
             if entry.name == name:
                 return entry
-        raise SettingError(f"no model {name!r} here", remedy=f"There are {', '.join(e.name for e in self.entries)}")
+        raise SettingError(f"no model {name!r} here", remedy=f"Choose one of {', '.join(e.name for e in self.entries)}")
 
 
-_SETS = {"all": (*LADDER, "rbfn-10", "fnn-16"), "paper": tuple(APPROACHES)}
 _NO_LAG = Finding(
     "note",
     "dynamics",
@@ -155,10 +167,10 @@ _NO_LAG = Finding(
 )
 
 #: Called with the number of fits done, the number there are, and what was just done.
-Progress = Callable[[int, int, str], None]
+FitProgress = Callable[[int, int, str], None]
 
 
-def compare(data: Dataset, settings: Settings | None = None, progress: Progress | None = None) -> Comparison:
+def compare(data: Dataset, settings: Settings | None = None, progress: FitProgress | None = None) -> Comparison:
     """Fit, score and rank models.
 
     Args:
@@ -173,20 +185,26 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
     settings = settings or Settings()
     report = progress or _silent
     test = hold_out(data, settings.test)
-    findings = check(data, test)
+    findings = check(data, test) + past_finding(settings.past, data)
     train = data.take(~test)
-    lag: Lag = "none" if settings.lag == "auto" and steady_command(train) else settings.lag
+    lag = "none" if settings.lag == AUTO and steady_command(train) else settings.lag
     chosen = replace(settings, lag=lag)
     structures = structures_for(data, chosen)
     networks = networks_for(data, chosen)
-    if not structures and not networks:
+    residuals = residuals_for(data, chosen)
+    if not structures and not networks and not residuals:
         raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
-    if lag != settings.lag:
+    if lag != settings.lag and not data.one_field:
         findings += (_NO_LAG,)
-    outcomes = _fit_all(train, structures, settings.workers, report)
-    if lag == "auto":
-        outcomes += _second_time_constant(train, outcomes, settings, report)
-    outcomes += fit_networks(train, networks, outcomes, chosen, report)
+    laws = _fit_all(train, structures, settings.workers, report)
+    if lag == AUTO:
+        laws += _second_time_constant(train, laws, report)
+    if settings.lag == AUTO:
+        more, more_findings = _with_memory(train, laws, report)
+        laws, findings = laws + more, findings + more_findings
+        networks += _networks_with_memory(networks, laws)
+    corrected = _fit_residuals(train, residuals, laws, chosen, report)
+    outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
     entries = _score_all(data, train, test, outcomes, settings)
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
@@ -196,7 +214,16 @@ def compare(data: Dataset, settings: Settings | None = None, progress: Progress 
         {e.name: e.outcome.parameters for e in entries},
         {e.name for e in entries if e.sound},
     )
+    taken = next(e for e in entries if e.name == recommended)
+    findings += _memory_left(data, taken)
+    findings += log_differences(data, taken.predicted)
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
+
+
+def _memory_left(data: Dataset, entry: RankedModel) -> tuple[Finding, ...]:
+    with one_thread():
+        found = history_finding(data, data.effort - entry.predicted, entry.name, entry.outcome.model.structure.dynamics)
+    return () if found is None else (found,)
 
 
 def _silent(done: int, total: int, what: str) -> None:
@@ -209,26 +236,78 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     Raises:
         SettingError: an unknown model or lag, or none at all.
     """
-    if settings.lag not in LAGS:
-        raise SettingError(f"unknown lag {settings.lag!r}", remedy=f"Choose one of {', '.join(LAGS)}")
-    forms: dict[Lag, tuple[DynamicsForm, ...]] = {
-        "auto": ("none", "lag"),
-        "none": ("none",),
-        "lag": ("lag",),
-        "rise-fall": ("rise-fall",),
-    }
+    asked = _asked(settings)
+    return _structures(
+        data, settings, [(name, form) for name, form in asked if not (is_network(name) or parts_of(name))]
+    )
+
+
+def _structures(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
     alone = data.device == "single"
     friction = alone if settings.friction is None else settings.friction
     offset = alone if settings.offset is None else settings.offset
+    if data.one_field:
+        by_name = [name.partition("+")[0] for name in settings.models if name not in SETS]
+        refuse_field_terms(data, by_name, settings.lag, settings.friction)
+    asked = [(_law_of(name, data), form) for name, form in named]
+    laws = {name: law_from_name(name, data.device) for name, _ in asked if name}
     return [
-        Structure(data.device, name, law_from_name(name, data.device), form, friction, offset)
-        for form in forms[settings.lag]
-        for name in dict.fromkeys(_full_name(n, data.device) for n in _names(settings) if not is_network(n))
+        Structure(data.device, name, laws[name], form, friction and laws[name].yield_form is not CONSTANT, offset)
+        for name, form in dict.fromkeys(asked)
+        if name
     ]
 
 
+def residuals_for(data: Dataset, settings: Settings) -> list[ResidualStructure]:
+    """The laws with a network on their residual that a comparison fits, memoryless ones first.
+
+    Raises:
+        SettingError: a law or a network that cannot be.
+    """
+    asked = [(parts, form) for name, form in _asked(settings) if (parts := parts_of(name))]
+    return list(
+        dict.fromkeys(
+            ResidualStructure(law, _network_for(data, settings, network, law.dynamics))
+            for (name, network), form in asked
+            for law in _structures(data, settings, [(name, form)])
+        )
+    )
+
+
+def _network_for(data: Dataset, settings: Settings, name: str, form: str) -> NetworkStructure:
+    past, extras = past_rows(settings.past, data), tuple(data.extras)
+    return network_from_name(name, data.device, dynamics=form, past=past, extras=extras, field=not data.one_field)
+
+
+def _law_of(name: str, data: Dataset) -> str | None:
+    """The canonical specification of a law for these rows; None where it is nothing at one field."""
+    full = _full_name(name, data.device)
+    return at_one_field(full, data.device) if data.one_field else full
+
+
+def _asked(settings: Settings) -> list[tuple[str, str]]:
+    """Each model that is asked for with its stages: its own, or those of the settings, memoryless ones first."""
+    forms = ("none", "lag") if settings.lag == AUTO else (settings.lag,)
+    asked = [_name_and_stages(model) for model in _names(settings)]
+    pairs = [(name, form) for form in forms for name, own in asked if own is None]
+    pairs += [(name, own) for name, own in asked if own is not None]
+    for _, form in pairs:
+        stages_of(form)
+    return pairs
+
+
+def _name_and_stages(model: str) -> tuple[str, str | None]:
+    """The law, the network, or both, of a name such as ``bingham+fnn-16+lag``, and the stages that it names."""
+    words = model.replace(" ", "").split("+")
+    count = 2 if parts_of(model) else 1
+    return "+".join(words[:count]), "+".join(words[count:]) if len(words) > count else None
+
+
 def _names(settings: Settings) -> list[str]:
-    return [name for model in settings.models for name in _SETS.get(model, (model,))]
+    sets: dict[str, tuple[str, ...]] = {"paper": (*PAPER, *PAPER_NETWORKS)}
+    if "all" in settings.models:
+        sets["all"] = (*ladder(), "rbfn-10", "fnn-16")
+    return [name for model in settings.models for name in sets.get(model, (model,))]
 
 
 def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
@@ -237,15 +316,21 @@ def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
     Raises:
         SettingError: a network that cannot be.
     """
-    forms: dict[Lag, tuple[DynamicsForm, ...]] = {"auto": ("none", "lag"), "rise-fall": ("rise-fall",)}
     return list(
         dict.fromkeys(
-            network_from_name(name, data.device, dynamics=form, past=settings.past, extras=tuple(data.extras))
-            for form in forms.get(settings.lag, ("lag",) if settings.lag == "lag" else ("none",))
-            for name in _names(settings)
-            if is_network(name)
+            _network_for(data, settings, name, _remembered(form)) for name, form in _asked(settings) if is_network(name)
         )
     )
+
+
+def _remembered(form: str) -> str:
+    """The stages that a network has of a law's: those that remember, on the command and on the slip.
+
+    A network is trained on the effort as it is, so no stage can stand behind it; a stage without a state would give it
+    an input that the slip says already.
+    """
+    kept = [s.name for s in stages_of(form) if s.place == "command" or (s.place == "slip" and remembers(s))]
+    return "+".join(kept) or "none"
 
 
 def _full_name(name: str, device: str) -> str:
@@ -255,10 +340,11 @@ def _full_name(name: str, device: str) -> str:
     return "/".join([law.name, *dict.fromkeys(forms)])
 
 
-def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, report: Progress) -> list[AnyOutcome]:
+def _fit_all(
+    train: Dataset, structures: Sequence[Structure], workers: int, report: FitProgress
+) -> list[FitOutcome[TorqueModel]]:
     """Fits side by side, one BLAS thread each; results in the order of the structures whatever finishes first."""
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
-    with threadpool_limits(1), ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
+    with one_thread(), ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
         futures = [pool.submit(fit_structure, train, structure) for structure in structures]
         try:
             for done, name in enumerate(_as_completed(futures), start=1):
@@ -269,45 +355,101 @@ def _fit_all(train: Dataset, structures: Sequence[Structure], workers: int, repo
         return [future.result() for future in futures]
 
 
-def fit_networks(
+def _fit_networks(
     train: Dataset,
     networks: Sequence[NetworkStructure],
-    outcomes: Sequence[AnyOutcome],
+    laws: Sequence[FitOutcome[TorqueModel]],
     settings: Settings,
-    report: Progress,
-) -> list[AnyOutcome]:
+    report: FitProgress,
+) -> list[FitOutcome[NetworkModel]]:
     """Networks one after another, their starts side by side; behind a lag with the time constants of the best law."""
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
-    found: list[AnyOutcome] = []
-    with threadpool_limits(1):
+    found: list[FitOutcome[NetworkModel]] = []
+    with one_thread():
         for done, network in enumerate(networks, start=1):
-            dynamics = _dynamics_for(train, network, outcomes)
-            found.append(
-                fit_network(
-                    train,
-                    network,
-                    seed=settings.seed,
-                    polish=settings.polish,
-                    workers=settings.workers,
-                    dynamics=dynamics,
-                )
-            )
+            found.append(_network(train, network, settings, settings.workers, _dynamics_for(train, network, laws)))
             report(done, len(networks), found[-1].model.name)
     return found
 
 
-def _dynamics_for(train: Dataset, network: NetworkStructure, outcomes: Sequence[AnyOutcome]) -> dict[str, float]:
-    """Delay and time constants of the law with the lowest cost among those with the same dynamics."""
+def _fit_residuals(
+    train: Dataset,
+    residuals: Sequence[ResidualStructure],
+    laws: Sequence[FitOutcome[TorqueModel]],
+    settings: Settings,
+    report: FitProgress,
+) -> list[FitOutcome[ResidualModel]]:
+    """Laws with a network on their residual, one after another; a law that is fitted already is not fitted again."""
+    found: list[FitOutcome[ResidualModel]] = []
+    known = {law.model.structure: law for law in laws}
+    with one_thread():
+        for done, pair in enumerate(residuals, start=1):
+            law = known.get(pair.law)
+            found.append(fit_residual(train, pair, seed=settings.seed, workers=settings.workers, law=law))
+            report(done, len(residuals), found[-1].model.name)
+    return found
+
+
+def _network(
+    train: Dataset, structure: NetworkStructure, settings: Settings, workers: int, dynamics: Mapping[str, float]
+) -> FitOutcome[NetworkModel]:
+    return fit_network(train, structure, seed=settings.seed, polish=settings.polish, workers=workers, dynamics=dynamics)
+
+
+def _dynamics_for(
+    train: Dataset, network: NetworkStructure, laws: Sequence[FitOutcome[TorqueModel]]
+) -> dict[str, float]:
+    """Numbers of the stages, of the law with the lowest cost among those with the same stages but for the effort's."""
     if network.dynamics == "none":
         return {}
-    laws = [o.model for o in sorted(outcomes, key=lambda o: o.train_cost) if isinstance(o.model, TorqueModel)]
-    same = [law for law in laws if law.structure.dynamics == network.dynamics]
+    models = [law.model for law in sorted(laws, key=lambda law: law.train_cost)]
+    same = [m for m in models if _remembered(m.structure.dynamics) == network.dynamics]
     if not same:
         law = law_from_name("bingham", train.device)
         single = train.device == "single"
         structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
         same = [fit_structure(train, structure).model]
-    return {name: same[0].shape[name] for name in TIMES[network.dynamics]}
+    return stage_numbers_in_user_units(same[0])
+
+
+def _with_memory(
+    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]], report: FitProgress
+) -> tuple[list[FitOutcome[TorqueModel]], tuple[Finding, ...]]:
+    """The best law with stages of memory, as far as blocked validation on the training rows asks for them.
+
+    The findings name columns of the log that would take more of the error off.
+    """
+    known = [law for law in laws if not law.model.structure.law.forward and not law.model.structure.law.stimulus]
+    if not known:
+        return [], ()
+    least = min(law.train_cost for law in known)
+    near = [law for law in known if law.train_cost <= (1.0 + TOLERATED) * least]
+    base = min(near, key=lambda law: (law.parameters, law.train_cost))
+    quickest = min(known, key=lambda law: law.train_cost).model.structure.dynamics
+    with one_thread():
+        rungs = grown(train, replace(base.model.structure, dynamics=quickest), tuple(train.extras))
+        spare = helpful(train, rungs[-1])
+    findings = tuple(_spare_column(name, gain) for name, gain in spare.items())
+    wanted = dict.fromkeys(rung.structure for rung in (rungs[1], rungs[-1])) if len(rungs) > 1 else {}
+    return _fit_all(train, list(wanted), 2, report), findings
+
+
+def _spare_column(name: str, gain: float) -> Finding:
+    return Finding(
+        "note",
+        "spare column",
+        f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
+        f"Fit with --input {name!r}",
+    )
+
+
+def _networks_with_memory(
+    networks: Sequence[NetworkStructure], laws: Sequence[FitOutcome[TorqueModel]]
+) -> list[NetworkStructure]:
+    """Each FNN that is asked for once more, with the memory of the richest law."""
+    if not laws or not slip_stages(laws[-1].model.structure.dynamics):
+        return []
+    form = _remembered(laws[-1].model.structure.dynamics)
+    return list(dict.fromkeys(replace(n, dynamics=form) for n in networks if n.kind == "fnn"))
 
 
 def _as_completed(futures: Sequence[Future[FitOutcome[TorqueModel]]]) -> Iterable[str]:
@@ -319,19 +461,14 @@ def _as_completed(futures: Sequence[Future[FitOutcome[TorqueModel]]]) -> Iterabl
 
 
 def _second_time_constant(
-    train: Dataset, outcomes: list[AnyOutcome], settings: Settings, report: Progress
-) -> list[AnyOutcome]:
+    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]], report: FitProgress
+) -> list[FitOutcome[TorqueModel]]:
     """The best lagged law with separate time constants, if the training data ask for them."""
-    lagged = [
-        (o, o.model.structure)
-        for o in outcomes
-        if isinstance(o.model, TorqueModel) and o.model.structure.dynamics == "lag"
-    ]
+    lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
     if not lagged:
         return []
-    one, structure = min(lagged, key=lambda pair: pair[0].train_cost)
-    structure = replace(structure, dynamics="rise-fall")
-    two = _fit_all(train, [structure], 1, report)[0]
+    one = min(lagged, key=lambda law: law.train_cost)
+    two = _fit_all(train, [replace(one.model.structure, dynamics="rise-fall")], 1, report)[0]
     independent = min(independent_rows(train.effort - o.model.predict(train)) for o in (one, two))
     criteria = [
         information_criteria(o.train_cost, o.train_rows, independent, o.parameters)["bic_independent"]
@@ -342,18 +479,18 @@ def _second_time_constant(
 
 def _score_all(
     data: Dataset, train: Dataset, test: NDArray[np.bool_], outcomes: Sequence[AnyOutcome], settings: Settings
-) -> list[Entry]:
+) -> list[RankedModel]:
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - p for p in predictions]
     sound = [e for e in errors if np.all(np.isfinite(e))] or [data.effort]
     lengths = [block_rows([e[rows] for e in sound]) for rows in (test, ~test)]
     independent = min(independent_rows(e[~test]) for e in sound)
     best = min((e[test] for e in sound), key=lambda e: float(e @ e))
-    entries: list[Entry] = []
+    entries: list[RankedModel] = []
     for outcome, predicted in zip(outcomes, predictions, strict=True):
         cost = float(np.sum((data.effort - predicted)[~test] ** 2))
         entries.append(
-            Entry(
+            RankedModel(
                 outcome=outcome,
                 train=score(data.effort[~test], predicted[~test], block=lengths[1], seed=settings.seed),
                 test=score(data.effort[test], predicted[test], block=lengths[0], seed=settings.seed),
@@ -368,14 +505,14 @@ def _score_all(
     return sorted(entries, key=lambda e: e.test.rmse.value)
 
 
-def _judged_by_training(entries: Sequence[Entry]) -> list[Entry]:
+def _judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
     """Laws that miss the fields of the training rows, where the rows held out have but one, are not recommended."""
     laws = [e for e in entries if e.sound and not e.outcome.weights]
     if not laws:
         return list(entries)
     best = min(laws, key=lambda e: e.train.rmse.value)
 
-    def judged(entry: Entry) -> Entry:
+    def judged(entry: RankedModel) -> RankedModel:
         more = entry.train.rmse.value / best.train.rmse.value - 1.0
         if entry.outcome.weights or not more > TOLERATED:
             return entry
@@ -390,7 +527,7 @@ def _cross_validate(train: Dataset, outcome: AnyOutcome, settings: Settings) -> 
     if not settings.blocks:
         return ()
     errors: list[float] = []
-    for block in blocks(train, settings.blocks):
+    for block in time_folds(train, settings.blocks):
         model = _refit(train.take(~block), outcome, settings).model
         errors.append(float(np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2))))
     return tuple(errors)
@@ -401,9 +538,9 @@ def _refit(train: Dataset, outcome: AnyOutcome, settings: Settings) -> AnyOutcom
     model = outcome.model
     if isinstance(model, TorqueModel):
         return fit_structure(train, model.structure)
-    return fit_network(
-        train, model.structure, seed=settings.seed, polish=settings.polish, workers=1, dynamics=model.dynamics
-    )
+    if model.correction is not None:
+        return fit_residual(train, model.structure, seed=settings.seed)
+    return _network(train, model.structure, settings, 1, model.dynamics)
 
 
 def _unidentified(outcome: AnyOutcome) -> list[str]:
@@ -423,8 +560,40 @@ def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     return int(np.count_nonzero(~(np.abs(predicted[test] - seen.mean()) < 3.0 * float(np.ptp(seen)))))
 
 
+def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
+    """Which travels of the memory are so long that stretches of the log end before their start is forgotten."""
+    lengths = {e.name: e.value for e in outcome.estimates if e.name in outcome.model.times and e.name.startswith("r_")}
+    if not lengths:
+        return []
+    steps = np.diff(data.clock.time, prepend=data.clock.time[0])
+    walked = [
+        min(float(np.sum(np.abs(e.slip[s.start + 1 : s.stop]) * steps[s.start + 1 : s.stop])) for e in data.elements)
+        for s in data.clock.spans
+    ]
+    return [
+        f"{short} of {len(walked)} stretches are too short to forget the start of {name} = {length:.3g}"
+        for name, length in lengths.items()
+        if (short := sum(travel < _FORGOTTEN * length for travel in walked))
+    ]
+
+
+def _adds(model: ResidualModel, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> str:
+    """What the network of a law with one adds, on the rows held out."""
+    alone, both = (
+        float(np.sqrt(np.mean((data.effort - effort)[test] ** 2))) for effort in (model.law.predict(data), predicted)
+    )
+    change = f"{abs(1.0 - both / alone):.1%} {'less' if both <= alone else 'more'}" if alone > 0 else "no less"
+    unit, limit = data.units.effort or "", model.correction.limit
+    return (
+        f"test RMSE {alone:.4g} {unit} of the law alone, {both:.4g} {unit} with the network ({change}); "
+        f"the network moves the effort by at most {limit:.4g} {unit}"
+    )
+
+
 def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
     notes: list[str] = []
+    if outcome.model.correction is not None:
+        notes.append(_adds(outcome.model, data, predicted, test))
     if not outcome.converged and not outcome.weights:
         notes.append(f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)")
     if outcome.at_bounds:
@@ -436,6 +605,7 @@ def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[n
         notes.append(f"rank {outcome.rank} of {outcome.unknowns}: parameters trade off")
     elif outcome.condition > _MEANINGLESS:
         notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
+    notes += _too_short(outcome, data)
     wild = _wild(data, predicted, test)
     if wild:
         notes.append(f"{wild} test rows are predicted far outside all efforts seen: do not extrapolate this model")

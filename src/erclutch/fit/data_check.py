@@ -1,4 +1,4 @@
-"""The gate before a fit: what the data can support, said before any number is.
+"""Data are checked before a fit: this module says what they can support before any number is printed.
 
 An error stops the fit; a warning means that figures may mislead; a note is good to know.
 """
@@ -12,13 +12,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset
 from erclutch.errors import CheckError
-
-Array = NDArray[np.float64]
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.resample import RESAMPLED
+from erclutch.signals.array import Array
+from erclutch.signals.recording import NO_FIELD
 
 #: Subject of the finding that the rows held out have a single field.
 ONE_FIELD = "one field"
+
+#: Subject of the finding that all rows have a single field.
+STEADY_FIELD = "field"
 
 _FEWEST_ROWS = 50
 _CELLS = 12
@@ -52,12 +56,14 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         test: mask of the rows that are held out.
 
     Raises:
-        CheckError: too few rows, or field, slip or effort do not vary.
+        CheckError: too few rows, slip or effort that do not vary, or a field that varies in the rows held out alone.
     """
     train = data.take(~test)
-    where = data.sources[0] if len(data.sources) == 1 else f"{len(data.sources)} logs"
-    _must_vary(train, where)
+    _must_vary(train, data)
     checks: tuple[Callable[[], Finding | None], ...] = (
+        lambda: _resampled(data),
+        lambda: _rates(data),
+        lambda: _steady_field(data),
         lambda: _both_fields(data),
         lambda: _sign(train),
         lambda: _saturation(train),
@@ -80,19 +86,20 @@ def steady_command(train: Dataset) -> bool:
     return not any(moves)
 
 
-def _must_vary(train: Dataset, where: str) -> None:
+def _must_vary(train: Dataset, data: Dataset) -> None:
+    where = data.where
     if train.rows < _FEWEST_ROWS:
         raise CheckError(
             f"{train.rows} rows to train on, at least {_FEWEST_ROWS} are needed",
             where=where,
             remedy="Log for longer, or hold out less with --test",
         )
-    fields = np.concatenate([e.field for e in train.elements])
-    if np.ptp(fields) <= 1e-9 * (abs(float(fields[0])) + 1e-300):
+    if train.one_field and not data.one_field:
         raise CheckError(
-            f"the field is constant at {fields[0]:g} over {train.rows} training rows; a law needs at least two fields",
-            where=where,
-            remedy="Log with a changing field, or give several logs at once, each with its own field (--name-pattern)",
+            f"the field is constant at {field_text(train)} over {train.rows} training rows, and only the rows held out "
+            "have others",
+            where=data.where,
+            remedy="Hold out other rows with --test, so that the fit sees several fields",
         )
     for name, values in (("slip", np.concatenate([e.slip for e in train.elements])), ("effort", train.effort)):
         if np.ptp(values) <= 1e-12 * (abs(float(values[0])) + 1e-300):
@@ -101,6 +108,43 @@ def _must_vary(train: Dataset, where: str) -> None:
                 where=where,
                 remedy=f"Check that the right column is mapped to {name}",
             )
+
+
+def field_text(data: Dataset) -> str:
+    """The first field of each element, with its unit."""
+    unit = data.units.field if data.units.field not in ("", "?") else ""
+    return " and ".join(f"{e.field[0]:g} {unit}".strip() for e in data.elements)
+
+
+def _resampled(data: Dataset) -> Finding | None:
+    """Logs that were brought to another rate."""
+    notes = [note for note in data.notes if note.startswith(RESAMPLED)]
+    if not notes:
+        return None
+    more = f" (and {len(notes) - 1} other ways)" if len(notes) > 1 else ""
+    return Finding("note", "rate", f"logs were {notes[0]}{more}", "Fit the log at its own rate to compare")
+
+
+def _rates(data: Dataset) -> Finding | None:
+    """Logs at different rates: laws and stages count in seconds, but each row weighs the same."""
+    slow, fast = data.rates
+    if slow == fast:
+        return None
+    message = f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit"
+    return Finding("note", "rate", message, f"Bring all logs to one rate, for example --resample {slow:.4g}")
+
+
+def _steady_field(data: Dataset) -> Finding | None:
+    """One field in all rows: models without field terms."""
+    if not data.one_field:
+        return None
+    if any(NO_FIELD in note for note in data.notes):
+        seen, unknown = "the log has no field", "how the effort depends on the field, nor which field this was"
+    else:
+        seen = f"the field is {field_text(data)} in all {data.rows} rows"
+        unknown = "the effort at any other field, nor how fast it follows a command"
+    message = f"{seen}: models are fitted without field terms and cannot know {unknown}"
+    return Finding("warning", STEADY_FIELD, message, "Log with a changing field to learn it, or give logs at several")
 
 
 def _both_fields(data: Dataset) -> Finding | None:
@@ -203,7 +247,7 @@ def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
 
 
 def _zero_field(train: Dataset) -> Finding | None:
-    for element in train.elements:
+    for element in () if train.one_field else train.elements:
         strength = np.abs(element.field)
         if float(strength.min()) > 0.05 * float(strength.max()):
             message = f"the field never falls below {strength.min():g}, so effort at zero field is extrapolated"

@@ -1,4 +1,4 @@
-"""Flow curves: shear stress against shear rate at one field (or none), and which law describes them.
+"""A flow curve is shear stress against shear rate at one field (or none); this module finds the laws that describe it.
 
 Shear stress spans decades, so what is minimised is the residual of its logarithm. The laws are those of the clutches
 at a constant field, so one definition serves both.
@@ -11,18 +11,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dual import Dual, partial_of, value_of
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit.intervals import as_json, uncertainty
-from erclutch.fit.lm import Linearisation, Minimum, Problem, minimise
+from erclutch.fit.laws.law_starts import scan_points
+from erclutch.fit.laws.variable_projection import Separable, coordinates, parameters, project, triangle_of
+from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
 from erclutch.fit.outcome import Estimate
-from erclutch.fit.starts import scan_points
-from erclutch.fit.varpro import Separable, coordinates, parameters, project, triangle_of
-from erclutch.laws import Dimension, Gain, Law, Shape, law_from_name
-
-Array = NDArray[np.float64]
+from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.signals.array import Array
 
 #: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
 FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
@@ -128,7 +126,7 @@ def _check(curve: FlowCurve) -> None:
             )
 
 
-def _bounded(law: Law, highest: float) -> tuple[Shape, ...]:
+def _bounded(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
     """The law's own shape parameters, times as wide as the data's rates (normalised, 1 to ``highest``)."""
     wide = [
         replace(s, lower=1e-3 / highest, upper=1e3) if s.dimension == Dimension(slip=-1) else s for s in law.shape[1:]
@@ -145,7 +143,7 @@ def _stress(law: Law, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> A
     return total
 
 
-def _problem(law: Law, shapes: tuple[Shape, ...], x: Array, target: Array) -> Problem:
+def _problem(law: Law, shapes: tuple[ShapeParameter, ...], x: Array, target: Array) -> Problem:
     """Over the coordinates of the shape parameters, then the logarithms of the gains."""
     k = len(shapes)
     ends = [coordinates(shapes, [getattr(s, end) for s in shapes]) for end in ("lower", "upper")]
@@ -180,7 +178,7 @@ def _problem(law: Law, shapes: tuple[Shape, ...], x: Array, target: Array) -> Pr
     return Problem(cost, linearise, lower, upper)
 
 
-def _starts(law: Law, shapes: tuple[Shape, ...], x: Array, stress: Array) -> list[Array]:
+def _starts(law: Law, shapes: tuple[ShapeParameter, ...], x: Array, stress: Array) -> list[Array]:
     """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
 
     def columns(q: Sequence[Any]) -> list[Any]:
@@ -203,7 +201,13 @@ def _effort(unknowns: int) -> tuple[int, int]:
 
 
 def _fit(
-    curve: FlowCurve, law: Law, shapes: tuple[Shape, ...], x: Array, problem: Problem, found: Minimum, reference: float
+    curve: FlowCurve,
+    law: Law,
+    shapes: tuple[ShapeParameter, ...],
+    x: Array,
+    problem: Problem,
+    found: Minimum,
+    reference: float,
 ) -> FlowFit:
     k, n = len(shapes), x.size
     gains = np.exp(found.point[k:])
@@ -225,7 +229,7 @@ def _fit(
 
 
 def _estimates(
-    law: Law, shapes: tuple[Shape, ...], problem: Problem, found: Minimum, reference: float, n: int
+    law: Law, shapes: tuple[ShapeParameter, ...], problem: Problem, found: Minimum, reference: float, n: int
 ) -> tuple[Estimate, ...]:
     model = problem.linearise(found.point)
     moving = ~(found.at_lower | found.at_upper)
@@ -242,7 +246,7 @@ def _estimates(
     estimates: list[Estimate] = []
     for i, item in enumerate(everything):
         u, width = float(found.point[i]), float(widths[i])
-        logarithmic = not isinstance(item, Shape) or item.scale == "log"
+        logarithmic = not isinstance(item, ShapeParameter) or item.scale == "log"
         unit, factor = _unit(item.dimension, reference)
         if item.name == "K":
             # Consistency at 1 1/s instead of at the reference rate: ln K_1 = ln K - m ln(reference).
@@ -258,7 +262,7 @@ def _estimates(
     return tuple(estimates)
 
 
-def _meaning(item: Shape | Gain) -> str:
+def _meaning(item: ShapeParameter | Gain) -> str:
     """A law's words for a clutch in those for a fluid."""
     if item.name == "K":
         return "consistency: viscous stress at 1 1/s"

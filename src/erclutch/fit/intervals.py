@@ -1,4 +1,4 @@
-"""Confidence intervals of parameters whose residuals may be correlated in time.
+"""Confidence intervals of parameters allow for residuals that are correlated in time.
 
 The sandwich of R^-1 around the long-run covariance of the scores (Newey and West 1987, doi 10.2307/1913610), Bartlett
 kernel, bandwidth after Andrews (1991, doi 10.2307/2938229), critical values for that bandwidth after Kiefer and
@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.varpro import triangle_of
-
-Array = NDArray[np.float64]
+from erclutch.fit.laws.variable_projection import triangle_of
+from erclutch.signals.array import Array
 
 
 @dataclass(frozen=True)

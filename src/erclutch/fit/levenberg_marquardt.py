@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt with bounds on the parameters, on a triangular linearisation.
+"""Levenberg-Marquardt works with bounds on the parameters, on a triangular linearisation.
 
 The problem hands over, at a point u, the triangle R and vector z of its linear model: the cost of a step d is
 |z - R d|**2 + rest. Whoever makes R and z (a full Jacobian, or a variable projection) does so by orthogonal
@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 Stop = Literal["converged", "stalled", "iterations"]
 

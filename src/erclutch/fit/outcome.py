@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Generic, Literal, TypeVar
 
 from erclutch.fit.intervals import as_json
-from erclutch.fit.lm import Stop
-from erclutch.model import TorqueModel
-from erclutch.networks.model import NetworkModel
+from erclutch.fit.levenberg_marquardt import Stop
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.residual_model import ResidualModel
 
 
 @dataclass(frozen=True)
@@ -33,18 +34,10 @@ class Estimate:
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values; an unidentified interval is null."""
-        return {
-            "name": self.name,
-            "meaning": self.meaning,
-            "unit": self.unit,
-            "value": self.value,
-            "low": as_json(self.low),
-            "high": as_json(self.high),
-            "at_bound": self.at_bound,
-        }
+        return {**asdict(self), "low": as_json(self.low), "high": as_json(self.high)}
 
 
-M = TypeVar("M", bound=TorqueModel | NetworkModel, covariant=True)
+M = TypeVar("M", bound=TorqueModel | NetworkModel | ResidualModel, covariant=True)
 
 
 @dataclass(frozen=True)

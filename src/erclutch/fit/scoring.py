@@ -1,4 +1,4 @@
-"""How good a model is, on rows that it has not seen, with the band that a figure of so few independent rows can have.
+"""A score says how good a model is on rows that it has not seen, with a band for figures of so few independent rows.
 
 Bands are 95 % intervals of a circular block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
 drawn, as long as the squared residuals are correlated, and the same blocks for every model.
@@ -6,7 +6,7 @@ drawn, as long as the squared residuals are correlated, and the same blocks for 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.intervals import bandwidth_of, correlated_rows
-
-Array = NDArray[np.float64]
+from erclutch.logs.dataset import Dataset
+from erclutch.models.load import Model
+from erclutch.signals.array import Array
 
 _RESAMPLES = 1000
 _MOST_BLOCKS = 1000
 
 
 @dataclass(frozen=True)
-class Figure:
+class BandedFigure:
     """A figure with its 95 % band."""
 
     value: float
@@ -49,11 +50,11 @@ class Score:
     """
 
     rows: int
-    mse: Figure
-    rmse: Figure
-    share: Figure
-    r2: Figure
-    largest: Figure
+    mse: BandedFigure
+    rmse: BandedFigure
+    share: BandedFigure
+    r2: BandedFigure
+    largest: BandedFigure
     bias: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -89,8 +90,8 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     """
     error = measured - predicted
     if not np.all(np.isfinite(error)):
-        nothing = Figure(np.inf, np.inf, np.inf)
-        return Score(error.size, nothing, nothing, nothing, Figure(-np.inf, -np.inf, -np.inf), nothing, np.inf)
+        nothing = BandedFigure(np.inf, np.inf, np.inf)
+        return Score(error.size, nothing, nothing, nothing, BandedFigure(-np.inf, -np.inf, -np.inf), nothing, np.inf)
     length = block or block_rows([error])
     starts = block_starts(error.size, length, seed)
     # Around the mean: sums of squares of a far-off effort would cancel.
@@ -110,7 +111,7 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     )
 
 
-def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
+def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> BandedFigure:
     """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
 
     Args:
@@ -120,13 +121,13 @@ def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> Figure:
         seed: of the resampling.
     """
     if not np.all(np.isfinite(error)) or (error.any() and not best.any()):
-        return Figure(np.inf, np.inf, np.inf)
+        return BandedFigure(np.inf, np.inf, np.inf)
     starts = block_starts(error.size, block, seed)
     mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, best))
     return _figure(float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2)))), _over(mine, theirs))
 
 
-def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> Figure:
+def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> BandedFigure:
     """How much larger a model's RMSE is than another's, in the effort's unit, on the same blocks of rows for both.
 
     Args:
@@ -146,9 +147,9 @@ def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
         return np.where(np.equal(mine, theirs), 0.0, np.divide(mine, theirs) - 1.0)
 
 
-def _figure(value: float, resampled: Array) -> Figure:
+def _figure(value: float, resampled: Array) -> BandedFigure:
     low, high = np.quantile(resampled, (0.025, 0.975))
-    return Figure(value, float(low), float(high))
+    return BandedFigure(value, float(low), float(high))
 
 
 def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
@@ -162,6 +163,16 @@ def _block_maxima(values: Array, block: int) -> Array:
     from scipy.ndimage import maximum_filter1d
 
     return maximum_filter1d(values, block, origin=-(block // 2), mode="wrap")
+
+
+def squared_errors(blocks: Iterable[Dataset], models: Sequence[Model]) -> tuple[Array, int]:
+    """Sum of squared errors of each model over all blocks, shape (models,), and how many rows they have."""
+    totals, rows = np.zeros(len(models)), 0
+    for block in blocks:
+        errors = [block.effort - model.predict(block) for model in models]
+        totals += [float(error @ error) for error in errors]
+        rows += block.rows
+    return totals, rows
 
 
 def independent_rows(residual: Array) -> float:
@@ -203,7 +214,7 @@ TOLERATED = 0.05
 
 def recommend(
     scores: Mapping[str, Score],
-    excesses: Mapping[str, Figure],
+    excesses: Mapping[str, BandedFigure],
     parameters: Mapping[str, int],
     sound: Collection[str] | None = None,
 ) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Live at 1 kHz: a loop in C estimates, controls and fails safe; Python starts it, watches, and never stands between.
+"""A loop in C estimates, controls and fails safe at 1 kHz; Python starts it, watches, and never stands between.
 
-``frame`` is what the loop writes a step and everybody else reads, through a ring in shared memory.
+``ring`` holds what the loop writes each step; ``layout`` reads from ``c/erc_layout.h`` what C and Python share.
 """

@@ -1,4 +1,4 @@
-"""The loop's C core on the twin as fast as the machine can: hours of rig time in minutes, frame by frame as live.
+"""The loop's C core runs on the twin as fast as the machine can: hours of rig time in minutes, frame by frame as live.
 
 Machine code calls machine code: the compiled twin and the compiled core take turns, Python only waits.
 """
@@ -7,29 +7,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.live.core import Core
-from erclutch.live.frame import FRAME
+from erclutch.live.c_core import Core
+from erclutch.live.layout import COMMAND, FRAME, SAMPLE, word_places
 from erclutch.live.settings import LoopSettings
-from erclutch.rig.kernel import OMEGA, SIZE, WARMTH, advance
-from erclutch.rig.loop import sense
-from erclutch.rig.parameters import RigParameters
-from erclutch.rig.parts import parts_of
-from erclutch.rig.twin import PERIOD, substeps
+from erclutch.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.rig.twin.part_parameters import parts_of
+from erclutch.rig.twin.sampled_rows import sense
+from erclutch.rig.twin.twin import PERIOD, substeps
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 _WORDS = FRAME.itemsize // 8
+#: Where a sample's and a command's members lie, in words of 8 bytes.
+_SEQ, _TIME, _THETA, _ALPHA, _TORQUE = word_places(SAMPLE, "seq", "time_ns", "theta", "alpha", "torque")
+_FIELD1, _FIELD2, _MOTOR = word_places(COMMAND, "field1", "field2", "motor_torque")
 
 
 def _runner(step: Any) -> Callable[..., None]:
     """The compiled loop around one core's step function."""
-    numba: Any = import_module("numba")
+    import numba
 
     @numba.njit(nogil=True, error_model="numpy")
     def run(
@@ -40,14 +41,14 @@ def _runner(step: Any) -> Callable[..., None]:
         turns = 2.0 * math.pi / parts.screw.lead
         for k in range(noise.size):
             sense(state, parts, noise[k], row)
-            words[0] = first + k + 1
-            words[1] = (first + k + 1) * 1000000
-            numbers[2] = row[3]
-            numbers[3] = row[5] if rotary else row[4] * turns
-            numbers[4] = row[6]
+            words[_SEQ] = first + k + 1
+            words[_TIME] = (first + k + 1) * 1000000
+            numbers[_THETA] = row[3]
+            numbers[_ALPHA] = row[5] if rotary else row[4] * turns
+            numbers[_TORQUE] = row[6]
             other[k] = row[4] * turns if rotary else row[5]
             step(core.ctypes, words.ctypes, 1, first + k, 0, 0, command.ctypes, frames[k].ctypes)
-            advance(state, parts, command[2], command[3], command[4], locked, dt, steps)
+            advance(state, parts, command[_FIELD1], command[_FIELD2], command[_MOTOR], locked, dt, steps)
 
     return run
 
@@ -86,8 +87,8 @@ class AcceleratedRun:
         self._state[OMEGA] = speed
         self._locked, self._rotary = locked, rotary
         self._random = np.random.default_rng(seed)
-        self._sample = np.zeros(6, np.uint64)
-        self._command = np.zeros(6)
+        self._sample = np.zeros(SAMPLE.itemsize // 8, np.uint64)
+        self._command = np.zeros(COMMAND.itemsize // 8)
         self._rows = 0
 
     @property

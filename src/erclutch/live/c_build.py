@@ -1,65 +1,53 @@
-"""Machine code for this machine: the loop and its core, compiled once with the user's compiler and kept in a cache.
+"""The loop and its core are compiled for this machine once, with the user's compiler, and kept in a cache.
 
-A compiler is ``$CC``, cc, gcc, clang, or the one in the package ``ziglang`` (the extra ``compiler``).
+A compiler is ``$CC``, gcc, clang, cc, or the one in the package ``ziglang``, which the extra ``live`` brings.
 """
 
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import os
-import shlex
-import shutil
-import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, ExportError
+from erclutch.export.c.compilers import Compiler, natives, run
+from erclutch.files import cache_folder
 
 SOURCES = Path(__file__).parent / "c"
 #: No -ffast-math, ever: it would delete the guards against NaN.
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion")
 #: Only what has no input or output: for tests, accelerated runs and comparison.
 CORE = ("erc_core.c", "erc_sensors.c", "erc_control.c", "erc_interlock.c", "erc_packet.c")
-_SECONDS = 120.0
+_SHARED = ("-shared",) if sys.platform == "win32" else ("-shared", "-fPIC")
 
 
 class CompilerError(ErclutchError):
     """There is no compiler, or it failed."""
 
 
-@dataclass(frozen=True)
-class Compiler:
-    """A C compiler: the words that start it, and what it says of itself."""
+def find_compiler() -> Compiler:
+    """The first compiler that answers.
 
-    command: tuple[str, ...]
-    version: str
-
-
-def find_compiler() -> Compiler | None:
-    """The first compiler that answers; None where there is none."""
-    candidates = [shlex.split(os.environ["CC"])] if os.environ.get("CC") else []
-    candidates += [[name] for name in ("cc", "gcc", "clang") if shutil.which(name)]
-    if importlib.util.find_spec("ziglang") is not None:
-        candidates.append([sys.executable, "-m", "ziglang", "cc"])
-    for command in candidates:
-        try:
-            said = subprocess.run([*command, "--version"], capture_output=True, text=True, timeout=30, check=True)
-        except (OSError, subprocess.SubprocessError):
-            continue
-        return Compiler(tuple(command), said.stdout.splitlines()[0] if said.stdout else command[0])
-    return None
+    Raises:
+        CompilerError: there is none.
+    """
+    for compiler in natives():
+        if _version(compiler):
+            return compiler
+    raise CompilerError("there is no C compiler", remedy="Get one: pip install 'erclutch[live]'")
 
 
-def cache_folder() -> Path:
-    """Where compiled files are kept: ``$ERCLUTCH_CACHE``, or ``erclutch`` in the user's cache folder."""
-    given = os.environ.get("ERCLUTCH_CACHE")
-    if given:
-        return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
+@cache
+def _version(compiler: Compiler) -> str:
+    """What a compiler says of itself; empty where it does not answer."""
+    try:
+        return run([*compiler.command, "--version"], "", "", patience=30.0) or compiler.name
+    except ExportError:
+        return ""
 
 
 def build(
@@ -85,64 +73,63 @@ def build(
         CompilerError: none is there, it failed, or the cache cannot be written.
     """
     chosen = compiler or find_compiler()
-    if chosen is None:
-        raise CompilerError(
-            "no C compiler", remedy="Install one (Debian, Ubuntu: apt install gcc), or pip install 'erclutch[compiler]'"
-        )
-    options = [*FLAGS, *flags, *(("-shared", "-fPIC") if shared else ())]
+    options = [*FLAGS, *chosen.flags, *flags, *(_SHARED if shared else ())]
     headers = sorted({h for s in sources for h in s.parent.glob("*.h")})
-    parts = [chosen.version, *chosen.command, *options, *libraries]
+    parts = [_version(chosen), *chosen.command, *options, *libraries]
     digest = hashlib.sha256("\0".join(parts).encode())
     for file in (*sources, *headers):
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
     target = cache_folder() / digest.hexdigest()[:24] / name
-    if not whole(target):
-        _compile(chosen, [*options, *(str(s) for s in sources)], list(libraries), target)
-    return target
+    words = [*chosen.command, *options, *map(str, sources)]
+
+    def compiled(folder: Path) -> Path:
+        try:
+            remedy = "Set CC to another compiler, or pip install 'erclutch[live]', which brings one"
+            run([*words, "-o", str(folder / name), *libraries], f"{' '.join(chosen.command)} failed", remedy)
+        except ExportError as error:
+            raise CompilerError(error.problem, where=name, remedy=error.remedy) from error
+        return folder / name
+
+    return cached(target, compiled)
 
 
-def note_whole(made: Path) -> Path:
-    """Write a compiled file's digest beside it; returns where."""
-    note = made.with_name(f"{made.name}.sha256")
-    note.write_text(hashlib.sha256(made.read_bytes()).hexdigest(), encoding="ascii")
-    return note
+def cached(target: Path, make: Callable[[Path], Path]) -> Path:
+    """A compiled file of the cache, with its digest beside it; a damaged one is made again, never loaded.
 
+    Args:
+        target: the file.
+        make: makes it in a folder, and returns it. It is renamed then: two that compile at once do not meet.
 
-def whole(target: Path) -> bool:
-    """Whether a compiled file is there as it was written; a damaged one is made again, never loaded."""
-    try:
-        noted = target.with_name(f"{target.name}.sha256").read_text(encoding="ascii")
-        return hashlib.sha256(target.read_bytes()).hexdigest() == noted
-    except (OSError, ValueError):
-        return False
-
-
-def _compile(compiler: Compiler, words: list[str], libraries: list[str], target: Path) -> None:
-    """Into a folder beside, then renamed: two that compile at once do not meet."""
+    Raises:
+        CompilerError: the cache cannot be written.
+    """
+    if _whole(target):
+        return target
     try:
         target.parent.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".building-", dir=target.parent.parent) as folder:
-            made = Path(folder) / target.name
-            said = subprocess.run(
-                [*compiler.command, *words, "-o", str(made), *libraries],
-                capture_output=True,
-                text=True,
-                timeout=_SECONDS,
-            )
-            if said.returncode or not made.exists():
-                raise CompilerError(
-                    f"{' '.join(compiler.command)} failed: {said.stderr.strip()[-800:] or said.returncode}",
-                    where=target.name,
-                    remedy="Set CC to another compiler, or pip install 'erclutch[compiler]'",
-                )
+            made = make(Path(folder))
             target.parent.mkdir(exist_ok=True)
-            note = note_whole(made)
+            note = _digest_of(made)
+            note.write_text(hashlib.sha256(made.read_bytes()).hexdigest(), encoding="ascii")
             os.replace(made, target)
-            os.replace(note, target.with_name(note.name))
-    except (OSError, subprocess.TimeoutExpired) as error:
+            os.replace(note, _digest_of(target))
+    except OSError as error:
         raise CompilerError(
             f"cannot compile: {error}", where=str(target.parent), remedy="Set ERCLUTCH_CACHE to a folder for it"
         ) from error
+    return target
+
+
+def _digest_of(made: Path) -> Path:
+    return made.with_name(f"{made.name}.sha256")
+
+
+def _whole(target: Path) -> bool:
+    try:
+        return hashlib.sha256(target.read_bytes()).hexdigest() == _digest_of(target).read_text(encoding="ascii")
+    except (OSError, ValueError):
+        return False
 
 
 def loop_program(compiler: Compiler | None = None) -> Path:

@@ -1,4 +1,4 @@
-"""The loop's own C core called from Python, step by step: accelerated runs and tests use what runs live."""
+"""Python calls the loop's own C core step by step: accelerated runs and tests use what runs live."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import RunError
-from erclutch.live.build import core_library
-from erclutch.live.frame import FRAME
+from erclutch.live.c_build import core_library
+from erclutch.live.layout import COMMAND, CONFIG, FRAME
 from erclutch.live.orders import Order, order_bytes
-from erclutch.live.sample import COMMAND
-from erclutch.live.settings import CONFIG, LoopSettings, config_of
+from erclutch.live.settings import LoopSettings, config_of
+from erclutch.signals.array import Array
 
 
 class _Model:
@@ -62,8 +62,8 @@ class Core:
         table = ctypes.c_void_p(self._table.ctypes.data)
         lib.erc_core_init(self._core, config, table, self._model.pointers if self._model else None)
         self._command, self._frame = np.zeros(1, COMMAND), np.zeros(1, FRAME)
-        self._command_at = ctypes.c_void_p(self._command.ctypes.data)
-        self._frame_at = ctypes.c_void_p(self._frame.ctypes.data)
+        self._out = (self._command.ctypes.data, self._frame.ctypes.data)
+        self._step = self.step_function()
 
     def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0, events: int = 0) -> tuple[Any, Any]:
         """One step.
@@ -77,27 +77,18 @@ class Core:
         Returns:
             Command and frame, records that the next step overwrites. seq, times and step_ns are the caller's.
         """
-        self._library.erc_core_step(
-            self._core,
-            ctypes.c_void_p(samples.ctypes.data),
-            ctypes.c_uint32(len(samples)),
-            ctypes.c_uint64(tick),
-            ctypes.c_uint64(late_ns),
-            ctypes.c_uint32(events),
-            self._command_at,
-            self._frame_at,
-        )
+        self._step(self._core, samples.ctypes.data, len(samples), tick, late_ns, events, *self._out)
         return self._command[0], self._frame[0]
 
     @property
-    def memory(self) -> NDArray[np.float64]:
+    def memory(self) -> Array:
         """The core itself, as bytes that only C understands."""
         return self._memory
 
     def step_function(self) -> Any:
         """``erc_core_step`` with its argument types, for compiled callers."""
         address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
-        function = self._library["erc_core_step"]  # one of its own: `step` passes what it likes
+        function = self._library.erc_core_step
         function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
         return function
 

@@ -1,4 +1,4 @@
-"""What a page may ask of a session: a fixed set of named commands, each with its range. Nothing else gets through.
+"""A page may ask a session only for a fixed set of named commands, each with its range. Nothing else gets through.
 
 A message is one small JSON object, checked twice: by the page's server where it arrives, and by the session before it
 becomes an order to the loop or to the recorder. The loop checks its orders a third time (``c/erc_layout.h``).
@@ -13,13 +13,15 @@ becomes an order to the loop or to the recorder. The loop checks its orders a th
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 from erclutch.errors import SettingError
 
 Kind = Literal["zero", "reset", "program", "motor", "record"]
+#: Each command, and the one key that it has beside it.
+_KEYS: Mapping[str, str] = {"zero": "", "reset": "", "program": "name", "motor": "torque", "record": "on"}
 #: Longest message in bytes.
 LONGEST = 256
 
@@ -29,7 +31,7 @@ class CommandError(SettingError):
 
 
 @dataclass(frozen=True)
-class Limits:
+class CommandLimits:
     """What the commands of a session may ask for.
 
     Attributes:
@@ -42,7 +44,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Command:
+class PageCommand:
     """One checked command.
 
     Attributes:
@@ -53,19 +55,8 @@ class Command:
     kind: Kind
     value: float = 0.0
 
-    def to_message(self, limits: Limits) -> bytes:
-        """The message that `parse` reads as this command."""
-        body: dict[str, Any] = {"command": self.kind}
-        if self.kind == "program":
-            body["name"] = limits.programs[int(self.value)]
-        elif self.kind == "motor":
-            body["torque"] = self.value
-        elif self.kind == "record":
-            body["on"] = bool(self.value)
-        return json.dumps(body).encode()
 
-
-def parse(message: str | bytes, limits: Limits) -> Command:
+def parse(message: str | bytes, limits: CommandLimits) -> PageCommand:
     """Read a message.
 
     Args:
@@ -85,59 +76,30 @@ def parse(message: str | bytes, limits: Limits) -> Command:
     if not isinstance(body, dict):
         raise CommandError("a command that is no JSON object", remedy="Send one JSON object")
     values = cast("dict[str, Any]", body)
-    kind = values.pop("command", None)
-    reader = _READERS.get(kind) if isinstance(kind, str) else None
-    if reader is None:
-        raise CommandError("an unknown command", remedy=f"Send one of {', '.join(_READERS)}")
-    return reader(values, limits)
-
-
-def _plain(kind: Kind) -> Callable[[Mapping[str, Any], Limits], Command]:
-    def read(values: Mapping[str, Any], limits: Limits) -> Command:
-        _only(values, (), kind)
-        return Command(kind)
-
-    return read
-
-
-def _program(values: Mapping[str, Any], limits: Limits) -> Command:
-    _only(values, ("name",), "program")
-    name = values["name"]
-    if not isinstance(name, str) or name not in limits.programs:
-        raise CommandError(
-            "an unknown program", remedy=f"Send one of {', '.join(limits.programs) or 'none: there are none'}"
-        )
-    return Command("program", float(limits.programs.index(name)))
-
-
-def _motor(values: Mapping[str, Any], limits: Limits) -> Command:
-    _only(values, ("torque",), "motor")
-    torque = values["torque"]
-    if isinstance(torque, bool) or not isinstance(torque, (int, float)):
-        raise CommandError("a motor torque that is no number", remedy="Send N m")
-    # An integer of any length compares exactly; only what is in range becomes a float.
-    if not -limits.motor <= torque <= limits.motor:
-        raise CommandError("a motor torque out of range", remedy=f"Send at most {limits.motor:g} N m either way")
-    return Command("motor", float(torque))
-
-
-def _record(values: Mapping[str, Any], limits: Limits) -> Command:
-    _only(values, ("on",), "record")
-    if not isinstance(values["on"], bool):
-        raise CommandError("'on' is neither true nor false", remedy="Send true or false")
-    return Command("record", float(values["on"]))
-
-
-def _only(values: Mapping[str, Any], keys: Sequence[str], kind: str) -> None:
-    if set(values) != set(keys):
-        wanted = f"exactly {', '.join(keys)}" if keys else "nothing"
+    kind: Any = values.pop("command", None)
+    if not isinstance(kind, str) or kind not in _KEYS:
+        raise CommandError("an unknown command", remedy=f"Send one of {', '.join(_KEYS)}")
+    key = _KEYS[kind]
+    if set(values) != ({key} if key else set()):
+        wanted = f"exactly {key}" if key else "nothing"
         raise CommandError(f"the wrong keys for {kind}", remedy=f"Send {wanted} beside command")
+    return PageCommand(cast("Kind", kind), _value(key, values.get(key), limits))
 
 
-_READERS: Mapping[str, Callable[[Mapping[str, Any], Limits], Command]] = {
-    "zero": _plain("zero"),
-    "reset": _plain("reset"),
-    "program": _program,
-    "motor": _motor,
-    "record": _record,
-}
+def _value(key: str, given: Any, limits: CommandLimits) -> float:
+    """The value of a command's one key, checked; 0 where it has none."""
+    if key == "name":
+        if not isinstance(given, str) or given not in limits.programs:
+            known = ", ".join(limits.programs) or "none: there are none"
+            raise CommandError("an unknown program", remedy=f"Send one of {known}")
+        return float(limits.programs.index(given))
+    if key == "torque":
+        if isinstance(given, bool) or not isinstance(given, (int, float)):
+            raise CommandError("a motor torque that is no number", remedy="Send N m")
+        # An integer of any length compares exactly; only what is in range becomes a float.
+        if not -limits.motor <= given <= limits.motor:
+            raise CommandError("a motor torque out of range", remedy=f"Send at most {limits.motor:g} N m either way")
+        return float(given)
+    if key == "on" and not isinstance(given, bool):
+        raise CommandError("'on' is neither true nor false", remedy="Send true or false")
+    return float(bool(given))

@@ -1,4 +1,4 @@
-"""Everything around a session that only looks on: the page, the recordings, and the way of the page's commands."""
+"""Companions of a session only look on: the page, the recordings, and the way of the page's commands."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.live.commands import Command, Limits
-from erclutch.live.page.process import PageProcess
-from erclutch.live.recordings import Recordings
+from erclutch.live.commands import CommandLimits, PageCommand
+from erclutch.live.page.page_process import PageProcess
+from erclutch.live.recording.recordings import Recordings
 
 _PERIOD = 0.05  # s
 _NOTES = 50  # the page is sent
 
 
-class Observers:
+class Observers(contextlib.AbstractContextManager["Observers"]):
     """The page and the recorder of a session, looked after by a thread. Use it as a context.
 
     Args:
@@ -41,7 +40,7 @@ class Observers:
     def __init__(
         self,
         ring: str | Path,
-        carry_out: Callable[[Command], None],
+        carry_out: Callable[[PageCommand], None],
         *,
         programs: Sequence[tuple[str, str]] = (),
         motor_limit: float = 0.0,
@@ -56,11 +55,10 @@ class Observers:
         self._ended = threading.Event()
         self._lock = threading.RLock()
         self.recordings = Recordings(ring, folder, self.say)
-        limits = Limits(tuple(name for name, _ in programs), motor_limit)
+        limits = CommandLimits(tuple(name for name, _ in programs), motor_limit)
         texts = [{"name": name, "text": text} for name, text in programs]
-        self.page = (
-            PageProcess(str(ring), limits, port=port, programs=texts, stroke=stroke, lead=lead) if page else None
-        )
+        shown = {"programs": texts, "stroke": stroke, "lead": lead}
+        self.page = PageProcess(str(ring), limits, port=port, shown=shown) if page else None
         self._thread = threading.Thread(target=self._look_after, daemon=True)
         self._thread.start()
 
@@ -90,7 +88,7 @@ class Observers:
                 self.say(str(error), "alarm")
                 raise
 
-    def _command(self, command: Command) -> None:
+    def _command(self, command: PageCommand) -> None:
         if command.kind != "record":
             self._carry_out(command)
             return
@@ -127,10 +125,5 @@ class Observers:
         if self.page is not None:
             self.page.close()
 
-    def __enter__(self) -> Observers:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

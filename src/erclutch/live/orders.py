@@ -1,35 +1,26 @@
-"""Orders of an operator to the loop: 24 bytes each, through a pipe that delivers them whole. ``erc_order`` in C."""
+"""Orders of an operator to the loop, through a pipe that delivers each of them whole."""
 
 from __future__ import annotations
 
-import struct
-import zlib
 from enum import IntEnum
 
-_MAGIC = 0x4F435245
-_BODY = struct.Struct("<IIdI")
-SIZE = _BODY.size + 4
+import numpy as np
+
+from erclutch.live.layout import CONSTANTS, ORDER, sealed
 
 
 class Order(IntEnum):
-    """What the loop can be told. The loop checks each again and counts what it refuses."""
+    """What the loop can be told. The loop checks each order again and counts what it refuses."""
 
-    STOP = 1  # end at zero field
-    ZERO = 2  # fields to zero until a reset
-    RESET = 3  # out of a trip, if the sensors are there
-    PROGRAM = 4  # value: number of the program
-    MOTOR = 5  # value: motor torque in N m in place of the program's
+    STOP = CONSTANTS["ERC_ORDER_STOP"]  # end at zero field
+    ZERO = CONSTANTS["ERC_ORDER_ZERO"]  # fields to zero until a reset
+    RESET = CONSTANTS["ERC_ORDER_RESET"]  # out of a trip, if the sensors are there
+    PROGRAM = CONSTANTS["ERC_ORDER_PROGRAM"]  # value: number of the program
+    MOTOR = CONSTANTS["ERC_ORDER_MOTOR"]  # value: motor torque in N m in place of the program's
 
 
 def order_bytes(order: Order, value: float = 0.0) -> bytes:
     """An order as the loop reads it."""
-    body = _BODY.pack(_MAGIC, order, value, 0)
-    return body + struct.pack("<I", zlib.crc32(body))
-
-
-def read_order(data: bytes) -> tuple[int, float] | None:
-    """Kind and value of an order, or None if it is not whole; the kind may be unknown."""
-    if len(data) != SIZE or struct.unpack_from("<I", data, SIZE - 4)[0] != zlib.crc32(data[:-4]):
-        return None
-    magic, kind, value, _ = _BODY.unpack_from(data)
-    return (kind, value) if magic == _MAGIC else None
+    data = np.zeros((), ORDER)
+    data["magic"], data["kind"], data["value"] = CONSTANTS["ERC_ORDER_MAGIC"], order, value
+    return sealed(data)

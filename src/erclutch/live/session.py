@@ -1,4 +1,4 @@
-"""One live session: a rig's process, the loop's process, and this one that started both and only watches.
+"""A live session has a rig's process, the loop's process, and this process, which started both and only watches.
 
 The loop ends at zero field when this process ends, however it ends; the rig's watchdog does so when the loop does not.
 """
@@ -15,17 +15,17 @@ import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.live.build import find_compiler, loop_program
-from erclutch.live.commands import Command
-from erclutch.live.frame import RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.live.c_build import loop_program
+from erclutch.live.commands import PageCommand
+from erclutch.live.companion_process import end_process
 from erclutch.live.orders import Order, order_bytes
+from erclutch.live.ring import RingInfo, RingReader, make_ring, ring_folder
 from erclutch.live.settings import LoopSettings, config_of
-from erclutch.rig.plugin import LibraryRig, UdpRig
-from erclutch.rig.process import start_rig
+from erclutch.rig.rig_plugins import LibraryRig, UdpRig
+from erclutch.rig.rig_process import start_rig
 
 #: The loop has so long to get its first sample.
 _FIRST_SAMPLE = 10.0
@@ -45,7 +45,7 @@ class ServedRig:
     Attributes:
         name: for people.
         origin: TWIN or RECORDING.
-        spec: what `erclutch.rig.process.start_rig` takes, without the session's number.
+        spec: what `erclutch.rig.rig_process.start_rig` takes, without the session's number.
     """
 
     name: str
@@ -54,7 +54,7 @@ class ServedRig:
 
 
 TWIN = ServedRig("twin", "TWIN", {"kind": "twin"})
-Rig = ServedRig | UdpRig | LibraryRig
+RigChoice = ServedRig | UdpRig | LibraryRig
 
 
 @dataclass(frozen=True)
@@ -62,37 +62,33 @@ class LiveModel:
     """The model that a session runs.
 
     Attributes:
-        library: compiled, for the loop in C.
+        library: the compiled model.
         name, digest: of the model.
-        saved: its JSON file, for the loop in Python.
     """
 
-    library: Path | None
+    library: Path
     name: str
     digest: str
-    saved: Path | None = None
 
 
 @dataclass(frozen=True)
-class Options:
+class SessionOptions:
     """How the loop runs.
 
     Attributes:
         seconds: it ends by itself after so long; None runs until told.
         priority: of SCHED_FIFO, 1 to 99; 0 does not ask for it.
         cpu: processor that it stays on; None leaves that to the system.
-        python: use the loop in Python (soft real time) even if there is a compiler.
         note: what the session is for; kept in the ring and in recordings.
     """
 
     seconds: float | None = None
     priority: int = 80
     cpu: int | None = None
-    python: bool = False
     note: str = ""
 
 
-class Session:
+class Session(contextlib.AbstractContextManager["Session"]):
     """A running session. Use it as a context: leaving it ends at zero field.
 
     Args:
@@ -103,18 +99,24 @@ class Session:
 
     Attributes:
         ring: path of the frames' ring.
-        soft: whether the loop is the one in Python.
 
     Raises:
-        LiveError: the loop did not start; RigStartError: the rig did not.
+        CompilerError: there is no C compiler, or it failed.
+        LiveError: the loop did not start, or not on this system; RigStartError: the rig did not.
     """
 
     def __init__(
-        self, rig: Rig, settings: LoopSettings, model: LiveModel | None = None, options: Options | None = None
+        self,
+        rig: RigChoice,
+        settings: LoopSettings,
+        model: LiveModel | None = None,
+        options: SessionOptions | None = None,
     ) -> None:
         self.rig, self.settings, self.model = rig, settings, model
-        self.options = options or Options()
-        self.soft = self.options.python or sys.platform != "linux" or find_compiler() is None
+        self.options = options or SessionOptions()
+        if sys.platform == "win32":
+            raise LiveError("erclutch live does not run on Windows", remedy="Use Linux or macOS")
+        self._program = loop_program()
         self._folder = Path(tempfile.mkdtemp(prefix="erclutch-live-", dir=ring_folder()))
         self.ring = self._folder / "ring"
         self._rig: subprocess.Popen[str] | None = None
@@ -154,11 +156,10 @@ class Session:
                 note=self.options.note,
             ),
         )
-        words += [*self._rig_words(), *self._model_words(), *self._option_words()]
-        program = [sys.executable, "-m", "erclutch.live.soft"] if self.soft else [str(loop_program())]
+        words += [*self._rig_words(), *self._option_words()]
         with self._messages.open("wb") as errors:
             self._loop = subprocess.Popen(
-                [*program, *words], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
+                [str(self._program), *words], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
             )
         self._await_first_frame()
 
@@ -171,14 +172,10 @@ class Session:
         self._rig, port = start_rig({**self.rig.spec, "session": session})
         return ["--udp", "127.0.0.1", str(port), "0", str(session)]
 
-    def _model_words(self) -> list[str]:
-        if self.model is None:
-            return []
-        file = self.model.saved if self.soft else self.model.library
-        return [] if file is None else ["--model", str(file), self.model.digest]
-
     def _option_words(self) -> list[str]:
         words = ["--priority", str(self.options.priority)]
+        if self.model is not None:
+            words += ["--model", str(self.model.library), self.model.digest]
         if self.options.cpu is not None:
             words += ["--cpu", str(self.options.cpu)]
         if self.options.seconds is not None:
@@ -186,15 +183,12 @@ class Session:
         return words
 
     def _await_first_frame(self) -> None:
-        reader = RingReader(self.ring)
         limit = time.monotonic() + _FIRST_SAMPLE
-        try:
+        with contextlib.closing(self.reader()) as reader:
             while reader.head == 0 and self.running and time.monotonic() < limit:
                 time.sleep(0.005)
             if reader.head == 0:
                 raise LiveError(f"the loop did not start: {self.said() or 'it says nothing'}", remedy="See its message")
-        finally:
-            reader.close()
 
     @property
     def running(self) -> bool:
@@ -228,11 +222,10 @@ class Session:
             return False
         return True
 
-    def carry_out(self, command: Command) -> None:
+    def carry_out(self, command: PageCommand) -> None:
         """Turn a checked command of the page into an order."""
-        orders = {"zero": Order.ZERO, "reset": Order.RESET, "program": Order.PROGRAM, "motor": Order.MOTOR}
-        if command.kind in orders:
-            self.order(orders[command.kind], command.value)
+        if command.kind != "record":
+            self.order(Order[command.kind.upper()], command.value)
 
     def reader(self, start: str = "oldest") -> RingReader:
         """A reader of the frames; the caller closes it."""
@@ -250,14 +243,11 @@ class Session:
         """End the loop at zero field, then the rig."""
         if self._loop is not None:
             self.order(Order.STOP)
-            _ended(self._loop)
-            if self._loop.stdin is not None:
-                with contextlib.suppress(OSError):
-                    self._loop.stdin.close()
+            end_process(self._loop, _END)  # to close the pipe of orders says the same as the order
         if self._rig is not None:
             if self._rig.poll() is None:
                 self._rig.terminate()
-            _ended(self._rig)
+            end_process(self._rig, _END)
             if self._rig.stdout is not None:
                 self._rig.stdout.close()
 
@@ -268,27 +258,5 @@ class Session:
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
 
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _ended(process: subprocess.Popen[Any]) -> None:
-    """Wait for a process that was told to end; kill it when it does not."""
-    try:
-        process.wait(_END)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-
-
-def awaited_samples(reader: RingReader, timeout: float = _FIRST_SAMPLE) -> bool:
-    """Wait until the loop has sensors; whether it has."""
-    limit = time.monotonic() + timeout
-    while reader.state is State.STARTING and time.monotonic() < limit:
-        time.sleep(0.01)
-    return reader.state is not State.STARTING

@@ -1,51 +1,46 @@
-"""What the loop is to do: limits, gains, programs; checked here, written as bytes, checked again by the loop.
-
-The layout is ``erc_config`` in ``c/erc_layout.h``.
-"""
+"""What the loop is to do: limits, gains, programs. They are checked here, and again by the loop that reads them."""
 
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.device import DeviceName
-from erclutch.differentiate import Derivative, LiveDerivative, live
 from erclutch.errors import SettingError
+from erclutch.live.layout import CONFIG, CONSTANTS, sealed
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.speed import Derivative, LiveDerivative, live
 
-Array = NDArray[np.float64]
-
-MOST_PROGRAMS = 32
-#: Periods from zero field to the trip; ``ERC_ZERO_BEFORE_TRIP``.
-ZERO_BEFORE_TRIP = 7
-_MAGIC, _VERSION = 0x47435245, 1
+MOST_PROGRAMS = CONSTANTS["ERC_PROGRAMS"]
+#: Periods from zero field to the trip.
+ZERO_BEFORE_TRIP = CONSTANTS["ERC_ZERO_BEFORE_TRIP"]
 
 
 class Mode(IntEnum):
     """What a program controls."""
 
-    REST = 0
-    TRACK = 1
-    TORQUE = 2
-    FIELDS = 3
+    REST = CONSTANTS["ERC_REST"]
+    TRACK = CONSTANTS["ERC_TRACK"]
+    TORQUE = CONSTANTS["ERC_TORQUE"]
+    FIELDS = CONSTANTS["ERC_FIELDS"]
 
 
-class Shape(IntEnum):
+class Waveform(IntEnum):
     """Course of a program's reference."""
 
-    CONSTANT = 0
-    SINE = 1
-    SQUARE = 2
-    TABLE = 3
+    CONSTANT = CONSTANTS["ERC_CONSTANT"]
+    SINE = CONSTANTS["ERC_SINE"]
+    SQUARE = CONSTANTS["ERC_SQUARE"]
+    TABLE = CONSTANTS["ERC_TABLE"]
 
 
-_REPEAT, _BY_SAMPLE, _RELATIVE = 1, 2, 4
+#: What a program may do besides: a switch each.
+_SWITCHES = ("repeat", "by_sample", "relative")
 
 
 def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted: str, where: str = "") -> None:
@@ -56,7 +51,7 @@ def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted:
 
 
 @dataclass(frozen=True)
-class Program:
+class LoopProgram:
     """A trajectory or predefined sequence, and what is controlled by it.
 
     Attributes:
@@ -76,7 +71,7 @@ class Program:
 
     name: str
     mode: Mode
-    shape: Shape = Shape.CONSTANT
+    shape: Waveform = Waveform.CONSTANT
     amplitude: float = 0.0
     frequency: float = 0.0
     offset: float = 0.0
@@ -94,7 +89,7 @@ class Program:
             _require(self, name, lambda value: True, "a finite number", where)
         for name in ("frequency", "soft"):
             _require(self, name, lambda value: value >= 0, "0 or a number above", where)
-        if (self.shape is Shape.TABLE) != (self.table is not None):
+        if (self.shape is Waveform.TABLE) != (self.table is not None):
             raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
         if self.table is not None and (self.table.ndim != 2 or self.table.shape[1] != 3 or not len(self.table)):
             raise SettingError(
@@ -102,7 +97,7 @@ class Program:
             )
 
 
-REST = Program("rest", Mode.REST, meaning="no field, no motor torque")
+REST = LoopProgram("rest", Mode.REST, meaning="no field, no motor torque")
 
 
 @dataclass(frozen=True)
@@ -145,7 +140,7 @@ class LoopSettings:
     late_trip: float = 0.020
     hold: int = 5
     trip: int = 21
-    programs: Sequence[Program] = (REST,)
+    programs: Sequence[LoopProgram] = (REST,)
 
     def __post_init__(self) -> None:
         for name in ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip"):
@@ -165,42 +160,9 @@ class LoopSettings:
             raise SettingError(f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}")
         names = [program.name for program in self.programs]
         if len(set(names)) != len(names):
-            raise SettingError(f"two programs of one name among {', '.join(names)}", remedy="Give each its own")
-
-
-PROGRAM = np.dtype(
-    [
-        ("mode", "<u4"),
-        ("shape", "<u4"),
-        ("flags", "<u4"),
-        ("unused", "<u4"),
-        *((name, "<f8") for name in ("amplitude", "frequency", "offset", "motor_torque", "soft")),
-        ("first", "<u8"),
-        ("rows", "<u8"),
-    ]
-)
-_NUMBERS = (
-    *("theta_wrap", "alpha_wrap", "filter_g", "filter_h", "theta_glitch", "alpha_glitch"),
-    *("field_limit", "motor_limit", "rise_rate", "fall_rate", "stroke", "k_p", "k_d", "torque_p", "torque_i"),
-)
-CONFIG = np.dtype(
-    [
-        ("magic", "<u4"),
-        ("version", "<u4"),
-        ("size", "<u4"),
-        ("device", "<u4"),
-        ("period_ns", "<u8"),
-        *((name, "<f8") for name in _NUMBERS),
-        ("late_trip_ns", "<u8"),
-        ("hold_samples", "<u4"),
-        ("trip_samples", "<u4"),
-        ("programs", "<u4"),
-        ("program", "<u4"),
-        ("list", PROGRAM, (MOST_PROGRAMS,)),
-        ("unused", "<u4"),
-        ("crc", "<u4"),
-    ]
-)
+            raise SettingError(
+                f"two programs of one name among {', '.join(names)}", remedy="Give each program a name of its own"
+            )
 
 
 def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
@@ -213,75 +175,30 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
         SettingError: a filter that looks ahead, or does not fit the period.
     """
     config = np.zeros((), CONFIG)
-    config["magic"], config["version"], config["size"] = _MAGIC, _VERSION, CONFIG.itemsize
-    config["device"] = 0 if settings.device == "coaxial" else 1
-    config["period_ns"] = round(settings.period * 1e9)
-    speed = speed_filter(settings)
-    given: dict[str, Any] = {"filter_g": speed.g, "filter_h": speed.h}
-    for name in _NUMBERS:
-        config[name] = given.get(name, getattr(settings, name, 0.0))
-    config["late_trip_ns"] = round(settings.late_trip * 1e9)
+    config["magic"], config["version"] = CONSTANTS["ERC_CONFIG_MAGIC"], CONSTANTS["ERC_CONFIG_VERSION"]
+    config["size"], config["device"] = CONFIG.itemsize, CONSTANTS[f"ERC_{settings.device.upper()}"]
+    config["period_ns"], config["late_trip_ns"] = round(settings.period * 1e9), round(settings.late_trip * 1e9)
     config["hold_samples"], config["trip_samples"] = settings.hold, settings.trip
     config["programs"] = len(settings.programs)
+    chosen = settings.derivative
+    speed = chosen if isinstance(chosen, LiveDerivative) else live(chosen, settings.period)
+    config["filter_g"], config["filter_h"] = speed.g, speed.h
+    _copy_numbers(settings, config)
     tables: list[Array] = []
     first = 0
     for at, program in zip(config["list"], settings.programs, strict=False):
         at["mode"], at["shape"] = program.mode, program.shape
-        at["flags"] = _REPEAT * program.repeat | _BY_SAMPLE * program.by_sample | _RELATIVE * program.relative
-        for name in ("amplitude", "frequency", "offset", "motor_torque", "soft"):
-            at[name] = getattr(program, name)
+        at["flags"] = sum(CONSTANTS[f"ERC_{name.upper()}"] for name in _SWITCHES if getattr(program, name))
+        _copy_numbers(program, at)
         if program.table is not None:
             at["first"], at["rows"] = first, len(program.table)
             tables.append(program.table)
             first += len(program.table)
-    config["crc"] = zlib.crc32(config.tobytes()[:-4])
-    return config.tobytes(), np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
+    return sealed(config), np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
 
 
-def speed_filter(settings: LoopSettings) -> LiveDerivative:
-    """Gains of the causal filter.
-
-    Raises:
-        SettingError: a filter that looks ahead, or does not fit the period.
-    """
-    chosen = settings.derivative
-    return chosen if isinstance(chosen, LiveDerivative) else live(chosen, settings.period)
-
-
-def settings_of(data: bytes, table: Array) -> LoopSettings:
-    """The settings that `config_of` wrote, for the loop in Python; programs are named by their numbers.
-
-    Raises:
-        SettingError: not a configuration of this version, or damaged.
-    """
-    if len(data) != CONFIG.itemsize or zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
-        raise SettingError("no configuration of the loop, or a damaged one", remedy="Start the session again")
-    c = np.frombuffer(data, CONFIG)[0]
-    if (int(c["magic"]), int(c["version"])) != (_MAGIC, _VERSION):
-        raise SettingError("a configuration of another version", remedy="Start the session again")
-    programs: list[Program] = []
-    for i, at in enumerate(c["list"][: int(c["programs"])]):
-        first, rows, flags = int(at["first"]), int(at["rows"]), int(at["flags"])
-        programs.append(
-            Program(
-                str(i),
-                Mode(int(at["mode"])),
-                Shape(int(at["shape"])),
-                *(float(at[n]) for n in ("amplitude", "frequency", "offset", "motor_torque", "soft")),
-                table=table[first : first + rows] if rows else None,
-                repeat=bool(flags & _REPEAT),
-                by_sample=bool(flags & _BY_SAMPLE),
-                relative=bool(flags & _RELATIVE),
-            )
-        )
-    numbers = {name: float(c[name]) for name in _NUMBERS if not name.startswith("filter_")}
-    return LoopSettings(
-        device="coaxial" if int(c["device"]) == 0 else "single",
-        period=1e-9 * int(c["period_ns"]),
-        derivative=LiveDerivative(1e-9 * int(c["period_ns"]), float(c["filter_g"]), float(c["filter_h"])),
-        **numbers,
-        late_trip=1e-9 * int(c["late_trip_ns"]),
-        hold=int(c["hold_samples"]),
-        trip=int(c["trip_samples"]),
-        programs=tuple(programs),
-    )
+def _copy_numbers(source: object, record: Any) -> None:
+    """Each number of an object that a record has under the same name."""
+    for name, (kind, *_) in record.dtype.fields.items():
+        if kind == np.float64 and hasattr(source, name):
+            record[name] = getattr(source, name)

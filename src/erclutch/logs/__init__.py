@@ -1,4 +1,4 @@
-"""Log files of test benches into Recordings: text of any dialect, MATLAB, Parquet, MCAP, or arrays in memory.
+"""Log files of test benches become Recordings: text of any dialect, MATLAB, Parquet, MCAP, or arrays in memory.
 
     recording = read("run1.csv", ColumnMap.from_labels({"slip": "V [cm/s]", "field": "Y [V]", "effort": "F [N]"}))
 
@@ -8,19 +8,24 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from erclutch.errors import LogError, MappingError
-from erclutch.logs.assemble import NEEDS, DeviceName, Invalid, assemble
-from erclutch.logs.batches import Batch, parquet_batches
+from erclutch.errors import LogError, MappingError, placed
+from erclutch.logs.assemble import NEEDS, Invalid, assemble
+from erclutch.logs.batches import Batch, windowed_batches
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, read_by, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
-from erclutch.signals import SIGNALS, Array, Recording
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import SIGNALS, Recording
 
 __all__ = [
     "NEEDS",
@@ -35,7 +40,7 @@ __all__ = [
 ]
 
 _LARGEST = 4 << 30  # bytes
-_MCAP = b"\x89MCAP0\r\n"
+_ROWS_WANTED = "Give a log with one row a sample"
 
 
 def read(
@@ -50,7 +55,7 @@ def read(
     """Read a log as a Recording in SI units.
 
     Args:
-        path: .csv .txt .tsv .dat .asc .log (also .gz), .mat (v5 and v7.3), .parquet .pq, .mcap; the content decides.
+        path: text (also .gz), .mat (v5 and v7.3), .parquet, .mcap, or what a plug-in reads; the content decides.
         mapping: which column is which signal; a plain mapping is read as labels (``{"slip": "V [cm/s]"}``) or, where it
             has the keys of a mapping file (``columns``, ``time``, ``rate``, ...), as such. It wins over the mapping
             file beside the log, and that over guesses from names and units.
@@ -64,11 +69,8 @@ def read(
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
-    file = Path(path)
-    _require_file(file)
-    chosen = _as_map(mapping).over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-    table = read_table(file, variable=variable or chosen.variable)
-    return assemble(table, chosen, device=device, invalid=invalid or ("drop" if chosen.invalid == "drop" else "error"))
+    file, chosen = _file_and_map(path, mapping, mapping_file)
+    return assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=invalid)
 
 
 def read_batches(
@@ -83,47 +85,26 @@ def read_batches(
 ) -> Iterator[Batch]:
     """Read a log stretch by stretch, so that a Parquet file may be larger than memory; other formats come whole.
 
-    Columns, units, gaps and values are checked as by `read`, a stretch at a time.
-
-    Args:
-        path: see `read`.
-        mapping: see `read`.
-        device: see `read`.
-        invalid: see `read`.
-        variable: see `read`.
-        mapping_file: see `read`.
-        rows: of a stretch, at least 10,000.
+    Columns, units, gaps and values are checked as by `read`, a stretch at a time. All arguments but ``rows``, of a
+    stretch and at least 10,000, are those of `read`.
 
     Raises:
         LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
         SettingError: a constant that is given by segments.
     """
-    from erclutch.logs.parquet import is_parquet
-
-    file = Path(path)
-    _require_file(file)
-    chosen = _as_map(mapping).over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-    how: Invalid = invalid or ("drop" if chosen.invalid == "drop" else "error")
-    try:
-        batchwise = is_parquet(file)
-        digest = _digest(file) if batchwise else ""
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    if batchwise:
-        yield from parquet_batches(file, digest, chosen, device, how, rows)
+    file, chosen = _file_and_map(path, mapping, mapping_file)
+    with _readable(file), file.open("rb") as content:
+        plugin, _ = reader_of(content.read(HEAD), file.suffix)
+        windows = plugin.of_type(LogReader).windows
+        content.seek(0)
+        digest = hashlib.file_digest(content, "sha256").hexdigest() if windows else ""
+    if windows:
+        with placed(file.name), plugin.working(f"failed on {file.name}"):
+            yield from windowed_batches(windows, file, digest, chosen, device, invalid, rows)
         return
-    whole = assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=how)
+    table = read_table(file, variable=variable or chosen.variable)
+    whole = assemble(table, chosen, device=device, invalid=invalid)
     yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as content:
-        return hashlib.file_digest(content, "sha256").hexdigest()
-
-
-def _unreadable(path: str | Path, error: OSError) -> LogError:
-    problem = f"the file cannot be read ({error.strerror})"
-    return LogError(problem, remedy="Check its permissions", where=str(path))
 
 
 def read_table(path: str | Path, *, variable: str | None = None) -> Table:
@@ -136,29 +117,19 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
-    from erclutch.logs import mat, parquet, text
-
-    file = Path(path)
-    _require_file(file)
-    try:
-        if file.stat().st_size > _LARGEST:
-            raise LogError("the file is larger than 4 GiB", remedy="Split the log", where=file.name)
-        data = file.read_bytes()
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    digest = hashlib.sha256(data).hexdigest()
-    suffix = file.suffix.lower()
-    if not data:
-        raise LogError("the file is empty", remedy="Give a log with one row a sample", where=file.name)
-    if mat.version(data[:520]) or suffix == ".mat":
-        return _with_columns(mat.read_mat(file.resolve(), data[:520], file.name, digest, variable))
-    if data[:4] == parquet.MAGIC or suffix in {".parquet", ".pq"}:
-        return _with_columns(parquet.read_parquet(data, file.name, digest))
-    if data[:8] == _MCAP or suffix == ".mcap":
-        from erclutch.logs import mcap
-
-        return _with_columns(mcap.read_mcap(data, file.name, digest, variable))
-    return _with_columns(text.read_text(data, file.name, digest))
+    file = _require_file(path)
+    with placed(file.name):
+        with _readable(file):
+            if file.stat().st_size > _LARGEST:
+                raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+            data = file.read_bytes()
+        if not data:
+            raise LogError("the file is empty", remedy=_ROWS_WANTED)
+    plugin, notes = reader_of(data[:HEAD], file.suffix)
+    table = read_by(plugin, LogSource(file, data, hashlib.sha256(data).hexdigest(), variable))
+    if not table.columns or not table.rows:
+        raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
+    return replace(table, notes=(*table.notes, *notes)) if notes else table
 
 
 def recording_from_arrays(
@@ -188,16 +159,8 @@ def recording_from_arrays(
         MappingError: unknown names, arrays of different lengths, neither time nor rate.
         LogError, TimingError: see `read`.
     """
-    unknown = [signal for signal in signals if signal not in SIGNALS]
-    if unknown:
-        raise MappingError(f"there is no signal '{unknown[0]}'", remedy=f"Use {', '.join(SIGNALS)}", where=name)
-    columns = {signal: _vector(signal, values, name) for signal, values in signals.items()}
-    if time is not None and rate is None:
-        columns["time"] = _vector("time", time, name)
-    lengths = {signal: values.size for signal, values in columns.items()}
-    if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{signal} {size}" for signal, size in lengths.items())
-        raise MappingError(f"the arrays differ in length ({listed})", remedy="Give arrays of one length", where=name)
+    with placed(name):
+        columns = _columns(signals, None if rate is not None else time)
     digest = hashlib.sha256()
     for signal, values in sorted(columns.items()):
         digest.update(signal.encode())
@@ -207,40 +170,61 @@ def recording_from_arrays(
     return assemble(table, ColumnMap.from_dict(chosen), device=device, invalid=invalid)
 
 
-def _vector(signal: str, values: ArrayLike, name: str) -> Array:
+def _columns(signals: Mapping[str, ArrayLike], time: ArrayLike | None) -> dict[str, Array]:
+    """The signals and the time as vectors of one length."""
+    unknown = [signal for signal in signals if signal not in SIGNALS]
+    if unknown:
+        raise MappingError(f"there is no signal '{unknown[0]}'", remedy=f"Use {', '.join(SIGNALS)}")
+    columns = {signal: _vector(signal, values) for signal, values in signals.items()}
+    if time is not None:
+        columns["time"] = _vector("time", time)
+    if len({values.size for values in columns.values()}) > 1:
+        listed = ", ".join(f"{signal} {values.size}" for signal, values in columns.items())
+        raise MappingError(f"the arrays differ in length ({listed})", remedy="Give arrays of one length")
+    return columns
+
+
+def _vector(signal: str, values: ArrayLike) -> Array:
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        problem = f"{signal} holds no numbers ({error})"
-        raise MappingError(problem, remedy="Give an array of numbers", where=name) from error
+        raise MappingError(f"{signal} holds no numbers ({error})", remedy="Give an array of numbers") from error
     if array.ndim != 1:
-        raise MappingError(f"{signal} has the shape {array.shape}", remedy="Give a vector", where=name)
+        raise MappingError(f"{signal} has the shape {array.shape}", remedy="Give a vector")
     return array
 
 
-def _require_file(file: Path) -> None:
+def _file_and_map(
+    path: str | Path, mapping: ColumnMap | Mapping[str, Any] | None, mapping_file: str | Path | None
+) -> tuple[Path, ColumnMap]:
+    """The file, which is there, and the mapping over what the mapping file says."""
+    file = _require_file(path)
+    if not isinstance(mapping, ColumnMap):
+        labels = set(mapping or ()) <= {*SIGNALS, "time"}
+        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
+    return file, mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+
+
+def _require_file(path: str | Path) -> Path:
+    file = Path(path)
+    with placed(str(path)):
+        try:
+            if file.is_dir():
+                raise LogError("this is a folder, not a file", remedy="Give one log file")
+            if not file.exists():
+                raise LogError("there is no such file", remedy="Check the path")
+            if not file.is_file():
+                raise LogError("this is not a regular file", remedy="Give a log file")
+        except (OSError, ValueError) as error:
+            problem = f"the file cannot be read ({error})"
+            raise LogError(problem, remedy="Check the path and its permissions") from error
+    return file
+
+
+@contextmanager
+def _readable(file: Path) -> Generator[None]:
     try:
-        if file.is_dir():
-            raise LogError("this is a folder, not a file", remedy="Give one log file", where=str(file))
-        if not file.exists():
-            raise LogError("there is no such file", remedy="Check the path", where=str(file))
-        if not file.is_file():
-            raise LogError("this is not a regular file", remedy="Give a log file", where=str(file))
-    except (OSError, ValueError) as error:
-        problem = f"the file cannot be read ({error})"
-        raise LogError(problem, remedy="Check the path and its permissions", where=str(file)) from error
-
-
-def _as_map(mapping: ColumnMap | Mapping[str, Any] | None) -> ColumnMap:
-    if mapping is None:
-        return ColumnMap()
-    if isinstance(mapping, ColumnMap):
-        return mapping
-    labels = set(mapping) <= {*SIGNALS, "time"}
-    return ColumnMap.from_labels(mapping) if labels else ColumnMap.from_dict(mapping)
-
-
-def _with_columns(table: Table) -> Table:
-    if not table.columns or not table.rows:
-        raise LogError("the file has no rows of numbers", remedy="Give a log with one row a sample", where=table.name)
-    return table
+        yield
+    except OSError as error:
+        problem = f"the file cannot be read ({error.strerror})"
+        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error

@@ -1,4 +1,4 @@
-"""From a table and a mapping to a Recording: choose, convert, put on a clock, cut, refuse what is not finite."""
+"""A table and a mapping become a Recording: choose, convert, put on a clock, cut, refuse what is not finite."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch import units
-from erclutch.errors import LogError, MappingError, SettingError, UnitError
-from erclutch.logs import guess, name_pattern, timing
-from erclutch.logs.mapping import ColumnMap, columns_listed, locate
+from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed
+from erclutch.logs import guessed_columns, name_pattern, timing
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate
 from erclutch.logs.table import Table
-from erclutch.signals import SIGNALS, Array, Recording
+from erclutch.signals import units
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import NO_FIELD, SIGNALS, Recording
 
-DeviceName = Literal["single", "coaxial"]
 Invalid = Literal["error", "drop"]
 
 #: What a device needs: each group is satisfied by one of its alternatives, each of which is a set of signals.
@@ -34,6 +35,9 @@ NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
 #: What a device may have besides; taken by its name where it is there.
 OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
 _INPUT = "input:"
+_SPARE = "spare column "
+_MOST_SPARE = 8
+_NONE = "none"  # in place of a column of the field: the device has none that was logged
 _COUNTER = "samplenumber"
 
 
@@ -54,13 +58,13 @@ class _Draft:
         return all(signal in self.signals for signal in signals)
 
 
-def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid = "error") -> Recording:
+def assemble(table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid | None = None) -> Recording:
     """Make a Recording of a table; see `assemble_rows`."""
     return assemble_rows(table, chosen, device=device, invalid=invalid)[0]
 
 
 def assemble_rows(
-    table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid = "error"
+    table: Table, chosen: ColumnMap, *, device: DeviceName, invalid: Invalid | None = None
 ) -> tuple[Recording, NDArray[np.int64]]:
     """Make a Recording of a table, and tell which row of the table each of its rows was, shape (n,).
 
@@ -68,7 +72,7 @@ def assemble_rows(
         table: columns as in the file.
         chosen: what the user said; the rest is guessed from names and units.
         device: "single" or "coaxial"; decides which signals are needed.
-        invalid: "error" refuses values that are not finite, "drop" cuts the log there.
+        invalid: "error" refuses values that are not finite, "drop" cuts the log there; None is what the mapping says.
 
     Raises:
         MappingError: a signal without a column, or with several; UnitError: a unit that does not fit.
@@ -77,21 +81,17 @@ def assemble_rows(
     """
     if device not in NEEDS:
         raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
+    invalid = invalid or ("drop" if chosen.invalid == "drop" else "error")
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
     draft = _Draft(table, device, constants=dict(table.constants), notes=list(table.notes))
-    _take_chosen(draft, chosen)
-    _take_constants(draft, chosen)
-    _take_guesses(draft, chosen)
-    _take_optional(draft, chosen)
-    _take_inputs(draft, chosen)
-    if "alpha_raw" in draft.signals:
-        _turn_screw(draft, chosen.lead)
-    rows = np.arange(table.rows)
-    bad_time = _bad_stamps(draft, chosen, invalid)
-    clock = _clock(draft, chosen, rows[~bad_time])
-    bad = _invalid_rows(draft, invalid)
-    return _recording(draft, clock, rows[~bad_time], bad, chosen.file)
+    with placed(table.name):
+        for take in (_take_chosen, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw):
+            take(draft, chosen)
+        rows = np.arange(table.rows)
+        rows = rows[~_bad_stamps(draft, chosen, invalid)]
+        clock = _clock(draft, chosen, rows)
+        return _recording(draft, clock, rows, _invalid_rows(draft, invalid), chosen.file)
 
 
 def _signals_of(device: DeviceName) -> set[str]:
@@ -102,45 +102,45 @@ def _take_chosen(draft: _Draft, chosen: ColumnMap) -> None:
     """The columns that the user named."""
     allowed = _signals_of(draft.device)
     for signal, choice in chosen.columns.items():
+        if signal == "field" and str(choice.column).strip() == _NONE and _NONE not in draft.table.columns:
+            _take_no_field(draft)
+            continue
         if signal not in allowed:
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {', '.join(sorted(allowed))})"
-            raise MappingError(problem, remedy="Use one of these, or set --device", where=draft.table.name)
-        name, unit, factor = locate(draft.table, choice, signal)
-        _add(draft, signal, name, unit, factor, choice.source)
+            raise MappingError(problem, remedy="Use one of these, or set --device")
+        _take(draft, signal, choice)
 
 
-def _add(draft: _Draft, signal: str, name: str, unit: str | None, factor: float, source: str) -> None:
-    """Convert one column to SI and take it as a signal; the note says all that was done to it."""
-    table = draft.table
-    values = table.columns[name]
-    asked = table.units.get(name)
+def _take(draft: _Draft, signal: str, choice: ColumnChoice) -> str:
+    """Convert one column to SI and take it as a signal; the note says all that was done to it. Its name."""
+    name, unit, factor = locate(draft.table, choice, signal)
+    values, asked = draft.table.columns[name], draft.table.units.get(name)
     if unit is None:
         si, how = _assumed_unit(draft.device, signal, values)
     else:
-        scale, si = units.conversion(unit, SIGNALS[signal], name, table.name)
+        scale, si = units.conversion(unit, SIGNALS[signal], name)
         factor *= scale
         how = f", converted to {si or 'a plain number'}" if scale != 1.0 else ""
         how += f" (the file says {asked})" if asked and asked != unit else ""
-    if factor < 0:
-        how += ", sign turned"
+    how += ", sign turned" if factor < 0 else ""
     draft.signals[signal] = values if factor == 1.0 else values * factor
     draft.units[signal] = si
     draft.columns[signal] = name
-    label = f"{name} [{unit}]" if unit else name
-    draft.notes.append(f"{signal} <- column {label}{how} ({source})")
+    draft.notes.append(f"{signal} <- column {f'{name} [{unit}]' if unit else name}{how} ({choice.source})")
+    return name
 
 
 def _assumed_unit(device: DeviceName, signal: str, values: Array) -> tuple[str, str]:
     """The unit of a column that has none: unknown for a single device, SI for the coaxial pair."""
-    kind = SIGNALS[signal]
+    usual = SIGNALS[signal].si_units[0]
     if device == "single":
         return units.UNKNOWN, ", no unit: taken as logged"
-    if kind.si_units[0] == "":
-        largest = float(np.nanmax(np.abs(values), initial=0.0))
-        if largest > 0.5:
-            return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
-        return "", ", no unit and within 0.5: taken as a plain number"
-    return kind.si_units[0], f", no unit: assumed {kind.si_units[0]}"
+    if usual:
+        return usual, f", no unit: assumed {usual}"
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if largest > 0.5:
+        return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
+    return "", ", no unit and within 0.5: taken as a plain number"
 
 
 def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
@@ -154,7 +154,7 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
         if "," in text:
             _take_steps(draft, key, text, chosen.source)
         else:
-            given[key] = (*_quantity(draft, key, text), chosen.source)
+            given[key] = (*_quantity(key, text), chosen.source)
     allowed = _signals_of(draft.device)
     for key, (number, unit, source) in given.items():
         text = f"{number:g} {unit}" if unit else f"{number:g}"
@@ -165,10 +165,8 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
             draft.notes.append(f"{key} = {text} ({source}) not used: column {draft.columns.get(key, '?')} was chosen")
         else:
             values = np.full(table.rows, number)
-            if unit:
-                factor, si = units.conversion(unit, SIGNALS[key], key, table.name)
-            else:
-                factor, si = 1.0, _assumed_unit(draft.device, key, values)[0]
+            converted = units.conversion(unit, SIGNALS[key], key) if unit else None
+            factor, si = converted or (1.0, _assumed_unit(draft.device, key, values)[0])
             draft.signals[key], draft.units[key] = values * factor, si
             draft.constants[key] = number * factor
             draft.notes.append(f"{key} <- constant {text} ({source})")
@@ -177,21 +175,21 @@ def _take_constants(draft: _Draft, chosen: ColumnMap) -> None:
 def _take_steps(draft: _Draft, key: str, text: str, source: str) -> None:
     """A signal that is constant in each segment: one number after another, the unit behind the last (``0, 1 A``)."""
     *earlier, last = text.split(",")
-    final, unit = _quantity(draft, key, last)
-    numbers = (*(_quantity(draft, key, number)[0] for number in earlier), final)
+    final, unit = _quantity(key, last)
+    numbers = (*(_quantity(key, number)[0] for number in earlier), final)
     if key not in SIGNALS:
-        raise MappingError(f"{key} is no signal", remedy="Give one number", where=draft.table.name)
-    factor, si = units.conversion(unit, SIGNALS[key], key, draft.table.name) if unit else (1.0, "?")
+        raise MappingError(f"{key} is no signal", remedy="Give one number")
+    factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, "?")
     draft.stepped[key] = tuple(number * factor for number in numbers)
     draft.signals[key], draft.units[key] = np.full(draft.table.rows, numbers[0] * factor), si
     draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({source})")
 
 
-def _quantity(draft: _Draft, key: str, text: str) -> tuple[float, str | None]:
+def _quantity(key: str, text: str) -> tuple[float, str | None]:
     try:
         return units.quantity(text)
     except UnitError as error:
-        raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy, where=draft.table.name) from error
+        raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy) from error
 
 
 def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.intp], stops: NDArray[np.intp]) -> None:
@@ -199,17 +197,15 @@ def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.i
         if len(numbers) != starts.size:
             rows = [f"{n:,}" for n in stops - starts]
             listed = f"{', '.join(rows[:8])}{', ...' if len(rows) > 8 else ''}"
-            raise MappingError(
-                f"{len(numbers)} numbers for {key} and {starts.size} segments between gaps, of {listed} rows",
-                remedy="Give one number for each",
-                where=draft.table.name,
-            )
+            problem = f"{len(numbers)} numbers for {key} and {starts.size} segments between gaps, of {listed} rows"
+            raise MappingError(problem, remedy="Give one number for each")
         signals[key] = _frozen(np.repeat(np.array(numbers), (stops - starts).astype(np.int64)))
 
 
 def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
     """Guess what the device needs and nobody chose; raise where nothing or too much would do."""
     taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+    fieldless: MappingError | None = None  # of a log without a column that is the field; raised unless none may be
     for group in NEEDS[draft.device]:
         settled = any(draft.present(option) for option in group)
         failure: MappingError | None = None
@@ -218,38 +214,50 @@ def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
                 if signal in draft.signals or (settled and _conflicts(draft, group, option)):
                     continue
                 try:
-                    found = guess.guess(draft.table, signal, taken)
+                    found = guessed_columns.guess(draft.table, signal, taken)
                 except MappingError as error:
                     failure = failure or error
                     continue
                 if found is not None:
-                    name, unit, factor = locate(draft.table, found, signal)
-                    _add(draft, signal, name, unit, factor, found.source)
-                    taken.append(name)
+                    taken.append(_take(draft, signal, found))
             settled = settled or draft.present(option)
         if not settled:
             names = " or ".join(" and ".join(option) for option in group)
             needed = next(signal for signal in group[0] if signal not in draft.signals)
-            raise _or_a_pair(draft, failure or guess.missing(draft.table, needed, taken, names))
+            error = _or_a_pair(draft, failure or guessed_columns.missing(draft.table, needed, taken, names))
+            if needed != "field" or failure is not None:
+                raise fieldless or error
+            fieldless = error
+    if fieldless is not None:
+        inputs = (locate(draft.table, choice, "input")[0] for choice in chosen.inputs)
+        if guessed_columns.maybe_field(draft.table, [*taken, *inputs]):
+            raise fieldless
+        _take_no_field(draft)
+
+
+def _take_no_field(draft: _Draft) -> None:
+    """The field as 0 in all rows, for a device whose field nobody logged."""
+    draft.signals["field"], draft.units["field"] = np.zeros(draft.table.rows), units.UNKNOWN
+    draft.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0")
 
 
 def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:
     """The error, with another remedy where the columns look like those of a coaxial pair."""
-    fields = [guess.candidates(draft.table, signal, ())[0] for signal in ("E1", "E2")]
+    fields = [guessed_columns.candidates(draft.table, signal, ())[0] for signal in ("E1", "E2")]
     if draft.device != "single" or not all(fields):
         return error
     first, second = (names[0] for names in fields)
     remedy = f"{error.remedy}; if {first} and {second} are the fields of a coaxial pair, --device coaxial"
-    return MappingError(error.problem, remedy=remedy, where=error.where)
+    return MappingError(error.problem, remedy=remedy)
 
 
 def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
     """What the device may have besides, if one column is called so and is finite; it never stops a reading."""
     taken = [*draft.columns.values(), *_reserved(draft, chosen)]
     for signal in OPTIONAL[draft.device]:
-        found = [] if signal in draft.signals else guess.candidates(draft.table, signal, taken)[0]
+        found = [] if signal in draft.signals else guessed_columns.candidates(draft.table, signal, taken)[0]
         if len(found) == 1 and np.all(np.isfinite(draft.table.columns[found[0]])):
-            _add(draft, signal, found[0], draft.table.units.get(found[0]), 1.0, "guessed from its name")
+            _take(draft, signal, ColumnChoice(found[0], source="guessed from its name"))
 
 
 def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
@@ -262,35 +270,48 @@ def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
 
+def _spare(draft: _Draft, chosen: ColumnMap) -> None:
+    """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
+    taken = {*draft.columns.values(), *_reserved(draft, chosen)}
+    for name, values in draft.table.columns.items():
+        if name not in taken and values.size and np.isfinite(values).all() and np.ptp(values) > 0:
+            draft.signals[f"{_SPARE}{name}"] = values
+        if sum(key.startswith(_SPARE) for key in draft.signals) == _MOST_SPARE:
+            return
+
+
 def _conflicts(draft: _Draft, group: tuple[tuple[str, ...], ...], option: tuple[str, ...]) -> bool:
     """Whether an alternative says the same as one that is there (E beside E1 and E2), not something more (theta)."""
-    return "E" in {signal for other in group for signal in other} or (
-        option == ("alpha_raw",) and "alpha" in draft.signals
-    )
+    return ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+
+
+def _counters(table: Table) -> list[str]:
+    return [name for name in table.columns if name.replace(" ", "").lower() == _COUNTER]
 
 
 def _reserved(draft: _Draft, chosen: ColumnMap) -> list[str]:
     """Columns that are no signals: the time, the sample counter."""
-    counters = [name for name in draft.table.columns if name.replace(" ", "").lower() == _COUNTER]
     if chosen.time is not None:
-        return [locate(draft.table, chosen.time, "time")[0], *counters]
-    time = guess.time_column(draft.table, draft.columns.values())
-    return [*counters, *([time] if time else [])]
+        return [locate(draft.table, chosen.time, "time")[0], *_counters(draft.table)]
+    time = guessed_columns.time_column(draft.table, draft.columns.values())
+    return [*_counters(draft.table), *([time] if time else [])]
 
 
-def _turn_screw(draft: _Draft, lead: float | None) -> None:
+def _turn_screw(draft: _Draft, chosen: ColumnMap) -> None:
     """Replace alpha_raw: alpha = alpha_raw 2 pi / lead, equation 4 of Huang and Ishikawa."""
-    if lead is None:
+    if "alpha_raw" not in draft.signals:
+        return
+    if chosen.lead is None:
         problem = "alpha_raw is the position on a screw whose lead is not given"
-        raise MappingError(problem, remedy='Give the lead, such as --lead "10 mm"', where=draft.table.name)
+        raise MappingError(problem, remedy='Give the lead, such as --lead "10 mm"')
     raw = draft.signals.pop("alpha_raw")
     del draft.units["alpha_raw"]
     column = draft.columns.pop("alpha_raw", "")
     if "alpha" in draft.signals:
         draft.notes.append(f"column {column} (alpha_raw) not used: alpha itself is logged")
         return
-    draft.signals["alpha"], draft.units["alpha"], draft.columns["alpha"] = raw * (2 * pi / lead), "rad", column
-    draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {lead:g} m")
+    draft.signals["alpha"], draft.units["alpha"], draft.columns["alpha"] = raw * (2 * pi / chosen.lead), "rad", column
+    draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {chosen.lead:g} m")
 
 
 def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, float, str] | None:
@@ -299,11 +320,11 @@ def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, fl
         return None
     if chosen.time is not None:
         return *locate(draft.table, chosen.time, "time"), chosen.time.source
-    name = guess.time_column(draft.table, draft.columns.values())
+    name = guessed_columns.time_column(draft.table, draft.columns.values())
     return None if name is None else (name, draft.table.units.get(name), 1.0, "guessed from its name or unit")
 
 
-def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> NDArray[np.bool_]:
+def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> Mask:
     """Rows without a finite time stamp; an error unless they are to be dropped."""
     column = _stamp_column(draft, chosen)
     if column is None:
@@ -314,7 +335,7 @@ def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> NDArray[n
     return bad
 
 
-def _invalid_rows(draft: _Draft, invalid: Invalid) -> NDArray[np.bool_]:
+def _invalid_rows(draft: _Draft, invalid: Invalid) -> Mask:
     """Rows where a signal is not finite; an error unless they are to be dropped."""
     unsampled = draft.table.unsampled
     known = np.zeros(draft.table.rows, dtype=np.bool_) if unsampled is None else unsampled
@@ -328,7 +349,7 @@ def _invalid_rows(draft: _Draft, invalid: Invalid) -> NDArray[np.bool_]:
     return np.logical_or.reduce([*each.values(), known])
 
 
-def _refuse_or_note(draft: _Draft, each: Mapping[str, NDArray[np.bool_]], invalid: Invalid) -> None:
+def _refuse_or_note(draft: _Draft, each: Mapping[str, Mask], invalid: Invalid) -> None:
     name, bad = next(iter(each.items()))
     row, count = int(np.argmax(bad)), int(bad.sum())
     values = draft.table.columns.get(name)
@@ -336,22 +357,22 @@ def _refuse_or_note(draft: _Draft, each: Mapping[str, NDArray[np.bool_]], invali
     many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
     text = f"column {name} has {many}, the first ({shown}) in data row {draft.table.first_row + row + 1}"
     if invalid == "error":
-        raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop", where=draft.table.name)
+        raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
     total = int(np.logical_or.reduce(list(each.values())).sum())
     draft.notes.append(f"{text}: {total} rows dropped, the log cut there")
 
 
-def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.Clock:
+def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.LogClock:
     """The best clock there is: a rate, a time column, a date column, the header's period."""
     table, notes = draft.table, draft.notes
     if chosen.rate is not None:
         notes.append(f"time from the sampling rate of {chosen.rate:g} Hz ({chosen.source})")
-        return timing.from_rate(rows.size, 1.0 / chosen.rate, table.name)
+        return timing.from_rate(rows.size, 1.0 / chosen.rate)
     hint = table.sample_period or _header_rate(table)
     column = _stamp_column(draft, chosen)
     if column is not None:
         name, unit, factor, source = column
-        scale = _seconds(unit, name, table.name)
+        scale = _seconds(unit, name)
         how = f", converted from {unit}" if scale != 1.0 else "" if unit else ", no unit: taken as s"
         notes.append(f"time <- column {name}{how} ({source})")
         stamps = table.columns[name][rows] * (factor * scale)
@@ -359,24 +380,24 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         name, stamps = table.clock_name, table.clock
         notes.append(f"time <- date and time in column {name}")
     elif hint is not None:
-        counter = next((label for label in table.columns if label.replace(" ", "").lower() == _COUNTER), None)
+        counter = next(iter(_counters(table)), None)
         notes.append(f"time from the sampling period in the header: {hint:g} s")
         if counter is None or not np.isfinite(table.columns[counter]).all():
-            return timing.from_rate(rows.size, hint, table.name)
+            return timing.from_rate(rows.size, hint)
         name, stamps = counter, (table.columns[counter] - table.columns[counter][0]) * hint
     else:
         problem = f"no time column and no sampling rate; the file has: {columns_listed(table)}"
-        raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ', where=table.name)
-    return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint, where=table.name)
+        raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
+    return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint)
 
 
-def _seconds(unit: str | None, name: str, where: str) -> float:
+def _seconds(unit: str | None, name: str) -> float:
     if unit is None:
         return 1.0
     found = units.fits(unit, ("s",)) if units.is_unit(unit) else None
     if found is None:
         problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
-        raise UnitError(problem, remedy=f'Give its unit, such as --time "{name} [ms]"', where=where)
+        raise UnitError(problem, remedy=f'Give its unit, such as --time "{name} [ms]"')
     return found[0]
 
 
@@ -389,23 +410,18 @@ def _header_rate(table: Table) -> float | None:
     return None
 
 
-def _same_as_before(table: Table, time: str, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _same_as_before(table: Table, time: str, rows: NDArray[np.int64]) -> Mask:
     """Whether a row equals the one before in all columns but the time."""
     same = np.ones(rows.size, dtype=np.bool_)
     same[:1] = False
-    for name, values in table.columns.items():
-        if name != time and name.replace(" ", "").lower() != _COUNTER:
-            kept = values[rows]
-            same[1:] &= (kept[1:] == kept[:-1]) | (np.isnan(kept[1:]) & np.isnan(kept[:-1]))
+    left_out = {time, *_counters(table)}
+    for kept in (values[rows] for name, values in table.columns.items() if name not in left_out):
+        same[1:] &= (kept[1:] == kept[:-1]) | (np.isnan(kept[1:]) & np.isnan(kept[:-1]))
     return same
 
 
 def _recording(
-    draft: _Draft,
-    clock: timing.Clock,
-    rows: NDArray[np.int64],
-    bad: NDArray[np.bool_],
-    mapping: tuple[str, str] | None,
+    draft: _Draft, clock: timing.LogClock, rows: NDArray[np.int64], bad: Mask, mapping: tuple[str, str] | None
 ) -> tuple[Recording, NDArray[np.int64]]:
     """Take the rows that are left and cut the segments where rows are missing."""
     kept = rows[clock.keep]
@@ -413,28 +429,29 @@ def _recording(
     first[list(clock.starts)] = True
     part = np.cumsum(first)  # which segment of the clock a row is in
     fine = ~bad[kept]
-    timing.require_rows(int(fine.sum()), draft.table.name)
+    timing.require_rows(int(fine.sum()))
     place = np.flatnonzero(fine)
     starts = np.flatnonzero(np.concatenate(([True], (np.diff(place) > 1) | (np.diff(part[fine]) > 0))))
     stops = np.append(starts[1:], place.size)
-    signals: dict[str, Array] = {}
-    for name, values in draft.signals.items():
-        signals[name] = _frozen(values[kept[fine]])
-    extras = {name.removeprefix(_INPUT): signals.pop(name) for name in list(signals) if name.startswith(_INPUT)}
+    signals = {name: _frozen(values[kept[fine]]) for name, values in draft.signals.items()}
+    extras, spare = (
+        {name.removeprefix(mark): signals.pop(name) for name in list(signals) if name.startswith(mark)}
+        for mark in (_INPUT, _SPARE)
+    )
     _step_signals(draft, signals, starts, stops)
-    time = _frozen(clock.time[fine])
     recording = Recording(
         name=draft.table.name,
         signals=MappingProxyType(signals),
-        units=MappingProxyType(dict(draft.units)),
-        time=time,
+        units=MappingProxyType(draft.units),
+        time=_frozen(clock.time[fine]),
         period=clock.period,
         segments=tuple((int(start), int(stop)) for start, stop in zip(starts, stops, strict=True)),
         uniform=clock.uniform,
         digest=draft.table.digest,
-        constants=MappingProxyType(dict(draft.constants)),
+        constants=MappingProxyType(draft.constants),
         origin=draft.table.origin,
         extras=MappingProxyType(extras),
+        spare=MappingProxyType(spare),
         notes=(*draft.notes, *clock.notes),
         mapping=mapping,
     )

@@ -1,4 +1,4 @@
-"""A long log stretch by stretch: each goes through the same choice of columns, units and checks as a whole one."""
+"""A long log is read stretch by stretch: each gets the same choice of columns, units and checks as a whole log."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, SettingError, ShortLogError
-from erclutch.logs.assemble import DeviceName, Invalid, assemble_rows
+from erclutch.logs.assemble import Invalid, assemble_rows
+from erclutch.logs.dataset import Dataset, dataset_of, only_segments
+from erclutch.logs.log_reader import Windows
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.parquet import parquet_windows
-from erclutch.logs.table import Table
-from erclutch.signals import Recording
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import Recording
+from erclutch.signals.speed import Derivative, reach
 
 #: Rows that a batch carries on either side: for filters of speeds, and for gaps at its edge.
 MARGIN = 4096
 _FEWEST = 10_000
+_PLACE = "\0row"
 
 
 @dataclass(frozen=True)
@@ -37,35 +40,38 @@ class Batch:
     stop: int
 
 
-def parquet_batches(
-    file: Path, digest: str, chosen: ColumnMap, device: DeviceName, invalid: Invalid, rows: int
+def windowed_batches(
+    windows: Windows, file: Path, digest: str, chosen: ColumnMap, device: DeviceName, invalid: Invalid | None, rows: int
 ) -> Iterator[Batch]:
-    """The batches of a Parquet file; see `erclutch.logs.read_batches`."""
-    _refuse(chosen, rows, file.name)
+    """The batches of a file whose reader has windows; see `erclutch.logs.read_batches`."""
+    _refuse(chosen, rows)
     period: float | None = None
     short: ShortLogError | None = None
     some = False
-    for start, stop, table in parquet_windows(file, rows, MARGIN):
+    for start, stop, table in windows(file, rows, MARGIN):
+        table = replace(table, digest=digest, sample_period=period)
         try:
-            recording, kept = assemble_rows(
-                replace(table, digest=digest, sample_period=period), chosen, device=device, invalid=invalid
-            )
+            recording, kept = assemble_rows(table, chosen, device=device, invalid=invalid)
         except ShortLogError as error:
-            if invalid == "error":
+            if (invalid or chosen.invalid) != "drop":
                 raise
             short = error  # all rows of the stretch are dropped: others may be left
             continue
         except ErclutchError as error:
-            raise _placed(error, table, start, stop) from error
+            if start:  # errors of the first stretch speak for themselves
+                error.where = f"{table.name}, data rows {start + 1} to {stop}"
+            raise
         if period is None and recording.uniform:
             period = recording.period  # one period for all stretches, wherever their stamps agree with it
         some = True
-        yield Batch(_later(recording, chosen, table.first_row), kept + table.first_row, start, stop)
+        if chosen.rate is not None and table.first_row:  # time goes on where it is counted from the rate
+            recording = replace(recording, time=recording.time + table.first_row / chosen.rate)
+        yield Batch(recording, kept + table.first_row, start, stop)
     if short is not None and not some:
         raise short
 
 
-def _refuse(chosen: ColumnMap, rows: int, where: str) -> None:
+def _refuse(chosen: ColumnMap, rows: int) -> None:
     if rows < _FEWEST:
         raise SettingError(f"batches of {rows} rows", remedy=f"Give at least {_FEWEST}")
     stepped = [key for key, text in chosen.constants.items() if "," in text]
@@ -73,19 +79,39 @@ def _refuse(chosen: ColumnMap, rows: int, where: str) -> None:
         raise SettingError(
             f"{stepped[0]} has one number a segment, and segments are only known once the log is read",
             remedy="Give one number, or a column",
-            where=where,
         )
 
 
-def _placed(error: ErclutchError, table: Table, start: int, stop: int) -> ErclutchError:
-    """The error with the rows of the file that it is about; those of the first stretch speak for themselves."""
-    if not start:
-        return error
-    return type(error)(error.problem, remedy=error.remedy, where=f"{table.name}, data rows {start + 1} to {stop}")
+def datasets(
+    batches: Iterator[Batch], device: DeviceName, derivative: Derivative
+) -> Iterator[tuple[Batch, Dataset | None]]:
+    """Rows of each batch without its margins, speeds differentiated across its edges; None where none are left.
+
+    Raises:
+        MappingError, SettingError: see `erclutch.build_dataset`; a filter that looks further back than a margin.
+    """
+    for batch in batches:
+        recording = _cored(batch)
+        if recording is None:
+            yield batch, None
+            continue
+        speeds = any(name in recording.signals for name in ("position", "theta", "alpha"))
+        if batch.start and speeds and reach(derivative, recording.period) > MARGIN:
+            raise SettingError(
+                f"{derivative.name} at {derivative.cutoff:g} Hz remembers more than {MARGIN} rows",
+                remedy="Give a higher --cutoff, or another --derivative",
+                where=recording.name,
+            )
+        data = dataset_of(recording, device, derivative)
+        places = data.extras[_PLACE]
+        data = replace(data, extras={name: values for name, values in data.extras.items() if name != _PLACE})
+        inside = (places >= batch.start) & (places < batch.stop)
+        yield batch, (data if inside.all() else data.picked(inside))
 
 
-def _later(recording: Recording, chosen: ColumnMap, first: int) -> Recording:
-    """Time goes on from stretch to stretch where it is counted from the rate."""
-    if chosen.rate is None or not first:
-        return recording
-    return replace(recording, time=recording.time + first / chosen.rate)
+def _cored(batch: Batch) -> Recording | None:
+    """The recording with each row's place in the file, without segments that lie in a margin alone."""
+    log, inside = batch.recording, (batch.rows >= batch.start) & (batch.rows < batch.stop)
+    cored = [(a, b) for a, b in log.segments if inside[a:b].any() and b - a > 1]
+    placed = replace(log, extras={**log.extras, _PLACE: batch.rows.astype(np.float64)})
+    return only_segments(placed, cored) if cored else None

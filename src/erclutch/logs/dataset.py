@@ -1,4 +1,4 @@
-"""From recordings to the rows that models are fitted to: fields, slips and effort on one clock, and splits in time."""
+"""Recordings become the rows that models are fitted to: fields, slips and effort on one clock, and splits in time."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
-from erclutch.differentiate import Derivative, differentiate
-from erclutch.dynamics import Clock, Span, cut_spans
-from erclutch.errors import MappingError, SettingError
-from erclutch.signals import Recording
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from erclutch.errors import MappingError, SettingError, placed
+from erclutch.logs.blocks import Blocks, OneBlock
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.clock import Clock, Span, cut_spans
+from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
+from erclutch.signals.recording import Recording
+from erclutch.signals.speed import Derivative, differentiate
 
 #: Share of the RMS slip below which a row is at rest.
 _AT_REST = 0.02
 #: Share of the largest field by which a field may change and still be called constant.
 _STEADY = 1e-6
+#: Rates this close are one: clocks of two recorders differ by more than nothing.
+_SAME_RATE = 0.01
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class Dataset:
         source_rows: rows of each log, [start, stop).
         notes: what was done on the way, for the user.
         extras: further logged inputs by name, each (n,).
+        spare: further columns that are no input of any model, each (n,).
     """
 
     device: DeviceName
@@ -53,6 +55,7 @@ class Dataset:
     source_rows: tuple[tuple[int, int], ...] = ()
     notes: tuple[str, ...] = ()
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
     def __post_init__(self) -> None:
         if not self.source_rows:
@@ -75,25 +78,67 @@ class Dataset:
         slips = np.array([e.slip for e in self.elements])
         return np.max(np.abs(slips), axis=0) < _AT_REST * float(np.sqrt(np.mean(slips**2)))
 
-    def take(self, mask: Mask) -> Dataset:
-        """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
-        pieces = [(a, b, cut_spans(self.clock.spans, a, b)) for a, b in _stretches(mask)]
-        keep = np.zeros(self.rows, np.bool_)
-        spans: list[Span] = []
-        for start, _, cut in pieces:
-            for span in cut:
-                offset = int(np.count_nonzero(keep))
-                keep[start + span.start : start + span.stop] = True
-                spans.append(Span(offset, offset + span.stop - span.start, span.period))
-        bounds = [(int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows]
+    @property
+    def one_field(self) -> bool:
+        """Whether the field of each element is the same in all rows."""
+        return all(np.ptp(e.field) <= _STEADY * float(np.abs(e.field).max()) for e in self.elements)
+
+    @property
+    def period(self) -> float:
+        """Sampling period in s: the median of the spans', or of the steps."""
+        steps = [s.period for s in self.clock.spans if s.period is not None]
+        return float(np.median(steps)) if steps else float(np.median(np.diff(self.clock.time)))
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
+        periods = [s.period for s in self.clock.spans if s.period is not None] or [self.period]
+        slow, fast = max(periods), min(periods)
+        return (1 / slow, 1 / fast) if slow - fast > _SAME_RATE * fast else (1 / self.period, 1 / self.period)
+
+    @property
+    def where(self) -> str:
+        """The logs' names, for messages."""
+        return self.sources[0] if len(self.sources) == 1 else f"{len(self.sources)} logs"
+
+    @property
+    def blocks(self) -> Blocks[Dataset]:
+        """The rows as the one block that they are."""
+        return OneBlock(self)
+
+    @property
+    def in_memory(self) -> Dataset:
+        """All rows: this data set."""
+        return self
+
+    def thinned(self, most: int) -> Dataset:
+        """Every so-many-th row, so that at most ``most`` are left, without their past."""
+        return self.picked(slice(None, None, max(1, -(-self.rows // most))))
+
+    def picked(self, rows: Mask | NDArray[np.intp] | slice) -> Dataset:
+        """Some rows, lone ones too, without their past: for models that have no memory."""
+        effort = self.effort[rows]
         return replace(
             self,
-            elements=tuple(Element(e.field[keep], e.slip[keep]) for e in self.elements),
-            effort=self.effort[keep],
-            extras={name: values[keep] for name, values in self.extras.items()},
-            clock=Clock(self.clock.time[keep], tuple(spans)),
-            source_rows=tuple(bounds),
+            elements=tuple(Element(e.field[rows], e.slip[rows]) for e in self.elements),
+            effort=effort,
+            extras={name: values[rows] for name, values in self.extras.items()},
+            spare={name: values[rows] for name, values in self.spare.items()},
+            clock=Clock(self.clock.time[rows], ()),
+            source_rows=((0, effort.size),),
         )
+
+    def take(self, mask: Mask) -> Dataset:
+        """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
+        keep = np.zeros(self.rows, np.bool_)
+        spans: list[Span] = []
+        for start, stop in _stretches(mask):
+            for span in cut_spans(self.clock.spans, start, stop):
+                offset = spans[-1].stop if spans else 0
+                keep[start + span.start : start + span.stop] = True
+                spans.append(Span(offset, offset + span.stop - span.start, span.period))
+        bounds = tuple((int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows)
+        return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
 
 
 def _stretches(mask: Mask) -> list[tuple[int, int]]:
@@ -120,29 +165,31 @@ def build_dataset(
     logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
-    parts = [_one(log, device, derivative or Derivative()) for log in logs]
-    _no_twins(logs)
-    units = parts[0].units
-    for part in parts[1:]:
-        if part.units != units:
-            raise MappingError(
-                f"units differ between logs: {part.units.text()} here, {units.text()} in {parts[0].sources[0]}",
-                where=part.sources[0],
-                remedy="Give the units of each column, on the command line or in a mapping file",
-            )
-    return _join(parts)
-
-
-def _no_twins(logs: Sequence[Recording]) -> None:
-    """The same rows twice would shrink every interval."""
+    parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
     seen: dict[str, str] = {}
-    for log in logs:
-        if log.digest and log.digest in seen:
-            raise SettingError(f"the same file as {seen[log.digest]}", where=log.name, remedy="Give each log once")
-        seen[log.digest] = log.name
+    for log, part in zip(logs, parts, strict=True):
+        refuse_twin(log, seen)
+        require_units(part, parts[0], log.name)
+    return joined(parts)
 
 
-def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
+def refuse_twin(log: Recording, seen: dict[str, str]) -> None:
+    """SettingError for a log whose digest was seen: the same rows twice would shrink every interval; it is now."""
+    if log.digest and log.digest in seen:
+        raise SettingError(f"the same file as {seen[log.digest]}", where=log.name, remedy="Give each log once")
+    seen[log.digest] = log.name
+
+
+def require_units(data: Dataset, first: Dataset, where: str) -> None:
+    """MappingError for rows in other units than those of the first log."""
+    if data.units != first.units:
+        problem = f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
+        remedy = "Give the units of each column, on the command line or in a mapping file"
+        raise MappingError(problem, where=where, remedy=remedy)
+
+
+def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
+    """The rows of one log; see `build_dataset`."""
     log, lone = _without_lone_rows(log)
     spans = tuple(Span(a, b, log.period if log.uniform else None) for a, b in log.segments)
     clock = Clock(log.time, spans)
@@ -158,12 +205,11 @@ def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
     needed = ("field", "slip") if device == "single" else ("theta_dot", "alpha_dot")
     missing = [name for name in (*needed, effort) if name not in signals]
     if missing:
-        raise MappingError(
-            f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}",
-            where=log.name,
-            remedy="Map a column to it, for example --effort 'F [N]'",
-        )
-    _same_unit(log, units, (("E1", "E2"), ("theta_dot", "alpha_dot")) if device == "coaxial" else ())
+        problem = f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}"
+        raise MappingError(problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'")
+    with placed(log.name):
+        for pair in (("E1", "E2"), ("theta_dot", "alpha_dot")) if device == "coaxial" else ():
+            _same_unit(units, *pair)
     field = "field" if device == "single" else ("E1" if "E1" in signals else "E")
     slip = "slip" if device == "single" else "theta_dot"
     return Dataset(
@@ -175,34 +221,40 @@ def _one(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
         sources=(log.name,),
         notes=tuple(notes),
         extras=dict(log.extras),
+        spare=dict(log.spare),
     )
 
 
 def _without_lone_rows(log: Recording) -> tuple[Recording, int]:
     """The log without segments of a single row, and how many there were."""
     kept = [(a, b) for a, b in log.segments if b - a >= 2]
-    lone = len(log.segments) - len(kept)
-    if not lone or not kept:
-        return log, 0
+    lone = len(log.segments) - len(kept) if kept else 0
+    return (only_segments(log, kept), lone) if lone else (log, 0)
+
+
+def only_segments(log: Recording, kept: Sequence[tuple[int, int]]) -> Recording:
+    """The log with some of its segments, [start, stop) each."""
     rows = np.concatenate([np.arange(a, b) for a, b in kept])
-    ends = np.cumsum([b - a for a, b in kept])
-    segments = tuple((int(end - (b - a)), int(end)) for (a, b), end in zip(kept, ends, strict=True))
-    signals = {name: values[rows] for name, values in log.signals.items()}
-    extras = {name: values[rows] for name, values in log.extras.items()}
-    return replace(log, signals=signals, extras=extras, time=log.time[rows], segments=segments), lone
+    ends = np.cumsum([b - a for a, b in kept]).tolist()
+    return replace(
+        log,
+        signals={name: values[rows] for name, values in log.signals.items()},
+        extras={name: values[rows] for name, values in log.extras.items()},
+        spare={name: values[rows] for name, values in log.spare.items()},
+        time=log.time[rows],
+        segments=tuple((end - (b - a), end) for end, (a, b) in zip(ends, kept, strict=True)),
+    )
 
 
-def _same_unit(log: Recording, units: dict[str, str], pairs: Sequence[tuple[str, str]]) -> None:
-    for first, second in pairs:
-        if first in units and second in units and units[first] != units[second]:
-            raise MappingError(
-                f"{first} is in {units[first] or '1'} and {second} in {units[second] or '1'}",
-                where=log.name,
-                remedy=f"Give both the same unit, for example --{first} '{first} [{units[first] or '1'}]'",
-            )
+def _same_unit(units: dict[str, str], first: str, second: str) -> None:
+    if first in units and second in units and units[first] != units[second]:
+        one, other = units[first] or "1", units[second] or "1"
+        remedy = f"Give both the same unit, for example --{first} '{first} [{one}]'"
+        raise MappingError(f"{first} is in {one} and {second} in {other}", remedy=remedy)
 
 
-def _join(parts: list[Dataset]) -> Dataset:
+def joined(parts: Sequence[Dataset]) -> Dataset:
+    """Logs of one device in the same units, one after another; further inputs are those that all of them have."""
     if len(parts) == 1:
         return parts[0]
     offsets = np.cumsum([0, *(part.rows for part in parts)])
@@ -211,25 +263,27 @@ def _join(parts: list[Dataset]) -> Dataset:
         for part, offset in zip(parts, offsets, strict=False)
         for s in part.clock.spans
     ]
-    count = len(parts[0].elements)
-    shared = [name for name in parts[0].extras if all(name in part.extras for part in parts)]
-    notes = dict.fromkeys(note for part in parts for note in part.notes)
-    return Dataset(
-        device=parts[0].device,
+    extras, spare = (
+        {
+            name: np.concatenate([each[name] for each in columns])
+            for name in columns[0]
+            if all(name in each for each in columns)
+        }
+        for columns in ([part.extras for part in parts], [part.spare for part in parts])
+    )
+    return replace(
+        parts[0],
         elements=tuple(
-            Element(
-                np.concatenate([p.elements[i].field for p in parts]),
-                np.concatenate([p.elements[i].slip for p in parts]),
-            )
-            for i in range(count)
+            Element(np.concatenate([e.field for e in each]), np.concatenate([e.slip for e in each]))
+            for each in zip(*(part.elements for part in parts), strict=True)
         ),
         effort=np.concatenate([p.effort for p in parts]),
-        extras={name: np.concatenate([p.extras[name] for p in parts]) for name in shared},
+        extras=extras,
+        spare=spare,
         clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
-        units=parts[0].units,
         sources=tuple(p.sources[0] for p in parts),
         source_rows=tuple((int(a), int(b)) for a, b in itertools.pairwise(offsets)),
-        notes=tuple(notes),
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
 
 
@@ -251,23 +305,17 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if isinstance(test, Real):
         share = float(test)
         if not 0 < share < 0.9:
-            raise SettingError(
-                f"a test share of {share}",
-                where="--test",
-                remedy="Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'",
-            )
+            remedy = "Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'"
+            raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
         for log in dataset.source_rows:
             for start, stop in constant_stretches(dataset, *log) or [log]:
                 mask[start + round((1 - share) * (stop - start)) : stop] = True
         return mask
-    patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
-    for pattern in patterns:
+    for pattern in (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test)):
         hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
         if not hits:
-            raise SettingError(
-                f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs",
-                remedy=f"Logs are called for example {dataset.sources[0]!r}",
-            )
+            problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"
+            raise SettingError(problem, remedy=f"Logs are called for example {dataset.sources[0]!r}")
         for i in hits:
             mask[slice(*dataset.source_rows[i])] = True
     if mask.all():
@@ -288,16 +336,15 @@ def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[in
     return spans if steady and several else []
 
 
-def blocks(dataset: Dataset, count: int) -> list[Mask]:
-    """Masks of ``count`` contiguous blocks of rows, for cross-validation over time; each row is in one block.
+def time_folds(dataset: Dataset, count: int) -> list[Mask]:
+    """Masks of ``count`` contiguous stretches of rows, for cross-validation over time; each row is in one of them.
 
     Raises:
         SettingError: fewer than 2 blocks, or blocks of fewer than 20 rows.
     """
     if count < 2 or dataset.rows // count < 20:
-        raise SettingError(
-            f"{count} blocks of {dataset.rows} rows", remedy="Give 2 blocks or more, of at least 20 rows each"
-        )
+        problem = f"{count} blocks of {dataset.rows} rows"
+        raise SettingError(problem, remedy="Give 2 blocks or more, of at least 20 rows each")
     edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
     row = np.arange(dataset.rows)
     return [(row >= a) & (row < b) for a, b in itertools.pairwise(edges)]

@@ -10,28 +10,28 @@ import shutil
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
-from typing import IO
+from typing import IO, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset, build_dataset
-from erclutch.device import DeviceName, Element, Units
-from erclutch.differentiate import Derivative, reach
-from erclutch.dynamics import Clock, Span
-from erclutch.errors import ErclutchError, LogError, MappingError, RunError, SettingError
+from erclutch.errors import ErclutchError, LogError, MappingError, RunError
 from erclutch.logs import Batch
-from erclutch.logs.batches import MARGIN
-from erclutch.signals import Recording
+from erclutch.logs.batches import datasets
+from erclutch.logs.blocks import Blocks
+from erclutch.logs.dataset import Dataset, joined, refuse_twin, require_units
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.speed import Derivative
 
-Array = NDArray[np.float64]
+T = TypeVar("T")
+U = TypeVar("U")
 
 BLOCK = 65_536  # rows at a time; a multiple of all blocks that fits and models work in
 _LEAF = 131_072  # rows that are added up at once
-_PLACE = "\0row"
 
 
 @dataclass(frozen=True)
@@ -53,64 +53,34 @@ class Source:
     notes: tuple[str, ...]
 
 
-def datasets(
-    batches: Iterator[Batch], device: DeviceName, derivative: Derivative
-) -> Iterator[tuple[Batch, Dataset | None]]:
-    """Rows of each batch without its margins, speeds differentiated across its edges; None where none are left.
+@dataclass(frozen=True)
+class _Passes(Blocks[T]):
+    """What a function makes of each block on disk, made anew in each pass."""
 
-    Raises:
-        MappingError, SettingError: see `erclutch.build_dataset`; a filter that looks further back than a margin.
-    """
-    for batch in batches:
-        recording = _cored(batch)
-        if recording is None:
-            yield batch, None
-            continue
-        speeds = any(name in recording.signals for name in ("position", "theta", "alpha"))
-        if batch.start and speeds and reach(derivative, recording.period) > MARGIN:
-            raise SettingError(
-                f"{derivative.name} at {derivative.cutoff:g} Hz remembers more than {MARGIN} rows",
-                remedy="Give a higher --cutoff, or another --derivative",
-                where=recording.name,
-            )
-        data = build_dataset(recording, device=device, derivative=derivative)
-        places = data.extras[_PLACE]
-        data = replace(data, extras={name: values for name, values in data.extras.items() if name != _PLACE})
-        inside = (places >= batch.start) & (places < batch.stop)
-        yield batch, (data if inside.all() else _only(data, inside))
+    rows: DiskRows
+    make: Callable[[Dataset], T]
 
+    def __iter__(self) -> Iterator[T]:
+        for start in range(0, self.rows.rows, BLOCK):
+            yield self.make(self.rows.read(start, min(start + BLOCK, self.rows.rows)))
 
-def _cored(batch: Batch) -> Recording | None:
-    """The recording with each row's place in the file, without segments that lie in a margin alone."""
-    log, inside = batch.recording, (batch.rows >= batch.start) & (batch.rows < batch.stop)
-    cored = [(a, b) for a, b in log.segments if inside[a:b].any() and b - a > 1]
-    if not cored:
-        return None
-    keep = np.concatenate([np.arange(a, b) for a, b in cored])
-    ends = np.cumsum([b - a for a, b in cored]).tolist()
-    return replace(
-        log,
-        signals={name: values[keep] for name, values in log.signals.items()},
-        extras={name: values[keep] for name, values in (*log.extras.items(), (_PLACE, batch.rows.astype(np.float64)))},
-        time=log.time[keep],
-        segments=tuple((end - (b - a), end) for end, (a, b) in zip(ends, cored, strict=True)),
-    )
+    def map(self, make: Callable[[T], U]) -> Blocks[U]:
+        return _Passes(self.rows, lambda block: make(self.make(block)))
+
+    def means(self, of: Callable[[T], Sequence[Array]]) -> list[float]:
+        def total(start: int, stop: int) -> Array:
+            """NumPy adds an array by halves, each half by halves again; the same halves are added here."""
+            if stop - start <= _LEAF:
+                values = of(self.make(self.rows.read(start, stop)))
+                return np.array([float(np.add.reduce(v)) for v in values])
+            middle = start + (stop - start) // 2 // 8 * 8
+            return total(start, middle) + total(middle, stop)
+
+        return (total(0, self.rows.rows) / self.rows.rows).tolist()
 
 
-def _only(data: Dataset, rows: NDArray[np.bool_]) -> Dataset:
-    """Some rows of memoryless data; unlike `Dataset.take`, lone ones too."""
-    return replace(
-        data,
-        elements=tuple(Element(e.field[rows], e.slip[rows]) for e in data.elements),
-        effort=data.effort[rows],
-        extras={name: values[rows] for name, values in data.extras.items()},
-        clock=Clock(data.clock.time[rows], ()),
-        source_rows=((0, int(rows.sum())),),
-    )
-
-
-class Spool:
-    """Rows on disk. A context manager: the file is gone at its end, and with the process.
+class DiskRows(AbstractContextManager["DiskRows"]):
+    """Rows on disk, as `TrainingRows`. A context manager: the file is gone at its end, and with the process.
 
     Args:
         folder: where the temporary file lies; None is the system's place for such.
@@ -123,16 +93,12 @@ class Spool:
         except OSError as error:
             raise self._unwritable(error) from error
         self._like: Dataset | None = None
+        self._seen: dict[str, str] = {}
         self._periods: Counter[float] = Counter()
         self.sources: list[Source] = []
         self.rows = 0
 
-    def __enter__(self) -> Spool:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def add(
@@ -158,7 +124,7 @@ class Spool:
         before, last, read = self.rows, None, 0
         for batch, data in datasets(batches, device, derivative):
             if last is None:
-                self._refuse_twin(batch.recording)
+                refuse_twin(batch.recording, self._seen)
             last = last or batch.recording
             if data is not None:
                 self._require_same(data, batch)
@@ -171,8 +137,7 @@ class Spool:
         if last is None or self.rows == before:
             name = "the log" if last is None else last.name
             raise LogError("no row is left", where=name, remedy="Give a log with finite values")
-        source = Source(last.name, last.digest, last.origin, read, self.rows - before, last.notes)
-        self.sources.append(source)
+        self.sources.append(Source(last.name, last.digest, last.origin, read, self.rows - before, last.notes))
 
     @property
     def like(self) -> Dataset:
@@ -198,59 +163,36 @@ class Spool:
     @property
     def period(self) -> float:
         """Sampling period in s: the median over segments."""
-        periods = np.array(sorted(self._periods))
-        counts = np.cumsum([self._periods[p] for p in periods.tolist()])
-        low, high = np.searchsorted(counts, [(counts[-1] - 1) // 2, counts[-1] // 2], side="right")
-        return float(0.5 * (periods[low] + periods[high]))
+        return float(np.median(list(self._periods.elements())))
 
-    def blocks(self, rows: int = BLOCK) -> Iterator[Dataset]:
-        """All rows in their order, some at a time; the last block may be shorter."""
-        return self._pieces([rows] * (self.rows // rows) + [self.rows % rows] * (self.rows % rows > 0))
+    @property
+    def in_memory(self) -> None:
+        """The rows need not fit into memory."""
+
+    @property
+    def blocks(self) -> Blocks[Dataset]:
+        """All rows in their order, some at a time."""
+        return _Passes(self, lambda block: block)
 
     def thinned(self, most: int) -> Dataset:
-        """Every so-many-th row, so that at most ``most`` are left."""
+        """Every so-many-th row, so that at most ``most`` are left, without their past."""
         step = max(1, -(-self.rows // most))
         parts: list[Dataset] = []
         at = 0
-        for block in self.blocks():
-            mask = np.zeros(block.rows, np.bool_)
-            mask[-at % step :: step] = True
-            parts.append(_only(block, mask))
+        for block in self.blocks:
+            parts.append(block.picked(np.arange(-at % step, block.rows, step)))  # a copy: the block goes
             at += block.rows
-        return _joined(self.like, parts, step * self.period)
+        whole = joined(parts)
+        clock = Clock(np.arange(float(whole.rows)) * (step * self.period), (Span(0, whole.rows, step * self.period),))
+        return replace(whole, clock=clock, sources=self.like.sources, source_rows=((0, whole.rows),))
 
-    def means(self, of: Callable[[Dataset], Sequence[Array]]) -> list[float]:
-        """Means over all rows of what a function makes of a block, each shape (n,): as `numpy.mean` of the whole.
-
-        NumPy adds an array by halves, each half by halves again; the same halves are read here.
-        """
-        sizes = _halves(self.rows)
-        pieces = self._pieces(list(_flat(sizes)))
-
-        def total(size: _Sizes) -> Array:
-            if isinstance(size, tuple):
-                return total(size[0]) + total(size[1])
-            return np.array([float(np.add.reduce(values)) for values in of(next(pieces))])
-
-        return (total(sizes) / self.rows).tolist()
-
-    def _pieces(self, sizes: Sequence[int]) -> Iterator[Dataset]:
-        wide = self._wide
-        self._file.seek(0)
-        at = 0
-        for size in sizes:
-            self._file.seek(8 * wide * at)  # another pass may have begun in between
-            content = np.frombuffer(self._file.read(8 * wide * size))
-            yield self._dataset(np.ascontiguousarray(content.reshape(size, wide).T))
-            at += size
-
-    @property
-    def _wide(self) -> int:
-        return 2 * len(self.like.elements) + 1 + len(self.like.extras)
-
-    def _dataset(self, columns: Array) -> Dataset:
+    def read(self, start: int, stop: int) -> Dataset:
+        """The rows [start, stop)."""
+        rows = stop - start
+        self._file.seek(8 * self._wide * start)
+        content = np.frombuffer(self._file.read(8 * self._wide * rows))
+        columns = np.ascontiguousarray(content.reshape(rows, self._wide).T)
         count = len(self.like.elements)
-        rows = columns.shape[1]
         return replace(
             self.like,
             elements=tuple(Element(columns[2 * i], columns[2 * i + 1]) for i in range(count)),
@@ -259,6 +201,10 @@ class Spool:
             clock=Clock(np.arange(float(rows)), (Span(0, rows, None),)),
             source_rows=((0, rows),),
         )
+
+    @property
+    def _wide(self) -> int:
+        return 2 * len(self.like.elements) + 1 + len(self.like.extras)
 
     def _write(self, data: Dataset) -> None:
         columns = [c for e in data.elements for c in (e.field, e.slip)]
@@ -274,72 +220,24 @@ class Spool:
 
     def _require_same(self, data: Dataset, batch: Batch) -> None:
         if self._like is None:
-            none = np.zeros(data.rows, np.bool_)
-            self._like = replace(_only(data, none), notes=())
+            self._like = replace(data.picked(slice(0)), notes=())
             return
         name = batch.recording.name
         where = f"{name}, data rows {batch.start + 1} to {batch.stop}" if batch.start else name
-        if data.units != self.like.units:
-            raise MappingError(
-                f"units differ: {data.units.text()} here, {self.like.units.text()} before",
-                where=where,
-                remedy="Give the units of each column, on the command line or in a mapping file",
-            )
+        require_units(data, self.like, where)
         if list(data.extras) != list(self.like.extras):
             there, before = (", ".join(names) or "none" for names in (data.extras, self.like.extras))
-            raise MappingError(
-                f"further inputs differ: {there} here, {before} before", where=where, remedy="Give --input for each"
-            )
-
-    def _refuse_twin(self, log: Recording) -> None:
-        for source in self.sources:
-            if source.digest == log.digest:
-                raise SettingError(f"the same file as {source.name}", where=log.name, remedy="Give each log once")
+            problem = f"further inputs differ: {there} here, {before} before"
+            raise MappingError(problem, where=where, remedy="Give --input for each")
 
     def _unwritable(self, error: OSError) -> ErclutchError:
-        free = ""
-        if self._folder.is_dir():
-            free = f", {shutil.disk_usage(self._folder).free / 1e6:.0f} MB are free"
-        return RunError(
-            f"rows cannot be kept there: {error.strerror or error}{free}",
-            where=str(self._folder),
-            remedy="Give --scratch a folder with about 40 bytes of room a row",
-        )
+        there = self._folder.is_dir()
+        free = f", {shutil.disk_usage(self._folder).free / 1e6:.0f} MB are free" if there else ""
+        problem = f"rows cannot be kept there: {error.strerror or error}{free}"
+        remedy = "Give --scratch a folder with about 40 bytes of room a row"
+        return RunError(problem, where=str(self._folder), remedy=remedy)
 
 
-_Sizes = int | tuple["_Sizes", "_Sizes"]
-
-
-def _halves(rows: int) -> _Sizes:
-    """How NumPy's pairwise sum divides an array, down to leaves that are added up at once."""
-    if rows <= _LEAF:
-        return rows
-    half = rows // 2
-    half -= half % 8
-    return _halves(half), _halves(rows - half)
-
-
-def _flat(sizes: _Sizes) -> Iterator[int]:
-    if isinstance(sizes, tuple):
-        yield from _flat(sizes[0])
-        yield from _flat(sizes[1])
-    else:
-        yield sizes
-
-
-def _joined(like: Dataset, parts: Sequence[Dataset], period: float) -> Dataset:
-    rows = sum(part.rows for part in parts)
-    return replace(
-        like,
-        elements=tuple(
-            Element(
-                np.concatenate([p.elements[i].field for p in parts]),
-                np.concatenate([p.elements[i].slip for p in parts]),
-            )
-            for i in range(len(like.elements))
-        ),
-        effort=np.concatenate([p.effort for p in parts]),
-        extras={name: np.concatenate([p.extras[name] for p in parts]) for name in like.extras},
-        clock=Clock(np.arange(float(rows)) * np.float64(period), (Span(0, rows, period),)),
-        source_rows=((0, rows),),
-    )
+#: The rows that a model is fitted to. What both kinds offer is ``device``, ``units``, ``rows``, ``period``, ``where``,
+#: ``blocks``, ``in_memory`` (None where the rows need not fit into memory) and ``thinned``.
+TrainingRows = Dataset | DiskRows

@@ -1,12 +1,12 @@
-"""Names and units out of column headers and of ``Key: value`` header blocks."""
+"""Names and units are read from column headers and from ``Key: value`` header blocks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
 
-from erclutch import units
 from erclutch.errors import UnitError
+from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
 _ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)

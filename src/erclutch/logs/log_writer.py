@@ -1,30 +1,28 @@
-"""Writing logs: Parquet, CSV or MATLAB, with units and what made them inside; whole or not at all."""
+"""Logs are written as Parquet, CSV or MATLAB, with units and their origin inside, whole or not at all."""
 
 from __future__ import annotations
 
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.errors import RunError
+from erclutch.errors import RunError, placed
+from erclutch.files import whole_file
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
-Columns = Sequence[tuple[str, str]]
+LabelledColumns = Sequence[tuple[str, str]]
 
 _BYTES_A_NUMBER = {".parquet": 9.0, ".csv": 14.0, ".mat": 9.0}
 
 
 def write_log(
     path: str | Path,
-    columns: Columns,
+    columns: LabelledColumns,
     chunks: Iterable[Array],
     about: Mapping[str, Any],
     *,
@@ -46,36 +44,30 @@ def write_log(
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise RunError(f"a log cannot end in {suffix!r}", where=str(path), remedy="End it in .parquet, .csv or .mat")
-    _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
-    handle, partial = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
-    os.close(handle)
-    try:
-        _WRITERS[suffix](Path(partial), columns, _counted(chunks, rows, progress), about)
-        Path(partial).chmod(0o644)
-        os.replace(partial, path)
-    except OSError as error:
-        raise RunError(
-            f"the log cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place"
-        ) from error
-    finally:
-        Path(partial).unlink(missing_ok=True)
+    with placed(str(path)):
+        if suffix not in _WRITERS:
+            remedy = "Give a name that ends in .parquet, .csv or .mat"
+            raise RunError(f"a log cannot end in {suffix!r}", remedy=remedy)
+        _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
+    with whole_file(path, _unwritable) as partial:
+        _WRITERS[suffix](partial, columns, _counted(chunks, rows, progress), about)
     return path
+
+
+def _unwritable(path: Path, error: OSError) -> RunError:
+    problem = f"the log cannot be written: {error.strerror or error}"
+    return RunError(problem, where=str(path), remedy="Give another place")
 
 
 def _room(path: Path, needed: float) -> None:
     if not path.parent.is_dir():
-        raise RunError("its folder does not exist", where=str(path), remedy=f"Make {path.parent} first")
+        raise RunError("its folder does not exist", remedy=f"Make {path.parent} first")
     if not os.access(path.parent, os.W_OK):
-        raise RunError("its folder cannot be written", where=str(path), remedy="Give another place")
+        raise RunError("its folder cannot be written", remedy="Give another place")
     free = shutil.disk_usage(path.parent).free
     if needed > free:
-        raise RunError(
-            f"about {needed / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB are free",
-            where=str(path),
-            remedy="Give fewer --seconds or another disk",
-        )
+        problem = f"about {needed / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB are free"
+        raise RunError(problem, remedy="Give fewer --seconds or another disk")
 
 
 def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], None] | None) -> Iterable[Array]:
@@ -87,9 +79,10 @@ def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], Non
             progress(done / rows)
 
 
-def _parquet(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
-    pa: Any = import_module("pyarrow")
-    pq: Any = import_module("pyarrow.parquet")
+def _parquet(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
     with pq.ParquetWriter(path, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False) as writer:
@@ -110,7 +103,7 @@ def _gathered(chunks: Iterable[Array], size: int) -> Iterable[Array]:
         yield np.concatenate(waiting)
 
 
-def _csv(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+def _csv(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# {about.get('label', 'erclutch')}: {json.dumps(about)}\n")
         file.write(",".join(f"{name} [{unit}]" if unit else name for name, unit in columns) + "\n")
@@ -118,22 +111,13 @@ def _csv(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[s
             np.savetxt(file, chunk, delimiter=",", fmt="%.9g")
 
 
-def _mat(path: Path, columns: Columns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+def _mat(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
     from scipy.io import savemat
 
     rows = np.concatenate(list(chunks))
     body: dict[str, Any] = {name: rows[:, i : i + 1] for i, (name, _) in enumerate(columns)}
-    units = json.dumps(dict(columns))
-    savemat(
-        path,
-        {**body, "erclutch_about": json.dumps(about), "erclutch_units": units},
-        do_compression=True,
-        appendmat=False,
-    )
+    texts = {"erclutch_about": json.dumps(about), "erclutch_units": json.dumps(dict(columns))}
+    savemat(path, {**body, **texts}, do_compression=True, appendmat=False)
 
 
-_WRITERS: dict[str, Callable[[Path, Columns, Iterable[Array], Mapping[str, Any]], None]] = {
-    ".parquet": _parquet,
-    ".csv": _csv,
-    ".mat": _mat,
-}
+_WRITERS = {".parquet": _parquet, ".csv": _csv, ".mat": _mat}

@@ -1,4 +1,4 @@
-"""Which column is which signal, as the user says it: labels of the command line, a TOML file beside the log.
+"""The user says which column is which signal: by labels on the command line, or in a TOML file beside the log.
 
 The TOML file is ``<log>.toml`` (``run1.csv.toml``), ``<stem>.toml`` (``run1.toml``) or ``erclutch.toml`` in the folder
 of the log; the first that exists is read. Its keys, all optional::
@@ -31,10 +31,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import MappingError, UnitError
+from erclutch.errors import MappingError, UnitError, placed
 from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
-from erclutch.signals import SIGNALS
+from erclutch.signals.recording import SIGNALS
 
 _KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
@@ -94,9 +94,9 @@ class ColumnMap:
         Raises:
             MappingError: a name that is no signal.
         """
-        return cls.from_dict(
-            {**others, "columns": {k: v for k, v in labels.items() if k != "time"}} | _only(labels, "time"), "given"
-        )
+        columns = {name: label for name, label in labels.items() if name != "time"}
+        timed = {"time": labels["time"]} if "time" in labels else {}
+        return cls.from_dict({**others, "columns": columns, **timed})
 
     @classmethod
     def from_toml(cls, path: str | Path) -> ColumnMap:
@@ -110,9 +110,8 @@ class ColumnMap:
             content = path.read_bytes()
             values = tomllib.loads(content.decode("utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-            raise MappingError(
-                f"the mapping file cannot be read ({error})", remedy="Correct it", where=path.name
-            ) from error
+            problem = f"the mapping file cannot be read ({error})"
+            raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
         return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
 
     @classmethod
@@ -122,32 +121,30 @@ class ColumnMap:
         Raises:
             MappingError: an unknown key, or a value of the wrong kind.
         """
-        where = "" if source == "given" else source
-        _known(values, _KEYS, "key", where)
-        columns = _table_of(values, "columns", where)
-        _known(columns, tuple(SIGNALS), "signal", where)
-        constants = {str(name): str(value) for name, value in _table_of(values, "constants", where).items()}
-        texts = {key: values[key] for key in ("name_pattern", "variable", "invalid") if values.get(key) is not None}
-        for key, value in texts.items():
-            if not isinstance(value, str):
-                raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."', where=where)
-        if texts.get("invalid") not in {None, "error", "drop"}:
-            raise MappingError(f"invalid is '{texts['invalid']}'", remedy="Write error or drop", where=where)
-        return cls(
-            columns={name: _choice(name, value, source, where) for name, value in columns.items()},
-            time=None if values.get("time") is None else _choice("time", values["time"], source, where),
-            rate=_number(values.get("rate"), "rate", "Hz", where),
-            lead=_number(values.get("lead"), "lead", "m", where),
-            constants=constants,
-            inputs=_inputs(values.get("inputs", ()), source, where),
-            source=source,
-            **texts,
-        )
+        with placed("" if source == "given" else source):
+            _known(values, _KEYS, "key")
+            columns = _table_of(values, "columns")
+            _known(columns, tuple(SIGNALS), "signal")
+            inputs = values.get("inputs", ())
+            if not isinstance(inputs, list | tuple):
+                raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
+            time = values.get("time")
+            return cls(
+                columns={name: _choice(name, value, source) for name, value in columns.items()},
+                time=None if time is None else _choice("time", time, source),
+                rate=_number(values, "rate", "Hz"),
+                lead=_number(values, "lead", "m"),
+                constants={str(name): str(value) for name, value in _table_of(values, "constants").items()},
+                inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
+                source=source,
+                **_texts(values),
+            )
 
     def over(self, base: ColumnMap) -> ColumnMap:
         """This mapping with what it leaves open taken from another."""
         chosen = {*self.columns, *self.constants}
         timed = self.time is not None or self.rate is not None
+        texts = ("name_pattern", "variable", "invalid", "inputs", "file")
         return replace(
             self,
             columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
@@ -155,12 +152,8 @@ class ColumnMap:
             time=self.time if timed else base.time,
             rate=self.rate if timed else base.rate,
             lead=base.lead if self.lead is None else self.lead,
-            name_pattern=self.name_pattern or base.name_pattern,
-            variable=self.variable or base.variable,
-            invalid=self.invalid or base.invalid,
-            inputs=self.inputs or base.inputs,
             source=self.source if base == ColumnMap() else base.source,
-            file=self.file or base.file,
+            **{key: getattr(self, key) or getattr(base, key) for key in texts},
         )
 
 
@@ -183,9 +176,7 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         MappingError: no such column; the message lists the columns and a close match.
     """
     text = str(choice.column).strip()
-    for candidate, factor in (
-        ((text, 1.0), (text.removeprefix("-").strip(), -1.0)) if text.startswith("-") else ((text, 1.0),)
-    ):
+    for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
         name, unit = candidate, choice.unit
         if name not in table.columns:
             name, own = split_label(candidate)
@@ -194,19 +185,18 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
             name = table.numbered(int(name)) or name
         if name in table.columns:
             return name, unit or table.units.get(name), factor * choice.scale
-    raise no_column(table, text, signal)
+    raise _no_column(table, text, signal)
 
 
-def no_column(table: Table, text: str, signal: str) -> MappingError:
-    """The error for a column that is not there."""
+def _no_column(table: Table, text: str, signal: str) -> MappingError:
     import difflib
 
-    wanted = split_label(text)[0]
     lower = {name.lower(): name for name in table.columns}
-    close = [lower[name] for name in difflib.get_close_matches(wanted.lower(), lower, n=1, cutoff=0.5)]
-    hint = f"Did you mean {close[0]}? Give it as" if close else "Give one of them as"
+    near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
+    close = lower[near[0]] if near else ""
+    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
     problem = f"there is no column '{text}' for {signal}; the file has: {columns_listed(table)}"
-    return MappingError(problem, remedy=f'{hint} --{signal} "{close[0] if close else "NAME [unit]"}"', where=table.name)
+    return MappingError(problem, remedy=f'{hint} --{signal} "{close or "NAME [unit]"}"')
 
 
 def columns_listed(table: Table) -> str:
@@ -215,51 +205,47 @@ def columns_listed(table: Table) -> str:
     return ", ".join(labels[:30]) + (f", ... ({len(labels)} in all)" if len(labels) > 30 else "") if labels else "none"
 
 
-def _only(values: Mapping[str, Any], key: str) -> dict[str, Any]:
-    return {key: values[key]} if key in values else {}
-
-
-def _known(values: Mapping[str, Any], allowed: tuple[str, ...], what: str, where: str) -> None:
+def _known(values: Mapping[str, Any], allowed: tuple[str, ...], what: str) -> None:
     unknown = [str(key) for key in values if key not in allowed]
     if unknown:
         problem = f"there is no {what} '{unknown[0]}' (allowed: {', '.join(allowed)})"
-        raise MappingError(problem, remedy=f"Use one of these {what}s", where=where)
+        raise MappingError(problem, remedy=f"Use one of these {what}s")
 
 
-def _table_of(values: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
+def _table_of(values: Mapping[str, Any], key: str) -> dict[str, Any]:
     table = values.get(key, {})
     if not isinstance(table, Mapping):
-        raise MappingError(f"{key} is {table!r}", remedy=f"Write it as a table: [{key}]", where=where)
+        raise MappingError(f"{key} is {table!r}", remedy=f"Write it as a table: [{key}]")
     return dict(cast("Mapping[str, Any]", table))
 
 
-def _choice(name: str, value: Any, source: str, where: str) -> ColumnChoice:
+def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
+    texts = {key: values[key] for key in ("name_pattern", "variable", "invalid") if values.get(key) is not None}
+    for key, value in texts.items():
+        if not isinstance(value, str):
+            raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."')
+    if texts.get("invalid") not in {None, "error", "drop"}:
+        raise MappingError(f"invalid is '{texts['invalid']}'", remedy="Write error or drop")
+    return texts
+
+
+def _choice(name: str, value: Any, source: str) -> ColumnChoice:
     if isinstance(value, ColumnChoice):
         return value
-    if isinstance(value, Mapping):
-        parts = cast("Mapping[str, Any]", value)
-        _known(parts, _CHOICE_KEYS, f"key of {name}", where)
-        column, unit, scale = parts.get("column"), parts.get("unit"), parts.get("scale", 1.0)
-    else:
-        column, unit, scale = value, None, 1.0
+    parts = cast("Mapping[str, Any]", value if isinstance(value, Mapping) else {"column": value})
+    _known(parts, _CHOICE_KEYS, f"key of {name}")
+    column, unit, scale = parts.get("column"), parts.get("unit"), parts.get("scale", 1.0)
     right = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
     if not right or isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < abs(scale) < float("inf"):
-        raise MappingError(
-            f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"', where=where
-        )
+        raise MappingError(f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"')
     return ColumnChoice(cast("str | int", column), cast("str | None", unit), float(scale), source)
 
 
-def _inputs(value: Any, source: str, where: str) -> tuple[ColumnChoice, ...]:
-    if not isinstance(value, list | tuple):
-        raise MappingError(f"inputs is {value!r}", remedy='Write it as a list: inputs = ["D [cm]"]', where=where)
-    return tuple(_choice("inputs", label, source, where) for label in cast("list[Any]", value))
-
-
-def _number(value: Any, name: str, unit: str, where: str) -> float | None:
+def _number(values: Mapping[str, Any], name: str, unit: str) -> float | None:
     """A positive number, plain or as text with a unit."""
-    from erclutch import units
+    from erclutch.signals import units
 
+    value = values.get(name)
     if value is None:
         return None
     try:
@@ -268,5 +254,5 @@ def _number(value: Any, name: str, unit: str, where: str) -> float | None:
     except UnitError:
         number, found = -1.0, None
     if found is None or not 0 < number < float("inf"):
-        raise MappingError(f"{name} is {value!r}", remedy=f"Give a positive number in {unit}", where=where)
+        raise MappingError(f"{name} is {value!r}", remedy=f"Give a positive number in {unit}")
     return number * found[0]

@@ -1,11 +1,11 @@
-"""Numbers in a file's name: ``{amplitude}mm{frequency}Hz{field}A`` reads ``25mm0x5Hz0x25A.txt``."""
+"""A file's name can hold numbers: ``{amplitude}mm{frequency}Hz{field}A`` reads ``25mm0x5Hz0x25A.txt``."""
 
 from __future__ import annotations
 
 import re
 
-from erclutch import units
 from erclutch.errors import MappingError
+from erclutch.signals import units
 
 _FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
@@ -34,7 +34,6 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
             remedy="Rename the file or correct name_pattern (x stands for the decimal point)",
-            where=name,
         )
     result: dict[str, tuple[float, str | None]] = {}
     for key, unit, number, after in zip(

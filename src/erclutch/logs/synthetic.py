@@ -1,4 +1,4 @@
-"""A small log that tests and studies try things on: a made-up clutch, SYNTHETIC; no measurement and not the twin.
+"""Tests and studies try things on this small log: a made-up clutch, SYNTHETIC; no measurement and not the twin.
 
 It is no law of the ladder: chains strain elastically before they yield (a Dahl-type state), the yield torque follows
 the critical-field form, the viscosity thins with slip and rises with the field, and the field lags behind the command.
@@ -9,9 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 RATE = 1000.0
 LABEL = "SYNTHETIC"
@@ -73,11 +72,5 @@ def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> Non
     columns = synthetic_log(seconds, seed)
     header = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
     rows = np.column_stack([values for _, values in columns.values()])
-    np.savetxt(
-        path,
-        rows,
-        delimiter=",",
-        fmt="%.6g",
-        header=f"# {LABEL}: made by erclutch.synthetic, seed {seed}\n{header}",
-        comments="",
-    )
+    header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\n{header}"
+    np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")

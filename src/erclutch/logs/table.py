@@ -1,4 +1,4 @@
-"""The table that every reader delivers: columns and units as in the file, before any of them is called a signal."""
+"""Every reader delivers this table: columns and units as in the file, before any of them is called a signal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""From time stamps, or from a sampling rate, to a clock: time, period, segments without gaps, uniform or not.
+"""Time stamps, or a sampling rate, become a clock: time, period, segments without gaps, uniform or not.
 
 A stamp is only as fine as it was printed. So the resolution of the stamps (their decimals, or float32) is measured
 first, and only what differs by more than that resolution counts as a gap, a repeat or jitter.
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import ShortLogError, TimingError
-from erclutch.signals import Array
+from erclutch.signals.array import Array, Mask
 
 MINIMUM_ROWS = 10
 _GAP = 1.5  # periods
@@ -23,7 +23,7 @@ _COARSE = 0.2  # share of repeated stamps above which they are coarser than the 
 
 
 @dataclass(frozen=True)
-class Clock:
+class LogClock:
     """When each kept row was sampled.
 
     Attributes:
@@ -39,11 +39,11 @@ class Clock:
     period: float
     starts: tuple[int, ...]
     uniform: bool
-    keep: NDArray[np.bool_]
+    keep: Mask
     notes: tuple[str, ...]
 
 
-def from_rate(rows: int, period: float, where: str = "") -> Clock:
+def from_rate(rows: int, period: float) -> LogClock:
     """A clock for rows that follow each other at one rate, without stamps.
 
     Raises:
@@ -51,16 +51,14 @@ def from_rate(rows: int, period: float, where: str = "") -> Clock:
     """
     if not (np.isfinite(period) and period > 0):
         problem = f"the sampling period is {period:g} s"
-        raise TimingError(problem, remedy="Give a positive rate in Hz (--rate 1000)", where=where)
-    require_rows(rows, where)
+        raise TimingError(problem, remedy="Give a positive rate in Hz (--rate 1000)")
+    require_rows(rows)
     time = np.arange(rows, dtype=np.float64) * period
     note = f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"
-    return Clock(time, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
+    return LogClock(time, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
 
 
-def from_stamps(
-    stamps: Array, same: NDArray[np.bool_], *, column: str, hint: float | None = None, where: str = ""
-) -> Clock:
+def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = None) -> LogClock:
     """A clock from time stamps.
 
     Args:
@@ -68,63 +66,73 @@ def from_stamps(
         same: whether a row equals the row before in all columns but the time, shape (n,).
         column: name of the time column, for messages.
         hint: period in s from a header; taken where the stamps agree with it within their resolution.
-        where: the file, for messages.
 
     Raises:
         TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
     """
-    require_rows(stamps.size, where)
-    _refuse_no_clock(stamps, column, where)
+    require_rows(stamps.size)
+    _refuse_no_clock(stamps, column)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
-    grain = _resolution(stamps)
-    period = _period(stamps, grain)
-    starts, gap_note = _cut(stamps, grain, period, column)
-    grid, period, wander = _grid(stamps, grain, starts, period, hint)
+    found = _regular(stamps, _resolution(stamps), column, hint)
     repeats = np.concatenate(([False], np.diff(stamps) == 0))
-    if repeats.any() and (_stray(repeats) or (wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
+    if repeats.any() and (_stray(repeats) or (found.wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
         keep, notes = ~repeats, [_dropped(repeats, same, column)]
-        stamps, grain = stamps[keep], grain[keep]
-        require_rows(stamps.size, where)
-        period = _period(stamps, grain)
-        starts, gap_note = _cut(stamps, grain, period, column)
-        grid, period, wander = _grid(stamps, grain, starts, period, hint)
-    step_free = np.delete(np.diff(stamps), [start - 1 for start in starts[1:]])
-    if wander <= 1.0:
-        if float(np.abs(grid - stamps).max()) > 1e-9 * period and not _exact(step_free, period):
-            notes.append(_restored(stamps, grain, period, column))
-            stamps = grid
-    elif not np.all(step_free > 0):
+        stamps = stamps[keep]
+        require_rows(stamps.size)
+        found = _regular(stamps, found.grain[keep], column, hint)
+    period, uniform = found.period, found.wander <= 1.0
+    steps = np.delete(np.diff(stamps), [start - 1 for start in found.starts[1:]])
+    regular = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
+    if uniform:
+        if float(np.abs(found.grid - stamps).max()) > 1e-9 * period and not regular:
+            notes.append(_restored(stamps, found.grain, period, column))
+            stamps = found.grid
+    elif not np.all(steps > 0):
         raise TimingError(
             f"column {column} repeats its stamps without a pattern",
             remedy="Give the sampling rate instead (--rate 1000), or log finer stamps",
-            where=where,
         )
     else:
-        spread = float(np.percentile(step_free, 99) - np.percentile(step_free, 1))
-        steps = f"steps of {column} spread by {spread:.3g} s about {period:.4g} s"
-        notes.append(f"the sampling is not uniform ({steps}): the stamps are kept")
-    return Clock(stamps, period, starts, wander <= 1.0, keep, (*notes, *gap_note))
+        spread = float(np.percentile(steps, 99) - np.percentile(steps, 1))
+        about = f"steps of {column} spread by {spread:.3g} s about {period:.4g} s"
+        notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
+    return LogClock(stamps, period, found.starts, uniform, keep, (*notes, *found.gaps))
 
 
-def require_rows(rows: int, where: str) -> None:
+def require_rows(rows: int) -> None:
     """Raise a TimingError for fewer rows than anything can be said of."""
     if rows < MINIMUM_ROWS:
         problem = f"only {rows} row{'' if rows == 1 else 's'} of data, {MINIMUM_ROWS} are needed"
-        raise ShortLogError(problem, remedy="Give a longer log", where=where)
+        raise ShortLogError(problem, remedy="Give a longer log")
 
 
-def _refuse_no_clock(stamps: Array, column: str, where: str) -> None:
+class _Regular(NamedTuple):
+    """A regular grid through stamps of a grain, with the largest distance as a share of what rounding allows."""
+
+    grid: Array
+    period: float
+    wander: float
+    grain: Array
+    starts: tuple[int, ...]
+    gaps: tuple[str, ...]
+
+
+def _regular(stamps: Array, grain: Array, column: str, hint: float | None) -> _Regular:
+    period = _period(stamps, grain)
+    starts, gaps = _cut(stamps, grain, period, column)
+    return _Regular(*_grid(stamps, grain, starts, period, hint), grain, starts, gaps)
+
+
+def _refuse_no_clock(stamps: Array, column: str) -> None:
+    remedy = "choose the time column (--time) or give a sampling rate (--rate)"
     steps = np.diff(stamps)
     if not np.any(steps):
-        problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
-        remedy = "Choose the time column (--time) or give a sampling rate (--rate)"
-        raise TimingError(problem, remedy=remedy, where=where)
+        raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
     if abs(usual) < _SHORTEST:
         problem = f"steps of column {column} are {usual:.3g} s, below the shortest of {_SHORTEST:g} s"
-        remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
-        raise TimingError(problem, remedy=remedy, where=where)
+        raise TimingError(problem, remedy=f"Check its unit, {remedy}")
     back = np.flatnonzero(steps < 0)
     if back.size:
         row = int(back[0]) + 1
@@ -133,7 +141,6 @@ def _refuse_no_clock(stamps: Array, column: str, where: str) -> None:
         raise TimingError(
             f"column {column} runs backwards at data row {row + 1}: {order}{more}",
             remedy="Split the log there, sort it, or choose another time column (--time) or a rate (--rate)",
-            where=where,
         )
 
 
@@ -171,13 +178,13 @@ def _period(stamps: Array, grain: Array) -> float:
     return float(steps[inside].sum() / max(int(inside.sum()), 1))
 
 
-def _stray(repeats: NDArray[np.bool_]) -> bool:
+def _stray(repeats: Mask) -> bool:
     """Whether repeated stamps are stray rows: few, and not at the equal distances that a coarse stamp makes."""
     distances = np.diff(np.flatnonzero(repeats))
     return bool(np.mean(repeats) <= _COARSE and (distances.size < 2 or np.ptp(distances) > 2))
 
 
-def _dropped(repeats: NDArray[np.bool_], same: NDArray[np.bool_], column: str) -> str:
+def _dropped(repeats: Mask, same: Mask, column: str) -> str:
     alike, different = int((repeats & same).sum()), int((repeats & ~same).sum())
     parts = [f"{alike} rows that repeat the row before were dropped"] * (alike > 0)
     if different:
@@ -250,14 +257,11 @@ def _line(stamps: Array, allowed: Array, spans: Sequence[slice], period: float) 
     return grid, wander
 
 
-def _exact(steps: Array, period: float) -> bool:
-    """Whether the stamps are already regular to within 1e-6 of a period."""
-    return bool(steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period)
-
-
 def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
     if np.any(np.diff(stamps) == 0):
-        return f"{column} is coarser than the sampling (stamps repeat): put on the regular grid of {period:.10g} s"
-    if float(grain.max()) > 0.75 * _JITTER * period:
-        return f"{column} is rounded to {grain.max():.2g} s: put on the regular grid of {period:.10g} s"
-    return f"{column} wanders by less than {_JITTER:.1%} of a period: put on the regular grid of {period:.10g} s"
+        how = "is coarser than the sampling (stamps repeat)"
+    elif float(grain.max()) > 0.75 * _JITTER * period:
+        how = f"is rounded to {grain.max():.2g} s"
+    else:
+        how = f"wanders by less than {_JITTER:.1%} of a period"
+    return f"{column} {how}: put on the regular grid of {period:.10g} s"

@@ -8,25 +8,30 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, cast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, reduce
+from operator import add
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.device import DEVICES, DeviceName, Element, Units
-from erclutch.dual import pick
-from erclutch.dynamics import Clock, DynamicsForm, respond
-from erclutch.errors import ErclutchError, RunError
-from erclutch.exact import exact
-from erclutch.laws import Dimension, Gain, Law, Shape, law_from_name
-from erclutch.laws.smooth import FORWARD, direction
-
-Array = NDArray[np.float64]
+from erclutch.arithmetic.as_in_c import Exact, exact
+from erclutch.arithmetic.dual import pick
+from erclutch.errors import ErclutchError, PluginError, RunError
+from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.models.laws.smooth import FORWARD, direction
+from erclutch.models.laws.yield_stress import POWER
+from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
+from erclutch.models.stages import NONE, outside_stages, slip_stages, stages_at, stages_of
+from erclutch.models.stages.stage import Moved, Stage
+from erclutch.registry import Plugin, require
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+from erclutch.signals.device import DEVICES, DeviceName, Element, Units
 
 SCHEMA = 1
-_TIME = Dimension(time=1)
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,13 @@ class Reference:
         field: largest magnitude of the training fields, in the data's unit.
         slip: root mean square of the training slips, in the data's unit.
         period: sampling period of the training data in s; bounds the lags that can be told.
+        extras: root mean square of each further input, in its unit.
     """
 
     field: float
     slip: float
     period: float
+    extras: tuple[float, ...] = ()
 
 
 def _as_it_is(x: Any) -> Any:
@@ -56,21 +63,23 @@ class Structure:
         device: "single" or "coaxial".
         specification: name of the law, for example ``hem/square``.
         law: the law itself.
-        dynamics: stages between command and field.
+        dynamics: names of the stages on command, slip and effort, joined by ``+``; "none" for none.
         friction: a column of Coulomb friction at zero field (seals, bearings, remanence), one an element.
         offset: a constant effort (gas spring, preload, sensor zero).
+        extras: further logged inputs, each with a gain (displacement, acceleration).
     """
 
     device: DeviceName
     specification: str
     law: Law
-    dynamics: DynamicsForm = "none"
+    dynamics: str = NONE
     friction: bool = False
     offset: bool = False
+    extras: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
-        return _structure, (self.device, self.specification, self.dynamics, self.friction, self.offset)
+        return _structure, (self.device, self.specification, self.dynamics, self.friction, self.offset, self.extras)
 
     @property
     def elements(self) -> int:
@@ -82,13 +91,49 @@ class Structure:
         """Sign in which each element drives: a law sees it as forward. Laws are odd, so only `Law.forward` feels it."""
         return (1.0, -1.0) if self.elements == 2 else (1.0,)
 
-    def shapes(self, period: float) -> tuple[Shape, ...]:
-        """All nonlinear parameters: of the stimulus, the law, the dynamics."""
-        return (*self.law.stimulus_shape, *self.law.shape, *_dynamics_shapes(self.dynamics, period))
+    def shapes(self, period: float) -> tuple[ShapeParameter, ...]:
+        """All nonlinear parameters: of the stimulus, the law, the memory's strength, the stages."""
+        times = (p for stage in self.stages for p in stage.parameters(period))
+        return (*self.law.stimulus_shape, *self.law.shape, *self._own_strength, *times)
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """All stages, in the order of the specification."""
+        return stages_of(self.dynamics)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether a stage stands on the slip or on the effort."""
+        return any(stage.place != "command" for stage in self.stages)
+
+    @property
+    def _own_strength(self) -> tuple[ShapeParameter, ...]:
+        """The exponent of the field in the memory, for a law that has no yield form to share with it."""
+        return (_EXPONENT,) if self.law.yield_form is None and slip_stages(self.dynamics) else ()
+
+    def numbers_of(self, stage: Stage, q: Sequence[Any]) -> list[Any]:
+        """The parameters of one of the stages among all nonlinear ones."""
+        return list(q[self._places[stage.name]])
+
+    @cached_property
+    def _strength_places(self) -> tuple[int, ...]:
+        """Where the parameters of the memory's strength stand among all nonlinear ones."""
+        names = [p.name for p in self.shapes(1.0)]
+        own = self.law.yield_form.shape if self.law.yield_form else (_EXPONENT,)
+        return tuple(names.index(p.name) for p in own)
+
+    @cached_property
+    def _places(self) -> Mapping[str, slice]:
+        """Where the parameters of each stage stand among all nonlinear ones."""
+        counts = [len(stage.parameters(1.0)) for stage in self.stages]
+        first = len(self.law.stimulus_shape) + len(self.law.shape) + len(self._own_strength)
+        ends = first + np.cumsum([0, *counts])
+        return {stage.name: slice(int(a), int(b)) for stage, a, b in zip(self.stages, ends, ends[1:], strict=False)}
 
     def gains(self) -> tuple[Gain, ...]:
-        """All linear parameters, elements one after another, the offset last."""
-        own = (*self.law.gains, _FRICTION) if self.friction else self.law.gains
+        """All linear parameters, elements one after another, then those of the whole device."""
+        memory = (gain for stage in slip_stages(self.dynamics) for gain in stage.gains)
+        own = (*self.law.gains, *((_FRICTION,) if self.friction else ()), *memory)
         if self.elements == 1:
             named = own
         else:
@@ -97,7 +142,11 @@ class Structure:
                 for i in range(self.elements)
                 for g in own
             )
-        return (*named, _OFFSET) if self.offset else named
+        further = (
+            Gain(f"c_{i + 1}", f"effort per {name}", _FRICTION.dimension, nonnegative=False, extra=i)
+            for i, name in enumerate(self.extras)
+        )
+        return (*named, *further, *((_OFFSET,) if self.offset else ()))
 
     def columns(
         self,
@@ -107,68 +156,142 @@ class Structure:
         q: Sequence[Any],
         rows: slice = slice(None),
         functions: Callable[[Any], Any] = _as_it_is,
+        extras: Mapping[str, Array] | None = None,
     ) -> list[Any]:
         """One column a gain, for normalised nonlinear parameters ``q`` (numbers or duals), at some of the rows.
 
-        The dynamics run over all rows whatever is asked for: the fluid remembers the whole command. What ``functions``
+        Stages run over all rows whatever is asked for: the fluid remembers its whole past. What ``functions``
         makes of an array is what the law computes with: `exact.exact` brings the exported C's exp, tanh and powers.
+        Stages on the effort are not in the columns of such arrays; `behind` has them.
         """
-        stimulus_count, law_count = len(self.law.stimulus_shape), len(self.law.shape)
-        stimulus, shape = q[:stimulus_count], q[stimulus_count : stimulus_count + law_count]
+        columns = self.columns_ahead(elements, clock, reference, q, rows, functions, extras)
+        return columns if functions is not _as_it_is else [self.behind(column, clock, q, rows) for column in columns]
+
+    def columns_ahead(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        reference: Reference,
+        q: Sequence[Any],
+        rows: slice = slice(None),
+        functions: Callable[[Any], Any] = _as_it_is,
+        extras: Mapping[str, Array] | None = None,
+    ) -> list[Any]:
+        """The same ahead of the stages on the effort; where there are such stages, at all rows."""
+        memory = slip_stages(self.dynamics)
+        wanted = slice(None) if stages_at(self.dynamics, "effort") else rows
+        whole = slice(None) if memory else wanted
+        fluids, slips, moved, remembered = self.signals(
+            elements, clock, reference, q, functions, rows=whole, wanted=wanted
+        )
+        if whole != wanted:
+            fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
+            moved = [Moved(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
+        further = [functions((extras or {})[name][wanted]) for name in self.extras]
+        return self.from_fluid(fluids, slips, remembered, further, reference, q, moved)
+
+    def signals(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        reference: Reference,
+        q: Sequence[Any],
+        functions: Callable[[Any], Any] = _as_it_is,
+        *,
+        rows: slice = slice(None),
+        wanted: slice = slice(None),
+    ) -> tuple[list[Any], list[Any], list[Moved], list[list[Sequence[Any]]]]:
+        """What a law works on: field in the fluid and slip of each element, what moves its memory, and its memory.
+
+        The memory comes at the rows that are wanted; it has run over ``rows``, as all else that comes.
+        """
+        commands = [self.command(functions(e.field), reference, q) for e in elements]
+        fluids = [functions(self.in_fluid(command, clock, q, rows)) for command in commands]
+        slips = [functions(e.slip[rows]) for e in elements]
+        moved = self.moved(fluids, slips, reference, q)
+        stages = slip_stages(self.dynamics)
+        remembered = [[stage.respond(m, clock, self.numbers_of(stage, q), wanted) for stage in stages] for m in moved]
+        return fluids, slips, moved, remembered
+
+    def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice = slice(None)) -> Any:
+        """What the stages on the effort make of an effort, or of a column of it, over all rows; some of them."""
+        stages = stages_at(self.dynamics, "effort")
+        for stage in stages:
+            effort = stage.respond(effort, clock, self.numbers_of(stage, q), slice(None))
+        return pick(effort, rows) if stages and rows != slice(None) else effort
+
+    def command(self, field: Any, reference: Reference, q: Sequence[Any]) -> Any:
+        """What the stages work on, elementwise on any operand."""
+        command, stimulus = field / reference.field, self.law.stimulus
+        return command if stimulus is None else stimulus(command, *q[: len(self.law.stimulus_shape)])
+
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]) -> list[Moved]:
+        """What the stages on the slip of each element work on, elementwise on any operand."""
+        if not slip_stages(self.dynamics):
+            return [Moved(slip, 1.0) for slip in slips]
+        form, shape = self.law.yield_form or POWER, [q[i] for i in self._strength_places]
+        return [
+            Moved(way * slip / reference.slip, form.factor(np.abs(fluid), *shape))
+            for way, fluid, slip in zip(self.ways, fluids, slips, strict=True)
+        ]
+
+    def from_fluid(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Sequence[Any],
+        reference: Reference,
+        q: Sequence[Any],
+        moved: Sequence[Moved] | None = None,
+    ) -> list[Any]:
+        """One column a gain, elementwise on any operand.
+
+        Args:
+            fluids: field in the fluid of each element.
+            slips: slip of each element.
+            remembered: outputs of each stage on the slip, for each element.
+            extras: further inputs.
+            reference: what normalises.
+            q: nonlinear parameters.
+            moved: what `moved` makes of fluids and slips, where that is known.
+        """
+        first = len(self.law.stimulus_shape)
+        shape = q[first : first + len(self.law.shape)]
+        moved = self.moved(fluids, slips, reference, q) if moved is None else moved
         columns: list[Any] = []
-        for way, element in zip(self.ways, elements, strict=True):
-            command = functions(element.field / reference.field)
-            if self.law.stimulus is not None:
-                command = self.law.stimulus(command, *stimulus)
-            strength = np.abs(functions(self.in_fluid(command, clock, q[stimulus_count + law_count :], rows)))
-            slip = functions(way * element.slip[rows] / reference.slip)
+        for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, remembered, strict=True):
+            strength, slip = np.abs(fluid), way * relative / reference.slip
             turn = FORWARD if self.law.forward else shape[0]
             own = [*self.law.columns(strength, slip, *shape)]
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
+            for stage, values in zip(slip_stages(self.dynamics), outputs, strict=True):
+                own.extend(stage.columns(values, m.strength))
             columns.extend(own if way > 0 else (-c for c in own))
+        columns.extend(x / scale for x, scale in zip(extras, reference.extras, strict=True))
         if self.offset:
-            columns.append(np.ones(clock.time[rows].size))
+            columns.append(np.ones(slips[0].size))
         return columns
 
     def in_fluid(self, command: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
-        """The field in one element's fluid at some of the rows: the command after the dynamics."""
-        if self.dynamics == "none":
-            return pick(command, rows)
-        fall = q[2] if self.dynamics == "rise-fall" else None
-        return respond(command, clock, delay=q[0], rise=q[1], fall=fall, rows=rows)
+        """The field in one element's fluid at some of the rows: the command after the stages on it."""
+        stages = stages_at(self.dynamics, "command")
+        for k, stage in enumerate(stages):
+            wanted = rows if k == len(stages) - 1 else slice(None)
+            behind = stage.respond(command, clock, self.numbers_of(stage, q), wanted)
+            command = exact(behind) if isinstance(command, Exact) else behind
+        return command if stages else pick(command, rows)
 
 
-def _structure(
-    device: DeviceName, specification: str, dynamics: DynamicsForm, friction: bool, offset: bool
-) -> Structure:
-    return Structure(device, specification, law_from_name(specification, device), dynamics, friction, offset)
+def _structure(device: DeviceName, specification: str, *rest: Any) -> Structure:
+    return Structure(device, specification, law_from_name(specification, device), *rest)
 
 
 _FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
+#: Of the field in the memory's effort, where the law has no form of its own to share.
+_EXPONENT = ShapeParameter("n_m", "exponent of the field in the memory's effort", 0.2, 4.0)
 _OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
-
-
-def _dynamics_shapes(form: DynamicsForm, period: float) -> tuple[Shape, ...]:
-    if form == "none":
-        return ()
-    longest = 1.0
-    delay = Shape("delay", "dead time between command and field", 0.0, max(0.05, 5 * period), _TIME)
-    if form == "lag":
-        return delay, Shape("tau", "time constant of the field", 0.2 * period, longest, _TIME, "log")
-    return (
-        delay,
-        Shape("tau_rise", "time constant of the rising field", 0.2 * period, longest, _TIME, "log"),
-        Shape("tau_fall", "time constant of the falling field", 0.2 * period, longest, _TIME, "log"),
-    )
-
-
-#: Names of the parameters of each form of dynamics.
-TIMES: Mapping[DynamicsForm, tuple[str, ...]] = {
-    "none": (),
-    "lag": ("delay", "tau"),
-    "rise-fall": ("delay", "tau_rise", "tau_fall"),
-}
 
 
 def in_user_units(value: float, dimension: Dimension, reference: Reference) -> float:
@@ -180,72 +303,17 @@ def unit_text(dimension: Dimension, units: Units) -> str:
     """Unit of a parameter, such as ``N/(m/s)``; "1" for a pure number, "?" inside where the log gave no unit."""
     above: list[str] = []
     below: list[str] = []
-    powers = (
-        (dimension.effort, units.effort),
-        (dimension.field, units.field),
-        (dimension.slip, units.slip),
-        (dimension.time, "s"),
-    )
+    motion = ((dimension.slip, units.slip), (dimension.time, "s"))
+    if dimension.slip and dimension.time and units.slip.endswith("/s"):
+        way = units.slip.removesuffix("/s")
+        motion = ((dimension.slip, way if dimension.slip == dimension.time else f"{way}/s^2"),)
+    powers = ((dimension.effort, units.effort), (dimension.field, units.field), *motion)
     for exponent, unit in powers:
         if exponent and unit:
             name = f"({unit})" if "/" in unit and exponent < 0 else unit
             (above if exponent > 0 else below).append(name)
     text = "*".join(above) or "1"
     return text + "".join(f"/{name}" for name in below)
-
-
-@dataclass(frozen=True)
-class Range:
-    """What the training data covered.
-
-    Attributes:
-        field: smallest and largest field over all elements.
-        slip: smallest and largest slip over all elements.
-        effort: smallest and largest effort.
-    """
-
-    field: tuple[float, float]
-    slip: tuple[float, float]
-    effort: tuple[float, float]
-
-
-class Rows(Protocol):
-    """What a model needs of a data set."""
-
-    @property
-    def device(self) -> DeviceName:
-        """Which device the rows are of."""
-        ...
-
-    @property
-    def elements(self) -> Sequence[Element]:
-        """Field and slip of each element."""
-        ...
-
-    @property
-    def clock(self) -> Clock:
-        """When the rows were sampled."""
-        ...
-
-    @property
-    def units(self) -> Units:
-        """Units of effort, field and slip."""
-        ...
-
-    @property
-    def extras(self) -> Mapping[str, Array]:
-        """Further logged inputs by name."""
-        ...
-
-
-def outside_of(data: Rows, trained_on: Range) -> NDArray[np.bool_]:
-    """Rows whose field or slip lies more than 1 % outside a range, shape (n,)."""
-    out = np.zeros(data.clock.time.size, np.bool_)
-    for element in data.elements:
-        for values, (low, high) in ((element.field, trained_on.field), (element.slip, trained_on.slip)):
-            slack = 0.01 * (high - low)
-            out |= (values < low - slack) | (values > high + slack)
-    return out
 
 
 @dataclass(frozen=True)
@@ -259,6 +327,7 @@ class TorqueModel:
         gains: linear parameters by name: effort per normalised column.
         units: units of inputs and output.
         trained_on: range of the training data.
+        extra_ranges: range of each further input in the training data.
     """
 
     structure: Structure
@@ -268,6 +337,9 @@ class TorqueModel:
     units: Units
     trained_on: Range
     about: Mapping[str, str] = field(default_factory=dict[str, str])
+    extra_ranges: tuple[Pair, ...] = ()
+    #: Nothing is added to a law's effort.
+    correction: None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def title(self) -> str:
@@ -276,9 +348,46 @@ class TorqueModel:
 
     @property
     def name(self) -> str:
-        """Identifier: specification of the law and the dynamics, for example ``bingham/power+lag``."""
-        lag = "" if self.structure.dynamics == "none" else f"+{self.structure.dynamics}"
-        return f"{self.structure.specification}{lag}"
+        """Identifier: specification of the law and its stages, for example ``bingham/power+lag``."""
+        return full_name(self.structure.specification, self.structure.dynamics)
+
+    @property
+    def period(self) -> float:
+        """Sampling period of the training data in s."""
+        return self.reference.period
+
+    @property
+    def times(self) -> Mapping[str, float]:
+        """Parameters of the stages by name."""
+        names = [p.name for stage in self.structure.stages for p in stage.parameters(self.period)]
+        return {name: self.shape[name] for name in names}
+
+    @property
+    def extras(self) -> Mapping[str, Pair]:
+        """Further inputs, and the range of each."""
+        return dict(zip(self.structure.extras, self.extra_ranges, strict=True))
+
+    @property
+    def past(self) -> tuple[int, ...]:
+        """No law has past rows as inputs."""
+        return ()
+
+    @property
+    def signed(self) -> bool:
+        """A law sees the magnitude of the field."""
+        return False
+
+    @property
+    def numbers(self) -> Mapping[str, Any]:
+        """Parameters and what normalises the inputs, by name."""
+        reference = {"reference field": self.reference.field, "reference slip": self.reference.slip}
+        return {**self.shape, **self.gains, **reference, "reference of further inputs": self.reference.extras}
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """What the model needs of other packages; its file names them."""
+        law = self.structure.law.plugin
+        return (*(() if law is None else (law,)), *outside_stages(self.structure.dynamics))
 
     def predict(self, data: Rows) -> Array:
         """Effort over a data set, shape (n,), in the unit of the training data.
@@ -293,13 +402,20 @@ class TorqueModel:
                 where=self.name,
                 remedy="Read the log with the device and the units of the training data",
             )
-        return self.effort(data.elements, data.clock)
+        return self.effort(data.elements, data.clock, data.extras)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
-        return outside_of(data, self.trained_on)
+        return self.trained_on.outside(data)
 
-    def effort(self, elements: Sequence[Element], clock: Clock, *, exactly: bool = True) -> Array:
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,).
 
         To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding
@@ -307,27 +423,63 @@ class TorqueModel:
         """
         q = list(self.shape.values())
         functions = exact if exactly else _as_it_is
-        columns = self.structure.columns(elements, clock, self.reference, q, functions=functions)
-        return self._weighted(columns, clock.time.size)
+        further = further_inputs(self.structure.extras, extras or {})
+        total = np.zeros(clock.time.size)
+        columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
+        for term in self._terms(columns):
+            total += np.asarray(term)
+        return np.asarray(self.structure.behind(exact(total), clock, q)) if exactly else total
 
-    def _weighted(self, columns: Sequence[Any], rows: int) -> Array:
-        """The sum of the columns times their gains, from left to right as in the exported C."""
-        total = np.zeros(rows)
-        for gain, column in zip(self.gains.values(), columns, strict=True):
-            total += gain * np.asarray(column)
-        return total
+    def _terms(self, columns: Sequence[Any]) -> Iterator[Any]:
+        """The columns times their gains; they are added from left to right as in the exported C."""
+        return (gain * column for gain, column in zip(self.gains.values(), columns, strict=True))
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
-        """Effort once the field has settled: no dynamics. One array (n,) an element, in the data's units."""
-        elements = [
-            Element(np.atleast_1d(np.asarray(f, float)), np.atleast_1d(np.asarray(s, float)))
-            for f, s in zip(fields, slips, strict=True)
-        ]
-        still = replace(self.structure, dynamics="none")
-        clock = Clock(np.zeros(elements[0].field.size), ())
-        count = len(still.law.stimulus_shape) + len(still.law.shape)
-        columns = still.columns(elements, clock, self.reference, list(self.shape.values())[:count], functions=exact)
-        return self._weighted(columns, elements[0].field.size)
+    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+        """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
+        fluids = [self.command(exact(np.atleast_1d(f))) for f in fields]
+        return np.asarray(self.from_fluid(fluids, [exact(np.atleast_1d(w)) for w in slips], extras=extras), np.float64)
+
+    def command(self, field: Any) -> Any:
+        """What the stages work on: the normalised field after the law's stimulus; elementwise on any operand."""
+        return self.structure.command(field, self.reference, list(self.shape.values()))
+
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+        """What the stages on the slip of each element work on, elementwise on any operand."""
+        return self.structure.moved(fluids, slips, self.reference, list(self.shape.values()))
+
+    def from_fluid(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]] | None = None,
+        extras: Sequence[Any] = (),
+        past: Any = None,
+    ) -> Any:
+        """Effort ahead of the stages on it, elementwise on any operand; see `Model`."""
+        if remembered is None:
+            remembered = settled_memory(self, self.moved(fluids, slips))
+        q = list(self.shape.values())
+        columns = self.structure.from_fluid(fluids, slips, remembered, extras, self.reference, q)
+        return reduce(add, self._terms(columns))
+
+    def equation(self) -> list[str]:
+        """The equation and its numbers, as lines of a comment."""
+        from erclutch.models.laws.symbolic import equation_text
+
+        law, structure = self.structure.law, self.structure
+        lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
+        lines += [f"  effort = {equation_text(law)}", ""]
+        lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
+        if structure.elements == 2:
+            lines += ["T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."]
+        if law.forward:
+            lines += ["The yield effort keeps the sign in which the device drives."]
+        if structure.friction:
+            lines += ["A friction effort T_f tanh(w / w_s) is added for each element."]
+        if structure.offset:
+            lines += ["A constant effort T_0 is added."]
+        numbers = {**self.shape, **self.gains}
+        return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
@@ -347,6 +499,7 @@ class TorqueModel:
             },
             "shape": dict(self.shape),
             "gains": dict(self.gains),
+            **({"extras": self._extras_to_dict()} if self.structure.extras else {}),
             "trained_on": {
                 "field": list(self.trained_on.field),
                 "slip": list(self.trained_on.slip),
@@ -354,7 +507,13 @@ class TorqueModel:
             },
             "about": dict(self.about),
         }
+        if self.plugins:
+            body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return {**body, "digest": digest_of(body)}
+
+    def _extras_to_dict(self) -> list[dict[str, Any]]:
+        inputs = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
+        return [{"name": name, "reference": scale, "trained_on": list(pair)} for name, scale, pair in inputs]
 
 
 def digest_of(body: Mapping[str, Any]) -> str:
@@ -406,6 +565,7 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
             remedy="Give a file of the models folder of a run",
         )
     require_schema(body.get("schema"), SCHEMA, where)
+    require(body.get("plugins", []), where)
     content = {key: value for key, value in body.items() if key != "digest"}
     try:
         if digest_of(content) != body.get("digest"):
@@ -413,7 +573,7 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
                 "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
             )
         return _model_from(body)
-    except RunError:
+    except (PluginError, RunError):
         raise
     except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
         raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
@@ -421,21 +581,24 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
 
 def _model_from(body: Mapping[str, Any]) -> TorqueModel:
     device = cast(DeviceName, body["device"])
-    if device not in DEVICES or body["dynamics"] not in ("none", "lag", "rise-fall"):
-        raise ValueError(f"device {device!r} with dynamics {body['dynamics']!r}")
+    if device not in DEVICES:
+        raise ValueError(f"device {device!r}")
     structure = Structure(
         device,
         str(body["law"]),
         law_from_name(str(body["law"]), device),
-        body["dynamics"],
+        str(body["dynamics"]),
         bool(body["friction"]),
         bool(body["offset"]),
+        tuple(str(entry["name"]) for entry in body.get("extras", [])),
     )
     for key in ("friction", "offset"):
         if not isinstance(body[key], bool):
             raise ValueError(f"{key} is {body[key]!r}")
-    reference = Reference(*(float(body["reference"][key]) for key in ("field", "slip", "period_s")))
-    if not min(reference.field, reference.slip, reference.period) > 0:
+    further: list[Any] = body.get("extras", [])
+    field_, slip, period = (float(body["reference"][key]) for key in ("field", "slip", "period_s"))
+    reference = Reference(field_, slip, period, tuple(float(entry["reference"]) for entry in further))
+    if not min(reference.field, reference.slip, reference.period, *reference.extras) > 0:
         raise ValueError(f"{reference}")
     shape_names = [s.name for s in structure.shapes(reference.period)]
     gain_names = [g.name for g in structure.gains()]
@@ -454,4 +617,5 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         units=Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
         trained_on=Range(pair["field"], pair["slip"], pair["effort"]),
         about={str(key): str(value) for key, value in body["about"].items()},
+        extra_ranges=tuple((float(e["trained_on"][0]), float(e["trained_on"][1])) for e in further),
     )

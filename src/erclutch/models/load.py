@@ -1,20 +1,22 @@
-"""Models from their files, whatever they are."""
+"""Models are read from their files, whatever they are."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import RunError
-from erclutch.model import TorqueModel, model_from_dict
-from erclutch.networks.model import KIND, NetworkModel, network_from_dict
-
-Model = TorqueModel | NetworkModel
+from erclutch.models import residual_model
+from erclutch.models.law_model import model_from_dict
+from erclutch.models.model import Model
+from erclutch.models.networks.network_model import KIND, network_from_dict
+from erclutch.models.residual_model import residual_from_dict
 
 
 def load_model(path: str | Path) -> Model:
-    """Read a model's JSON file: a law's or a network's.
+    """Read a model's JSON file: a law's, a network's, or that of both.
 
     Raises:
         RunError: the file is missing, is no JSON, or is not a model that this version reads.
@@ -32,6 +34,11 @@ def load_model(path: str | Path) -> Model:
     if not isinstance(body, dict):
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)
-    if content.get("kind") == KIND:
-        return network_from_dict(content, str(path))
-    return model_from_dict(content, str(path))
+    read = _READERS.get(str(content.get("kind")), model_from_dict)
+    return read(content, str(path))
+
+
+_READERS: Mapping[str, Callable[[Mapping[str, Any], str], Model]] = {
+    KIND: network_from_dict,
+    residual_model.KIND: residual_from_dict,
+}

@@ -1,4 +1,4 @@
-"""Sections IV-B to IV-E and V of the paper as runs of the live loop: what is commanded, for how long, what comes out.
+"""The live loop runs sections IV-B to IV-E and V of the paper: what is commanded, for how long, what comes out.
 
 A run is accelerated (the loop's own C core on the twin) or in real time (the loop's process and the twin's). Either way
 the online estimate is compared with the offline one, sample for sample.
@@ -8,34 +8,34 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.device import Element
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
-from erclutch.export.compiled import CompiledModel
-from erclutch.export.program import LIMITED, OUTSIDE
+from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.exported_step import LIMITED, OUTSIDE
 from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.frame import EVENT_BITS
-from erclutch.live.session import LiveModel, Options, ServedRig, Session
-from erclutch.live.settings import LoopSettings, Mode, Program, Shape
-from erclutch.rig.excitation import field_sequence, field_settings, half_sine_torque, torque_sequence
-from erclutch.rig.parameters import RigParameters
-from erclutch.rig.twin import PERIOD
-from erclutch.saved import Model
-
-Array = NDArray[np.float64]
+from erclutch.live.layout import EVENT_BITS
+from erclutch.live.offered_programs import SOFT, field_table, half_sine_table, rig_settings, shaft_angle
+from erclutch.live.orders import Order
+from erclutch.live.session import LiveModel, ServedRig, Session, SessionOptions
+from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.models.model import Model
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.rig.twin.twin import PERIOD
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import elements_of
+from erclutch.signals.speed import Derivative, live
 
 _MOTOR = 0.1  # N m
 _TRIAL = 20.0  # s: 60 trials are the paper's 20 minutes
-_SOFT = 0.18  # of the stroke; half-waves beyond are mirrored
 _LONGEST = 3600.0
+_Programs = Callable[[RigParameters, int, int], list[LoopProgram]]
 
 
 @dataclass(frozen=True)
@@ -55,80 +55,61 @@ class Experiment:
     name: str
     meaning: str
     seconds: float
-    programs: Callable[[RigParameters, int, int], list[Program]]
+    programs: _Programs
     speed: float = 40.0
     locked: bool = False
     rivals: bool = False
     encoders: bool = False
 
 
-def _signed(field: Array, motor: Array) -> Array:
-    return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), motor])
+def _fields(name: str, soft: float = SOFT, **changes: float) -> _Programs:
+    """Random fields, mirrored beyond a share of the stroke; 0: never."""
+
+    def programs(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
+        table, limit = field_table(rig, rows, seed, **changes), shaft_angle(rig, soft) if soft else 0.0
+        return [LoopProgram(name, Mode.FIELDS, Waveform.TABLE, soft=limit, table=table)]
+
+    return programs
 
 
-def _soft(rig: RigParameters) -> float:
-    return _SOFT * rig.value("screw.half_stroke") * 2.0 * math.pi / rig.value("screw.lead")
+def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
+    return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=half_sine_table(rows, seed))]
 
 
-def _sine(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    rng = np.random.default_rng(seed)
-    table = _signed(field_sequence(rows, rng, field_settings(rig, sines=1.0)), np.full(rows, _MOTOR))
-    return [Program("sine", Mode.FIELDS, Shape.TABLE, soft=_soft(rig), table=table)]
+def _tracked(*frequencies: float) -> _Programs:
+    def program(rig: RigParameters, frequency: float) -> LoopProgram:
+        height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / (5.0 if frequency > 1.0 else 1.0)
+        name = f"tracking at {frequency:g} Hz"
+        return LoopProgram(name, Mode.TRACK, Waveform.SINE, height, frequency, motor_torque=_MOTOR)
+
+    return lambda rig, rows, seed: [program(rig, frequency) for frequency in frequencies]
 
 
-def _square(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    rng, settings = np.random.default_rng(seed), field_settings(rig, sines=0.0)
-    field = field_sequence(rows, rng, settings)
-    table = _signed(field, torque_sequence(rows, rng, 0.05, 0.10, settings=settings))
-    return [Program("square", Mode.FIELDS, Shape.TABLE, soft=_soft(rig), table=table)]
-
-
-def _held(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    rng, settings = np.random.default_rng(seed), field_settings(rig)
-    table = _signed(field_sequence(rows, rng, settings), torque_sequence(rows, rng, 0.05, 0.10, settings=settings))
-    return [Program("zero-motion", Mode.FIELDS, Shape.TABLE, table=table)]
-
-
-def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    table = _signed(np.zeros(rows), half_sine_torque(rows, np.random.default_rng(seed)))
-    return [Program("zero-field", Mode.FIELDS, Shape.TABLE, table=table)]
-
-
-def _tracked(rig: RigParameters, frequency: float) -> Program:
-    height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / (5.0 if frequency > 1.0 else 1.0)
-    return Program(f"tracking at {frequency:g} Hz", Mode.TRACK, Shape.SINE, height, frequency, motor_torque=_MOTOR)
-
-
-def _slow(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    return [_tracked(rig, 0.4)]
-
-
-def _both(rig: RigParameters, rows: int, seed: int) -> list[Program]:
-    return [_tracked(rig, 0.4), _tracked(rig, 2.0)]
-
+_TWO = "PD tracking, 30 trials at 0.4 Hz, 30 at 2 Hz: IV-C, figures 9, 10"
+_SINE, _SQUARE = _fields("sine", motor=_MOTOR, sines=1.0), _fields("square", sines=0.0)
+_HALVES = "no field, half sines of motor torque: IV-D, figure 11"
+_HELD = _fields("zero-motion", soft=0.0)
 
 EXPERIMENTS: Mapping[str, Experiment] = {
     e.name: e
     for e in (
-        Experiment("sine", "random sines of field, constant motor torque: IV-B, figure 7", 30.0, _sine),
-        Experiment("square", "random squares of field and motor torque: IV-B, figure 8", 30.0, _square),
-        Experiment("tracking", "PD tracking, 30 trials at 0.4 Hz, 30 at 2 Hz: IV-C, figures 9, 10", 1200.0, _both),
-        Experiment(
-            "zero-field", "no field, half sines of motor torque: IV-D, figure 11", 20.0, _zero_field, 1.0, False, True
-        ),
-        Experiment("zero-motion", "output shaft held: IV-E, figure 12", 20.0, _held, 40.0, True, True),
-        Experiment("encoders", "linear and rotary encoder: V, figure 13", 15.0, _slow, encoders=True),
+        Experiment("sine", "random sines of field, constant motor torque: IV-B, figure 7", 30.0, _SINE),
+        Experiment("square", "random squares of field and motor torque: IV-B, figure 8", 30.0, _SQUARE),
+        Experiment("tracking", _TWO, 1200.0, _tracked(0.4, 2.0)),
+        Experiment("zero-field", _HALVES, 20.0, _zero_field, speed=1.0, rivals=True),
+        Experiment("zero-motion", "output shaft held: IV-E, figure 12", 20.0, _HELD, locked=True, rivals=True),
+        Experiment("encoders", "linear and rotary encoder: V, figure 13", 15.0, _tracked(0.4), encoders=True),
     )
 }
 
 
 @dataclass(frozen=True)
-class Trace:
+class OnlineTrace:
     """One program of an experiment as it ran.
 
     Attributes:
         name: of the program.
-        frames: dtype `erclutch.live.frame.FRAME`, shape (n,).
+        frames: dtype `erclutch.live.ring.FRAME`, shape (n,).
         estimates: model -> its estimate in N m, shape (n,); the online one first.
         other_alpha: the other encoder's alpha in rad, and the estimate with it; None where it was not read.
         warming: of the clutches at the end, in K; nan where nobody knows.
@@ -147,7 +128,7 @@ class Trace:
 
 
 @dataclass(frozen=True)
-class Line:
+class ErrorLine:
     """Figures of an estimate over a trace.
 
     Attributes:
@@ -168,7 +149,7 @@ class Line:
     rows: int
 
 
-def lines(trace: Trace, rows: slice = slice(None)) -> list[Line]:
+def lines(trace: OnlineTrace, rows: slice = slice(None)) -> list[ErrorLine]:
     """Figures of each estimate of a trace."""
     frames = trace.frames[rows]
     good = np.isfinite(frames["torque"]) & ((frames["events"] & (EVENT_BITS["trip"] | EVENT_BITS["stopping"])) == 0)
@@ -176,12 +157,12 @@ def lines(trace: Trace, rows: slice = slice(None)) -> list[Line]:
     outside = float(flagged.mean())
     torque: Array = frames["torque"][good]
     spread = float(torque.std())
-    out: list[Line] = []
+    out: list[ErrorLine] = []
     for model, estimate in trace.estimates.items():
         error: Array = (estimate[rows] - frames["torque"])[good]
         mse = float((error * error).mean())
         rmse = math.sqrt(mse)
-        out.append(Line(model, mse, rmse, float(np.abs(error).max()), rmse / spread, outside, int(good.sum())))
+        out.append(ErrorLine(model, mse, rmse, float(np.abs(error).max()), rmse / spread, outside, int(good.sum())))
     return out
 
 
@@ -195,7 +176,7 @@ def run(
     seed: int = 0,
     real_time: bool = False,
     rig_file: str = "",
-) -> list[Trace]:
+) -> list[OnlineTrace]:
     """Run an experiment.
 
     Args:
@@ -211,12 +192,10 @@ def run(
     Raises:
         SettingError: an unknown experiment or a length that cannot be.
     """
-    if name not in EXPERIMENTS:
-        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[name]
+    experiment = experiment_of(name)
     length = experiment.seconds if seconds is None else seconds
     if not 1.0 <= length <= _LONGEST:
-        raise SettingError(f"{length:g} s", remedy=f"Give 1 to {_LONGEST:g} s")
+        raise SettingError(f"a length of {length:g} s", remedy=f"Give 1 to {_LONGEST:g} s")
     if real_time and experiment.encoders:
         raise SettingError(
             f"experiment {name} in real time: a rig's packets carry one encoder's angle, and it compares two",
@@ -224,96 +203,56 @@ def run(
         )
     rows = round(length / PERIOD)
     programs = experiment.programs(rig, rows, seed)
+    settings, each = rig_settings(rig, programs), rows // len(programs)
+    start: dict[str, Any] = {"seed": seed, "speed": experiment.speed, "locked": experiment.locked}
     if real_time:
-        parts = _in_real_time(experiment, programs, model, rig, rows // len(programs), seed, rig_file)
+        parts = _in_real_time(settings, model, {"kind": "twin", "rig_file": rig_file, **start}, each)
     else:
-        parts = _accelerated(experiment, programs, model, rig, rows // len(programs), seed)
-    return [_traced(*part, model, saved, experiment) for part in parts]
+        parts = _accelerated(settings, AcceleratedRun(settings, model.library, rig, **start), each)
+    return [_traced(*part, model, saved, experiment) for part in list(parts)]
 
 
+def experiment_of(name: str) -> Experiment:
+    """The experiment of a name.
+
+    Raises:
+        SettingError: there is none.
+    """
+    if name not in EXPERIMENTS:
+        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {', '.join(EXPERIMENTS)}")
+    return EXPERIMENTS[name]
+
+
+#: Name of a program, its frames, the other encoder's alpha and the warming; None and nan where nobody knows.
 _Part = tuple[str, Any, Array | None, float]
 
 
-def _settings(rig: RigParameters, programs: Sequence[Program]) -> LoopSettings:
-    limit = rig.value("supply.command_limit")
-    volts = rig.value("supply.voltage_limit") / limit
-    return LoopSettings(
-        field_limit=limit,
-        motor_limit=rig.value("drive.torque_limit"),
-        rise_rate=rig.value("supply.slew_up") / volts,
-        fall_rate=rig.value("supply.slew_down") / volts,
-        programs=tuple(programs),
-    )
-
-
-def _accelerated(
-    experiment: Experiment, programs: Sequence[Program], model: LiveModel, rig: RigParameters, rows: int, seed: int
-) -> list[_Part]:
-    from erclutch.live.orders import Order
-
-    run = AcceleratedRun(
-        _settings(rig, programs),
-        _library(model),
-        rig,
-        seed=seed,
-        speed=experiment.speed,
-        locked=experiment.locked,
-    )
-    parts: list[_Part] = []
-    for number, program in enumerate(programs):
+def _accelerated(settings: LoopSettings, run: AcceleratedRun, rows: int) -> Iterator[_Part]:
+    for number, program in enumerate(settings.programs):
         if number:
             run.core.order(Order.PROGRAM, float(number))
-        frames, other = run.frames(rows)
-        # A shaft that is held shows no angle worth comparing.
-        parts.append((program.name, frames, other if experiment.encoders else None, run.warming))
-    return parts
+        yield program.name, *run.frames(rows), run.warming
 
 
-def _in_real_time(
-    experiment: Experiment,
-    programs: Sequence[Program],
-    model: LiveModel,
-    rig: RigParameters,
-    rows: int,
-    seed: int,
-    rig_file: str,
-) -> list[_Part]:
-    from erclutch.live.orders import Order
-
-    spec = {"kind": "twin", "seed": seed, "speed": experiment.speed, "locked": experiment.locked, "rig_file": rig_file}
-    parts: list[_Part] = []
-    with Session(ServedRig("twin", "TWIN", spec), _settings(rig, programs), model, Options()) as session:
+def _in_real_time(settings: LoopSettings, model: LiveModel, spec: dict[str, Any], rows: int) -> Iterator[_Part]:
+    with Session(ServedRig("twin", "TWIN", spec), settings, model, SessionOptions()) as session:
         reader = session.reader()
-        for number, program in enumerate(programs):
+        for number, program in enumerate(settings.programs):
             if number:
                 session.order(Order.PROGRAM, float(number))
             taken: list[Any] = []
             while sum(map(len, taken)) < rows and session.running:
                 time.sleep(0.05)
                 taken.append(reader.read())
-            parts.append((program.name, np.concatenate(taken)[:rows], None, math.nan))
-    return parts
-
-
-def _library(model: LiveModel) -> Path:
-    if model.library is None:
-        raise SettingError(
-            "an experiment needs a C compiler", remedy="Install one, or pip install 'erclutch[compiler]'"
-        )
-    return model.library
-
-
-def _elements(frames: Any, alpha_dot: Array) -> tuple[Element, Element]:
-    theta_dot = frames["theta_dot"]
-    return (
-        Element(np.ascontiguousarray(frames["field1"]), theta_dot - alpha_dot),
-        Element(np.ascontiguousarray(frames["field2"]), -theta_dot - alpha_dot),
-    )
+            yield program.name, np.concatenate(taken)[:rows], None, math.nan
 
 
 def _offline(model: Model, frames: Any, alpha_dot: Array) -> Array:
     clock = Clock(np.arange(len(frames), dtype=np.float64) * PERIOD, (Span(0, len(frames), PERIOD),))
-    return np.asarray(model.effort(_elements(frames, alpha_dot), clock), np.float64)
+    names = {"E1": "field1", "E2": "field2", "theta_dot": "theta_dot"}
+    signals = {name: np.ascontiguousarray(frames[column]) for name, column in names.items()}
+    elements = elements_of("coaxial", {**signals, "alpha_dot": alpha_dot})
+    return np.asarray(model.effort(elements, clock), np.float64)
 
 
 def _traced(
@@ -324,41 +263,34 @@ def _traced(
     model: LiveModel,
     saved: Sequence[Model],
     experiment: Experiment,
-) -> Trace:
+) -> OnlineTrace:
     """Offline estimates beside the online one."""
     alpha_dot = np.ascontiguousarray(frames["alpha_dot"])
     online = np.ascontiguousarray(frames["estimate"])
     inputs = np.column_stack([frames[n] for n in ("field1", "field2", "theta_dot", "alpha_dot")])
-    again = np.asarray(CompiledModel(_library(model)).run(np.ascontiguousarray(inputs))[0])
+    again = np.asarray(CompiledModel(model.library).run(np.ascontiguousarray(inputs))[0])
     estimates = {saved[0].name: online}
     for rival in saved[1:] if experiment.rivals else ():
         estimates[rival.name] = _offline(rival, frames, alpha_dot)
     compared = None
-    if other is not None:
-        speed = _live_speed(other)
-        compared = other, _offline(saved[0], frames, speed)
+    # A shaft that is held shows no angle worth comparing.
+    if other is not None and experiment.encoders:
+        speed = live(Derivative("kalman"), PERIOD)  # the loop's own filter
+        compared = other, _offline(saved[0], frames, np.array([speed.step(x) for x in other.tolist()]))
     known = np.isfinite(online)
     off = float(np.max(np.abs(again - online)[known]))
     inside = known & (frames["flags"] & (OUTSIDE | LIMITED) == 0)
     numpy_off = float(np.max(np.abs(_offline(saved[0], frames, alpha_dot) - online)[inside], initial=0.0))
-    return Trace(name, frames, estimates, compared, warming, off, numpy_off)
+    return OnlineTrace(name, frames, estimates, compared, warming, off, numpy_off)
 
 
-def _live_speed(alpha: Array) -> Array:
-    """Speed by the loop's own filter."""
-    from erclutch.differentiate import Derivative, live
-
-    speed = live(Derivative("kalman"), PERIOD)
-    return np.array([speed.step(x) for x in alpha.tolist()])
-
-
-def tracking_error(trace: Trace) -> float:
+def tracking_error(trace: OnlineTrace) -> float:
     """Root mean square of reference less alpha, in rad."""
     error: Array = trace.frames["reference"] - trace.frames["alpha"]
     return math.sqrt(float(np.nanmean(np.square(error))))
 
 
-def trial(trace: Trace, number: int) -> slice:
+def trial(trace: OnlineTrace, number: int) -> slice:
     """Rows of one trial of 20 s, counted from 0; from the end if negative."""
     each = round(_TRIAL / PERIOD)
     count = max(1, len(trace.frames) // each)

@@ -1,4 +1,4 @@
-"""What Huang and Ishikawa print: the figures of their tables, as facts to compare with. No model and no twin uses them.
+"""Huang and Ishikawa print these figures in their tables: facts to compare with. No model and no twin uses them.
 
 Only the calibration of the default twin is told the summary figures that it should come near, and says so.
 """

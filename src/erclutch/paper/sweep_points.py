@@ -1,4 +1,4 @@
-"""Points of a sweep, each kept as soon as it is done, so that a sweep that was interrupted goes on where it was."""
+"""Points of a sweep or a search, each kept once it is done, so that what was interrupted goes on where it was."""
 
 from __future__ import annotations
 
@@ -12,29 +12,35 @@ from erclutch.errors import RunError
 
 
 class Points:
-    """A file of results by key, one JSON line each.
+    """A file of results by key, one JSON line each. A last line that a power cut tore is taken out of it.
 
     Args:
         path: the file; None keeps nothing.
         settings: what the results depend on; results of other settings are not used.
+        kind: what the file is called in an error.
+
+    Attributes:
+        others: how many results of the file are of other settings.
 
     Raises:
         RunError: the file cannot be read.
     """
 
-    def __init__(self, path: Path | None, settings: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path | None, settings: Mapping[str, Any], kind: str = "file of a sweep's points") -> None:
         self.path = path
+        self.others = 0
+        self._kind = kind
         self._digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
         self._known: dict[str, Any] = {}
         if path is None or not path.exists():
             return
         try:
             text = path.read_text(encoding="utf-8")
+            whole = text[: text.rfind("\n") + 1]
+            if whole != text:
+                path.write_text(whole, encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise RunError(f"cannot be read: {error}", where=str(path), remedy="Delete it") from error
-        whole = text[: text.rfind("\n") + 1]
-        if whole != text:  # a last line that a power cut tore
-            path.write_text(whole, encoding="utf-8")
         for line in whole.splitlines():
             self._take(line)
 
@@ -43,10 +49,11 @@ class Points:
             body: Any = json.loads(line)
             if body["settings"] == self._digest:
                 self._known[str(body["key"])] = body["value"]
+            else:
+                self.others += 1
         except (ValueError, KeyError, TypeError) as error:
-            raise RunError(
-                "this is no file of a sweep's points", where=str(self.path), remedy="Delete it, or give another --out"
-            ) from error
+            remedy = "Delete it, or give another --out"
+            raise RunError(f"this is no {self._kind}", where=str(self.path), remedy=remedy) from error
 
     def get(self, key: str, make: Callable[[], Any]) -> Any:
         """The result for a key: the kept one, or a new one that is kept before it is returned.
@@ -61,8 +68,7 @@ class Points:
                     with self.path.open("a", encoding="utf-8") as file:
                         file.write(json.dumps({"settings": self._digest, "key": key, "value": value}) + "\n")
                 except OSError as error:
-                    raise RunError(
-                        f"cannot be written: {error.strerror}", where=str(self.path), remedy="Give another --out"
-                    ) from error
+                    problem = f"cannot be written: {error.strerror}"
+                    raise RunError(problem, where=str(self.path), remedy="Give another --out") from error
             self._known[key] = value
         return self._known[key]

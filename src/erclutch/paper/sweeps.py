@@ -1,4 +1,4 @@
-"""Figures 4 and 5, and the RBFM's kernels: error against spread, neurons and kernels.
+"""Figures 4 and 5 and the RBFM's kernels show error against spread, neurons and kernels.
 
 Networks are trained on centroids. What counts (the best spread of each size, the best restart) is scored on all rows;
 the scan over spreads on centroids, with the scatter inside their cells; each restart on every tenth training row.
@@ -7,33 +7,31 @@ the scan over spreads on centroids, with the scatter inside their cells; each re
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from importlib import import_module
-from typing import Any
+from functools import cache, partial
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dataset import Dataset
-from erclutch.experiments.points import Points
-from erclutch.fit import fit_structure
-from erclutch.fit.backprop import Rows, tables_of
-from erclutch.fit.compress import Centroids, compress
-from erclutch.fit.first_weights import Slips, first_weights, with_best_output
-from erclutch.fit.geodesic import Trained, levenberg_marquardt
-from erclutch.fit.networks import mean_squares, scaling_of, slips_for, spaced_by
-from erclutch.fit.rbfn import candidates, forward_selection, weights_for
-from erclutch.laws import law_from_name
-from erclutch.model import Structure
-from erclutch.networks import NetworkStructure, network_from_name
-from erclutch.networks.inputs import inputs_of
-from erclutch.networks.model import forward_fnn, forward_rbfn
+from erclutch.fit.centroids import Centroids, compress
+from erclutch.fit.networks.backprop import WeightedRows, tables_of
+from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
+from erclutch.fit.networks.fit_network import mean_squares, scaling_of, slips_for, spaced_by
+from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weights_for
+from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
+from erclutch.fit.one_thread import one_thread
+from erclutch.logs.dataset import Dataset
+from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
+from erclutch.paper.sweep_points import Points
+from erclutch.paper.tables import law_fit
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Report = Callable[[int, int, str], None]
 
 #: Figure 4: spreads (inputs normalised to [0, 1]) and neurons.
 SPREADS = tuple(float(s) for s in np.geomspace(0.03, 3.0, 20))
-RBFN_NEURONS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 100)
+RBFN_NEURONS: tuple[int, ...] = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 100)
 #: Figure 5.
 FNN_NEURONS = tuple(range(1, 31))
 RESTARTS = 10
@@ -66,11 +64,8 @@ class UnitRows:
 
     def thinned_error(self, tables: dict[str, Array]) -> float:
         """Mean squared error of an FNN on every tenth training row."""
-        x, y = self.x[:, ::10], self.y[::10]
-        return (
-            float(np.mean((y - _in_blocks(lambda part: forward_fnn(tables, part, exactly=False), x)) ** 2))
-            * self.scale**2
-        )
+        found = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
+        return float(np.mean((self.y[::10] - found) ** 2)) * self.scale**2
 
 
 def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
@@ -87,43 +82,48 @@ def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report:
     unit = UnitRows(network_from_name("rbfn-1", train.device), train, test)
     cells, fine = unit.cells(1), unit.cells(2)
     pool = candidates(cells, seed)
-    chosen_by: dict[float, list[int]] = {}
     total = len(SPREADS) + len(RBFN_NEURONS)
 
-    def centres(spread: float, n: int) -> Array:
-        if spread not in chosen_by:
-            chosen_by[spread] = forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]
-        return pool[chosen_by[spread][:n]]
+    @cache
+    def chosen(spread: float) -> list[int]:
+        return forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]
 
-    scan: list[Any] = []
+    def scanned(spread: float) -> list[float]:
+        left = [_tables(fine, pool[chosen(spread)[:n]], spread)[1] + fine.scatter for n in RBFN_NEURONS]
+        return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
+
+    scan = _each(points, "spread", SPREADS, scanned, lambda i, s: report(i, total, f"spread {s:.3g}"))
+    best = np.array(SPREADS)[np.argmin(np.array(scan), axis=0)]
+    spread_of = dict(zip(RBFN_NEURONS, best.tolist(), strict=True))
+
+    def scored(n: int) -> list[float]:
+        tables, _ = _tables(fine, pool[chosen(spread_of[n])[:n]], spread_of[n])
+        return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
+
+    done = len(SPREADS)
+    found = _each(points, "neurons", RBFN_NEURONS, scored, lambda i, n: report(done + i, total, f"{n} neurons"))
+    train_errors, test_errors = np.array(found).T
+    shown = {"spreads": SPREADS, "neurons": RBFN_NEURONS, "scan": np.array(scan), "best_spread": best}
+    return {**shown, "train": train_errors, "test": test_errors}
+
+
+_Value = TypeVar("_Value", int, float)
+
+
+def _each(
+    points: Points,
+    key: str,
+    values: Sequence[_Value],
+    make: Callable[[_Value], Any],
+    report: Callable[[int, _Value], None],
+) -> list[Any]:
+    """A point for each value, kept or new."""
     found: list[Any] = []
-    with _one_thread():
-        for i, spread in enumerate(SPREADS, start=1):
-
-            def make(spread: float = spread) -> list[float]:
-                left = [_tables(fine, centres(spread, n), spread)[1] + fine.scatter for n in RBFN_NEURONS]
-                return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
-
-            scan.append(points.get(f"spread {spread!r}", make))
-            report(i, total, f"spread {spread:.3g}")
-        best = np.argmin(np.array(scan), axis=0)
-        for j, n in enumerate(RBFN_NEURONS):
-
-            def score(n: int = n, spread: float = SPREADS[int(best[j])]) -> list[float]:
-                tables, _ = _tables(fine, centres(spread, n), spread)
-                return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
-
-            found.append(points.get(f"neurons {n}", score))
-            report(len(SPREADS) + j + 1, total, f"{n} neurons")
-    errors = np.array(found)
-    return {
-        "spreads": SPREADS,
-        "neurons": RBFN_NEURONS,
-        "scan": np.array(scan),
-        "best_spread": np.array(SPREADS)[best],
-        "train": errors[:, 0],
-        "test": errors[:, 1],
-    }
+    with one_thread():
+        for i, value in enumerate(values, start=1):
+            found.append(points.get(f"{key} {value!r}", partial(make, value)))
+            report(i, value)
+    return found
 
 
 def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
@@ -149,33 +149,25 @@ def fnn_sweep(
     """
     unit = UnitRows(network_from_name("fnn-1", train.device), train, test)
     coarse, fine = unit.cells(1), unit.cells(2)
-    found: list[Any] = []
-    with _one_thread():
-        for i, n in enumerate(neurons, start=1):
 
-            def make(n: int = n) -> dict[str, Any]:
-                sizes = (unit.x.shape[0], n, 1)
-                tries = [_trained(coarse, sizes, [seed, n, k], unit.slips) for k in range(restarts)]
-                best = min(tries, key=lambda t: t.cost)
-                rows = Rows(fine.x, fine.y, fine.count, sizes, single=True)
-                best = levenberg_marquardt(rows, best.theta, _FINE_STEPS)
-                tables = tables_of(best.theta, sizes)
-                each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
-                return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
+    def make(n: int) -> dict[str, Any]:
+        sizes = (unit.x.shape[0], n, 1)
+        tries = [_trained(coarse, sizes, [seed, n, k], unit.slips) for k in range(restarts)]
+        best = min(tries, key=lambda t: t.cost)
+        rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
+        tables = tables_of(levenberg_marquardt(rows, best.theta, _FINE_STEPS).theta, sizes)
+        each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
+        return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
 
-            found.append(points.get(f"neurons {n}", make))
-            report(i, len(neurons), f"{n} neurons")
-    return {
-        "neurons": tuple(neurons),
-        "train": np.array([f["best"][0] for f in found]),
-        "test": np.array([f["best"][1] for f in found]),
-        "restarts": np.array([f["all"] for f in found]),
-    }
+    found = _each(points, "neurons", neurons, make, lambda i, n: report(i, len(neurons), f"{n} neurons"))
+    train_errors, test_errors = np.array([f["best"] for f in found]).T
+    tried = np.array([f["all"] for f in found])
+    return {"neurons": tuple(neurons), "train": train_errors, "test": test_errors, "restarts": tried}
 
 
 def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips: Slips) -> Trained:
     """One restart. Rows are weighted by count over mean count, so a cost over m rows is m times the mean error."""
-    rows = Rows(cells.x, cells.y, cells.count, sizes, single=True)
+    rows = WeightedRows(cells.x, cells.y, cells.count, sizes, single=True)
     first = first_weights(np.random.default_rng(list(seed)), sizes, slips)
     return levenberg_marquardt(rows, with_best_output(rows, first), _COARSE_STEPS)
 
@@ -186,21 +178,11 @@ def kernel_sweep(train: Dataset, test: Dataset, points: Points, seed: int, repor
     Returns:
         ``kernels``, ``train``, ``test``.
     """
-    found: list[Any] = []
-    with _one_thread():
-        for i, n in enumerate(KERNELS, start=1):
 
-            def make(n: int = n) -> list[float]:
-                name = f"rbfm-{n}" + ("/forward" if train.device == "coaxial" else "")
-                structure = Structure(train.device, name, law_from_name(name, train.device))
-                model = fit_structure(train, structure, intervals=False).model
-                return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]
+    def make(n: int) -> list[float]:
+        model = law_fit(train, f"rbfm-{n}" + ("/forward" if train.device == "coaxial" else "")).model
+        return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]
 
-            found.append(points.get(f"kernels {n}", make))
-            report(i, len(KERNELS), f"{n} kernels")
-    table = np.array(found)
-    return {"kernels": KERNELS, "train": table[:, 0], "test": table[:, 1]}
-
-
-def _one_thread() -> Any:
-    return import_module("threadpoolctl").threadpool_limits(1)
+    found = _each(points, "kernels", KERNELS, make, lambda i, n: report(i, len(KERNELS), f"{n} kernels"))
+    train_errors, test_errors = np.array(found).T
+    return {"kernels": KERNELS, "train": train_errors, "test": test_errors}

@@ -1,27 +1,27 @@
-"""Tables II and III: the paper's models on a training log, scored on it and on other runs."""
+"""Tables II and III fit the paper's models to a training log and score them on it and on other runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from time import process_time
-from typing import Any
 
 import numpy as np
 
-from erclutch.dataset import Dataset, build_dataset
-from erclutch.differentiate import Derivative
-from erclutch.evaluate import block_rows, score
-from erclutch.fit import fit_structure
-from erclutch.fit.networks import fit_network
-from erclutch.laws import law_from_name
-from erclutch.model import Structure
-from erclutch.networks import is_network, network_from_name
-from erclutch.paper import APPROACHES
-from erclutch.rig.parameters import RigParameters
-from erclutch.rig.scenarios import prepare
-from erclutch.saved import Model
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.scoring import BandedFigure, block_rows, score
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.model import Model
+from erclutch.models.networks import is_network, network_from_name
+from erclutch.paper.published import APPROACHES
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.rig.twin.scenarios import TwinRun, prepare
+from erclutch.signals.speed import Derivative
 
 BASE = "bingham/forward"
 #: Speeds as a controller at 1 kHz has them.
@@ -67,9 +67,14 @@ def twin_runs(
         run = prepare(name, rig=rig, seed=seed + 1000 * i)
         if seconds is not None and (name == "training" or run.scenario.seconds > seconds):
             run = prepare(name, rig=rig, seed=seed + 1000 * i, seconds=seconds)
-        data = build_dataset(run.recording(), device="coaxial", derivative=DERIVATIVE)
-        found[name] = data.take(np.arange(data.rows) >= _SKIPPED)
+        found[name] = rows_of(run)
     return found
+
+
+def rows_of(run: TwinRun) -> Dataset:
+    """A run of the twin as rows with differenced speeds, without its first moments."""
+    data = build_dataset(run.recording(), device="coaxial", derivative=DERIVATIVE)
+    return data.take(np.arange(data.rows) >= _SKIPPED)
 
 
 def table(
@@ -90,16 +95,16 @@ def table(
         progress: called after each fit.
     """
     train = next(iter(runs.values()))
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+
     rows: list[Row] = []
-    with threadpool_limits(1):
+    with one_thread():
         for done, name in enumerate(models, start=1):
             began = process_time()
             model, parameters = _fitted(train, name, seed, polish)
             seconds = process_time() - began
             scores = {run: _score(data, model, seed) for run, data in runs.items()}
-            errors = {run: value for run, (value, _) in scores.items()}
-            bands = {run: band for run, (_, band) in scores.items()}
+            errors = {run: mse.value for run, mse in scores.items()}
+            bands = {run: (mse.low, mse.high) for run, mse in scores.items()}
             rows.append(Row(name, model.title, errors, bands, seconds, parameters, model))
             if progress is not None:
                 progress(done, len(models), name)
@@ -110,15 +115,18 @@ def _fitted(train: Dataset, name: str, seed: int, polish: bool) -> tuple[Model, 
     if is_network(name):
         found = fit_network(train, network_from_name(name, train.device), seed=seed, polish=polish)
         return found.model, found.parameters
-    structure = Structure(train.device, name, law_from_name(name, train.device))
-    law = fit_structure(train, structure, intervals=False)
+    law = law_fit(train, name)
     return law.model, law.parameters
 
 
-def _score(data: Dataset, model: Model, seed: int) -> tuple[float, tuple[float, float]]:
+def law_fit(train: Dataset, name: str) -> FitOutcome[TorqueModel]:
+    """A law without dynamics, fitted to rows; no intervals."""
+    return fit_structure(train, Structure(train.device, name, law_from_name(name, train.device)), intervals=False)
+
+
+def _score(data: Dataset, model: Model, seed: int) -> BandedFigure:
     predicted = model.predict(data)
-    mse = score(data.effort, predicted, block=block_rows([data.effort - predicted]), seed=seed).mse
-    return mse.value, (mse.low, mse.high)
+    return score(data.effort, predicted, block=block_rows([data.effort - predicted]), seed=seed).mse
 
 
 def printed(name: str) -> dict[str, float | None]:

@@ -1,1 +1,1 @@
-"""The report: one self-contained HTML file from a run folder alone, sections one class and one template each."""
+"""The report is one self-contained HTML file made from a run folder alone."""

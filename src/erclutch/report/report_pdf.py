@@ -1,23 +1,24 @@
-"""The report on paper: the same sections, drawn by matplotlib on A4 pages."""
+"""The report on paper has the same sections, drawn by matplotlib on A4 pages."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Sequence
-from functools import partial
-from importlib import import_module
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from erclutch.diagnostics.material import Material
 from erclutch.errors import CheckError
-from erclutch.figures.of_runs import FIGURES
-from erclutch.figures.style import style, write_whole
-from erclutch.report.page import headings
-from erclutch.report.parameters import ParametersSection
-from erclutch.report.provenance import Provenance
-from erclutch.report.verdict import Verdict
+from erclutch.report.html.parameters_section import PARAMETERS
+from erclutch.report.html.provenance_section import PROVENANCE
+from erclutch.report.html.report_page import headings
+from erclutch.report.html.verdict_section import VERDICT
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.matplotlib_painter import paint
+from erclutch.report.plots.paper_style import placed, style
+from erclutch.report.plots.plot_description import PAGE, Plot
+from erclutch.report.plots.ranking_plot import describe_ranking
+from erclutch.report.plots.run_plots import FIGURES
 
 _SIZE = (8.27, 11.69)
 _SIDE = 0.75  # margins in inches
@@ -27,7 +28,8 @@ _LINE = 0.165  # height of a line in inches
 _PAGES = (
     (("trace", "Measured against estimated"), ("error-map", "Where it errs, and where there are data")),
     (("parity", "How errors are distributed"), ("residual", "What is left in the residual")),
-    (("flow-curves", "Flow curves of the laws"), ("lag", "Lag between command and effort")),
+    (("flow-curves", "Flow curves of the laws"), ("loops", "Loops of effort over slip and over travel")),
+    (("lag", "Lag and memory"),),
 )
 
 
@@ -37,39 +39,31 @@ def write_pdf(material: Material, path: Path) -> Path:
     Raises:
         RunError: the folder cannot be written.
     """
-    backend: Any = import_module("matplotlib.backends.backend_pdf")
+    from matplotlib.backends.backend_pdf import PdfPages
 
-    def write(unfinished: Path) -> None:
-        about = {"Creator": "erclutch", "Title": f"erclutch: {headings(material)[0]}", "CreationDate": None}
-        with style(), backend.PdfPages(unfinished, metadata=about) as book:
-            pages: list[Callable[[], Any]] = [partial(_first, material)]
-            pages += [partial(_figures, material, names) for names in _PAGES]
-            pages += [partial(_last, material)]
-            for number, draw in enumerate(pages, start=1):
-                page = draw()
-                if page is not None:
-                    _foot(page, material, number)
-                    book.savefig(page, dpi=150)  # of the maps; all else is lines
-
-    return write_whole(path, write)
+    about = {"Creator": "erclutch", "Title": f"erclutch: {headings(material)[0]}", "CreationDate": None}
+    with placed(path) as partial, style(), PdfPages(partial, metadata=about) as opened:
+        book: Any = opened
+        pages = (_first(material), *(_figures(material, names) for names in _PAGES), _last(material))
+        for number, page in enumerate(pages, start=1):
+            if page is not None:
+                _foot(page, material, number)
+                book.savefig(page, dpi=150)  # of the maps; all else is lines  # pyright: ignore[reportUnknownMemberType]
+    return path
 
 
 def _sheet() -> Any:
-    return import_module("matplotlib.figure").Figure(figsize=_SIZE, layout="constrained")
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=_SIZE, layout="constrained")
 
 
 def _rows(page: Any, heights: Sequence[float]) -> list[Any]:
     """Areas under one another, in inches, between the margins; the last row takes what is left."""
     margin, width, height = _SIDE, *_SIZE
     rest = max(height - 2 * margin - sum(heights), 0.01)
-    areas = page.subfigures(
-        len(heights) + 3 - 1,
-        3,
-        width_ratios=[margin, width - 2 * margin, margin],
-        height_ratios=[margin, *heights, rest + margin],
-        hspace=0.0,
-        wspace=0.0,
-    )
+    across, down = [margin, width - 2 * margin, margin], [margin, *heights, rest + margin]
+    areas = page.subfigures(len(down), 3, width_ratios=across, height_ratios=down, hspace=0.0, wspace=0.0)
     for area in areas.flat:  # empty backgrounds, whose edges the layout puts at 0 or at -0
         area.patch.set_visible(False)
     return [areas[k + 1, 1] for k in range(len(heights))]
@@ -87,14 +81,18 @@ class _Writer:
         self.page = page
         self.at = _SIZE[1] - _SIDE
 
-    def put(self, text: str, size: float = 8.5, *, bold: bool = False, width: int = _WIDE, left: float = 0.0) -> None:
+    def put(self, text: str, size: float = 8.5, *, bold: bool = False) -> None:
         """One paragraph."""
-        lines = textwrap.wrap(text, int(width * 8.5 / size), break_on_hyphens=False) or [""]
+        lines = textwrap.wrap(text, int(_WIDE * 8.5 / size), break_on_hyphens=False) or [""]
         for line in lines:
             self.at -= _LINE * size / 8.5
-            x, y = (_SIDE + left) / _SIZE[0], self.at / _SIZE[1]
-            self.page.text(x, y, line, fontsize=size, fontweight="bold" if bold else "normal", parse_math=False)
+            self.words(line, size, bold=bold)
         self.at -= 0.04
+
+    def words(self, text: str, size: float, left: float = 0.0, *, bold: bool = False) -> None:
+        """Words on the line where the writer is, so many inches from the margin."""
+        x, y, weight = (_SIDE + left) / _SIZE[0], self.at / _SIZE[1], "bold" if bold else "normal"
+        self.page.text(x, y, text, fontsize=size, fontweight=weight, parse_math=False)
 
     def skip(self, inches: float) -> None:
         """Leave some space."""
@@ -103,7 +101,7 @@ class _Writer:
 
 def _first(material: Material) -> Any:
     page = _sheet()
-    values = Verdict().fill(material)
+    values = VERDICT.fill(material)
     heading, line = headings(material)
     out = _Writer(page)
     out.put(heading, 12.0, bold=True)
@@ -129,35 +127,44 @@ def _first(material: Material) -> Any:
         for item in items or ["Nothing that the checks know of."]:
             out.put(f"•  {item}")
     used = _SIZE[1] - _SIDE - out.at + 0.25
-    high = min(FIGURES["ranking"].height(material), _SIZE[1] - 2 * _SIDE - used)
+    ranking = describe_ranking(material)
+    high = min(ranking.height, _SIZE[1] - 2 * _SIDE - used)
     if high > 1.0:
-        FIGURES["ranking"].draw(_rows(page, [used, high])[1], material)
+        paint(_rows(page, [used, high])[1], ranking)
     return page
 
 
 def _figures(material: Material, names: Sequence[tuple[str, str]]) -> Any:
     """A page of figures; one that the run cannot give is left out, with a word why."""
+    plots = [_described(material, name) for name, _ in names]
+    if not any(isinstance(plot, Plot) for plot in plots):
+        return None
     page = _sheet()
-    scale = (_SIZE[0] - 2 * _SIDE) / FIGURES[names[0][0]].width
-    heights = [min(FIGURES[n].height(material) * (1.25 if scale > 1.5 else 1.0), 5.6) for n, _ in names]
+    heights = [0.6 if isinstance(p, str) else min(p.height * (1.25 if p.width < PAGE else 1.0), 5.6) for p in plots]
     spare = _SIZE[1] - 2 * _SIDE - 0.6
     shrink = min(1.0, spare / sum(heights))
     areas = _rows(page, [h * shrink for h in heights])
-    drawn = 0
-    for (name, title), area in zip(names, areas, strict=True):
+    for plot, (_, title), area in zip(plots, names, areas, strict=True):
         area.suptitle(title, x=0.0, ha="left", fontsize=10, fontweight="bold")
-        try:
-            FIGURES[name].draw(area, material)
-            drawn += 1
-        except CheckError as error:
-            area.text(0.0, 0.8, error.problem, fontsize=8.5)
-    return page if drawn else None
+        if isinstance(plot, str):
+            area.text(0.0, 0.8, plot, fontsize=8.5)
+        else:
+            paint(area, plot)
+    return page
+
+
+def _described(material: Material, name: str) -> Plot | str:
+    """A figure, or why the run cannot give it."""
+    try:
+        return FIGURES[name][1](material)
+    except CheckError as error:
+        return error.problem
 
 
 def _last(material: Material) -> Any:
     page = _sheet()
     out = _Writer(page)
-    parameters = ParametersSection().fill(material)
+    parameters = PARAMETERS.fill(material)
     chosen = next((law for law in parameters["laws"] if law["name"] == material.recommended), None)
     out.put("Parameters", 10.0, bold=True)
     if chosen is None:
@@ -166,7 +173,7 @@ def _last(material: Material) -> Any:
         out.put(f"{chosen['name']}: {chosen['title']}, {chosen['source']}. {chosen['reference']}")
         _table(out, chosen["rows"])
     out.skip(0.2)
-    origin = Provenance().fill(material)
+    origin = PROVENANCE.fill(material)
     out.put("Provenance", 10.0, bold=True)
     out.put(f"{origin['means']} {origin['rows']}.")
     if origin["command"]:
@@ -182,10 +189,8 @@ def _last(material: Material) -> Any:
 
 
 def _table(out: _Writer, rows: Sequence[dict[str, Any]]) -> None:
-    columns = (0.0, 0.75, 1.65, 2.75, 4.3)
+    columns = {"plain": 0.0, "value": 0.75, "unit": 1.65, "band": 2.75, "meaning": 4.3}
     for row in rows[: math.floor((out.at - 3.2) / 0.2)]:
-        out.at -= 0.19
-        cells = (row["plain"], row["value"], row["unit"], row["band"], row["meaning"])
-        for left, cell in zip(columns, cells, strict=True):
-            x, y = (_SIDE + left) / _SIZE[0], out.at / _SIZE[1]
-            out.page.text(x, y, str(cell), fontsize=8, parse_math=False)
+        out.skip(0.19)
+        for name, left in columns.items():
+            out.words(str(row[name]), 8, left)

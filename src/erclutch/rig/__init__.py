@@ -1,4 +1,4 @@
-"""The rig as an interface, and the digital TWIN behind it: two coaxial ER clutches on a ball screw.
+"""The rig is an interface; behind it stands the digital TWIN: two coaxial ER clutches on a ball screw.
 
 ``scenarios.prepare("training").columns()`` gives a log; `twin.Twin` is the same rig stepped at 1 kHz.
 """

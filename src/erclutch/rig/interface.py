@@ -1,9 +1,8 @@
-"""A rig at 1 kHz, as a controller sees it: sense, command, step. Twin, replay and hardware all look like this."""
+"""A controller senses, commands and steps a rig at 1 kHz. Twin, replay and hardware all look like this."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Protocol
 
 
@@ -27,7 +26,7 @@ class Measurement:
 
 
 @dataclass(frozen=True)
-class Command:
+class RigCommand:
     """What a controller asks for over the next period.
 
     Attributes:
@@ -40,7 +39,7 @@ class Command:
     motor_torque: float = 0.0
 
 
-class Rig(Protocol):
+class SteppedRig(Protocol):
     """A rig that is stepped at its sampling rate."""
 
     @property
@@ -52,7 +51,7 @@ class Rig(Protocol):
         """Read the sensors; the same until the next step."""
         ...
 
-    def command(self, command: Command) -> None:
+    def command(self, command: RigCommand) -> None:
         """Set the commands for the next step. What the supply would not do, it does not do, and it is counted."""
         ...
 
@@ -63,9 +62,3 @@ class Rig(Protocol):
     def close(self) -> None:
         """Fields and torque to zero."""
         ...
-
-    def __enter__(self) -> Rig: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...

@@ -1,17 +1,6 @@
-"""Packets between a rig and the loop: 64 bytes, little-endian, over UDP. The same in C: ``live/c/erc_packet.c``.
+"""Packets between a rig and the loop: 64 bytes, little-endian, over UDP.
 
-| byte | type | sensors, rig to loop | command, loop to rig |
-| --- | --- | --- | --- |
-| 0 | uint32 | 0x31535245 ("ERS1") | 0x31435245 ("ERC1") |
-| 4 | uint32 | session: the number both sides were given | the same |
-| 8 | uint64 | sequence number: 1, 2, 3, ...; one a sampling period | sequence number: grows |
-| 16 | uint64 | time in ns, the rig's clock | time in ns, the loop's clock |
-| 24 | float64 | theta in rad | field E1 |
-| 32 | float64 | alpha in rad | field E2 |
-| 40 | float64 | torque in N m; NaN without a meter | motor torque in N m |
-| 48 | uint32 | 1: watchdog holds the fields at zero; 2: fault | 1: the last command, the loop is ending |
-| 52 | 8 bytes | zero | zero |
-| 60 | uint32 | CRC-32 (zlib, Ethernet) of bytes 0 to 59 | the same |
+The table of bytes is in ``docs/live.md``; ``live/c/erc_packet.c`` is the same in C.
 
 A rig answers each command with its next sample. If none comes for one and a half periods it goes on by its own clock,
 so a rig that only knows its own clock is one, too. No valid command for 15 ms: the rig sets its fields to zero.
@@ -22,6 +11,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
+from typing import Any
 
 SIZE = 64
 SENSOR_MAGIC = 0x31535245
@@ -35,7 +25,7 @@ _CRC = struct.Struct("<I")
 
 @dataclass(frozen=True)
 class SensorPacket:
-    """One sample; see the table above for meanings and units."""
+    """One sample; its numbers are those of ``erc_sample`` in ``live/c/erc_layout.h``."""
 
     session: int
     seq: int
@@ -59,36 +49,36 @@ class CommandPacket:
     flags: int = 0
 
 
-def _sealed(body: bytes) -> bytes:
+def _sealed(magic: int, packet: SensorPacket | CommandPacket) -> bytes:
+    body = _BODY.pack(magic, *vars(packet).values())
     return body + _CRC.pack(zlib.crc32(body))
 
 
-def _opened(data: bytes, magic: int, session: int) -> tuple[float, ...] | None:
+def _opened(data: bytes, magic: int, session: int) -> Any:
+    """What a packet holds after its magic number; None if it is not whole, of another kind or another session."""
     if len(data) != SIZE or _CRC.unpack_from(data, SIZE - 4)[0] != zlib.crc32(data[: SIZE - 4]):
         return None
-    values = _BODY.unpack_from(data)
-    return values[2:] if values[0] == magic and values[1] == session else None
+    found, *values = _BODY.unpack_from(data)
+    return values if found == magic and values[0] == session else None
 
 
 def pack_sensors(packet: SensorPacket) -> bytes:
     """A sample as 64 bytes."""
-    p = packet
-    return _sealed(_BODY.pack(SENSOR_MAGIC, p.session, p.seq, p.time_ns, p.theta, p.alpha, p.torque, p.status))
+    return _sealed(SENSOR_MAGIC, packet)
 
 
 def pack_command(packet: CommandPacket) -> bytes:
     """A command as 64 bytes."""
-    p = packet
-    return _sealed(_BODY.pack(COMMAND_MAGIC, p.session, p.seq, p.time_ns, p.field1, p.field2, p.motor_torque, p.flags))
+    return _sealed(COMMAND_MAGIC, packet)
 
 
 def unpack_sensors(data: bytes, session: int) -> SensorPacket | None:
     """A sample, or None if the packet is not whole, not a sample or of another session."""
     values = _opened(data, SENSOR_MAGIC, session)
-    return None if values is None else SensorPacket(session, *values)  # type: ignore[arg-type]
+    return values and SensorPacket(*values)
 
 
 def unpack_command(data: bytes, session: int) -> CommandPacket | None:
     """A command, or None if the packet is not whole, not a command or of another session."""
     values = _opened(data, COMMAND_MAGIC, session)
-    return None if values is None else CommandPacket(session, *values)  # type: ignore[arg-type]
+    return values and CommandPacket(*values)

@@ -1,19 +1,16 @@
-"""A recording as a rig: its sensors again, row after row. Commands are taken and change nothing. RECORDING."""
+"""A recording plays back as a rig: its sensors again, row after row. Commands change nothing. RECORDING."""
 
 from __future__ import annotations
 
 import math
-from types import TracebackType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import MappingError
-from erclutch.rig.interface import Command, Measurement
-from erclutch.rig.server import RigEnd
-from erclutch.signals import Recording
-
-Array = NDArray[np.float64]
+from erclutch.rig.interface import Measurement, RigCommand
+from erclutch.rig.rig_server import RigEnd
+from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
 
 
 class Playback:
@@ -26,21 +23,16 @@ class Playback:
 
     def __init__(self, angles: Array, period: float) -> None:
         self._angles = angles
-        self._period = period
+        self.period = period
         self._row = -1
-
-    @property
-    def period(self) -> float:
-        """Sampling period in s."""
-        return self._period
 
     def sense(self) -> Measurement:
         """The sensors of the current row; alpha stands in rad where a table's position would be (lead 2 pi)."""
         row = max(self._row, 0)
         theta, alpha, torque = (float(v) for v in self._angles[row])
-        return Measurement(row * self._period, theta, alpha, alpha, torque)
+        return Measurement(row * self.period, theta, alpha, alpha, torque)
 
-    def command(self, command: Command) -> None:
+    def command(self, command: RigCommand) -> None:
         """Nothing: what happened has happened."""
 
     def step(self) -> None:
@@ -51,14 +43,6 @@ class Playback:
 
     def close(self) -> None:
         """Nothing to close."""
-
-    def __enter__(self) -> Playback:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def angles_of(log: Recording) -> Array:

@@ -1,4 +1,4 @@
-"""A rig in a process of its own: ``python -m erclutch.rig.process SPEC``. SPEC is one JSON object; see `start_rig`.
+"""A rig runs in a process of its own: ``python -m erclutch.rig.rig_process SPEC``, SPEC in JSON; see `start_rig`.
 
 It prints ``port N`` once it can be spoken to, and at its end what it counted. It ends with its parent, when told to
 (SIGTERM), or when a replay is over; at zero field in any case.
@@ -10,6 +10,7 @@ import contextlib
 import gc
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -20,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import ErclutchError
-from erclutch.rig.interface import Command, Rig
-from erclutch.rig.server import RigServer
+from erclutch.rig.interface import RigCommand, SteppedRig
+from erclutch.rig.rig_server import RigServer
 
 _PRIORITY = 70
 
@@ -45,13 +46,15 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
         RigStartError: it ended, or said nothing in time.
     """
     process = subprocess.Popen(
-        [sys.executable, "-m", "erclutch.rig.process", json.dumps(dict(spec))],
+        [sys.executable, "-m", "erclutch.rig.rig_process", json.dumps(dict(spec))],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,  # Ctrl-C is for the loop first: the rig ends with its parent or when told to
     )
-    line = _line(process, timeout)
+    assert process.stdout is not None
+    ready = select.select([process.stdout], [], [], timeout)[0]
+    line = process.stdout.readline() if ready else ""
     if not line.startswith("port "):
         process.kill()
         process.wait()
@@ -61,38 +64,23 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
     return process, int(line.split()[1])
 
 
-def _line(process: subprocess.Popen[str], timeout: float) -> str:
-    import select
-
-    assert process.stdout is not None
-    ready = select.select([process.stdout], [], [], timeout)[0]
-    return process.stdout.readline() if ready else ""
-
-
-def rig_of(spec: Mapping[str, Any]) -> tuple[Rig, float]:
+def rig_of(spec: Mapping[str, Any]) -> tuple[SteppedRig, float]:
     """The rig of a specification, ready to be stepped, and its lead in m."""
     if spec["kind"] == "replay":
         from erclutch.rig.playback import Playback
 
         return Playback(np.load(Path(spec["angles"]), allow_pickle=False), float(spec["period"])), 2.0 * np.pi
-    from erclutch.rig.parameters import default_rig, load_rig
-    from erclutch.rig.twin import Twin
+    from erclutch.rig.twin.parameters import load_rig
+    from erclutch.rig.twin.twin import Twin
 
-    rig = load_rig(spec["rig_file"]) if spec.get("rig_file") else default_rig()
+    rig = load_rig(spec.get("rig_file") or None)
 
-    def twin() -> Twin:
-        return Twin(
-            rig,
-            seed=int(spec.get("seed", 0)),
-            locked=bool(spec.get("locked", False)),
-            speed=float(spec.get("speed", 0.0)),
-        )
-
-    warm = twin()
-    warm.command(Command(0.1, 0.0, 0.1))
+    seed, locked, speed = int(spec.get("seed", 0)), bool(spec.get("locked", False)), float(spec.get("speed", 0.0))
+    warm = Twin(rig)
+    warm.command(RigCommand(0.1, 0.0, 0.1))
     for _ in range(3):  # compiled now, not in the first step
         warm.step()
-    return twin(), rig.value("screw.lead")
+    return Twin(rig, seed=seed, locked=locked, speed=speed), rig.value("screw.lead")
 
 
 def main(text: str) -> int:
@@ -106,7 +94,9 @@ def main(text: str) -> int:
     server = RigServer(rig, session=int(spec["session"]), lead=lead, port=int(spec.get("port", 0)))
     sys.stdout.write(f"port {server.port}\n")
     sys.stdout.flush()
-    _prefer()
+    # Ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either.
+    with contextlib.suppress(AttributeError, OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -117,12 +107,6 @@ def main(text: str) -> int:
     except BrokenPipeError:  # nobody is left to read it
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     return 0
-
-
-def _prefer() -> None:
-    """Run ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either."""
-    with contextlib.suppress(AttributeError, OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
 
 
 if __name__ == "__main__":

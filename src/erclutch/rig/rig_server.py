@@ -1,6 +1,6 @@
-"""A rig behind its UDP port: takes commands, steps, answers with sensors; its watchdog zeroes the fields without them.
+"""A rig behind its UDP port takes commands, steps and answers; without commands its watchdog zeroes the fields.
 
-Serves anything with the `Rig` interface. Time passes with each command; without one, by the rig's own clock.
+Serves anything with the `SteppedRig` interface. Time passes with each command; without one, by the rig's own clock.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
-from erclutch.rig.interface import Command, Rig
+from erclutch.rig.interface import RigCommand, SteppedRig
 from erclutch.rig.packet import FAULT, LAST, SIZE, WATCHDOG, CommandPacket, SensorPacket, pack_sensors, unpack_command
 
 #: No valid command for so long: fields to zero [s]. Far enough from 20 ms for what the operating system is late by.
@@ -41,13 +41,13 @@ class RigServer:
 
     def __init__(
         self,
-        rig: Rig,
+        rig: SteppedRig,
         *,
         session: int,
         lead: float,
         port: int = 0,
         host: str = "127.0.0.1",
-        watch: Callable[[float, Command], None] | None = None,
+        watch: Callable[[float, RigCommand], None] = lambda now, command: None,
     ) -> None:
         self.rig = rig
         self.counts: Counter[str] = Counter()
@@ -91,7 +91,7 @@ class RigServer:
             self.counts["ended"] = 1
         finally:
             self.rig.close()
-            self._note(Command())
+            self._watch(time.monotonic(), RigCommand())
             self._socket.close()
 
     def _wait(self, due: float) -> CommandPacket | None:
@@ -136,41 +136,28 @@ class RigServer:
     def _take(self, packet: CommandPacket, now: float) -> None:
         self._heard = now
         self._zeroed = False
-        self._command(Command(packet.field1, packet.field2, packet.motor_torque))
+        self._command(RigCommand(packet.field1, packet.field2, packet.motor_torque))
         if packet.flags & LAST:
-            self._command(Command())
+            self._command(RigCommand())
 
     def _guard(self, now: float) -> None:
         if not self._zeroed and now - self._heard >= WATCHDOG_TIME:
             self._zeroed = True
             self.counts["watchdog"] += 1
-            self._command(Command())
+            self._command(RigCommand())
 
-    def _command(self, command: Command) -> None:
+    def _command(self, command: RigCommand) -> None:
         self.rig.command(command)
-        self._note(command)
-
-    def _note(self, command: Command) -> None:
-        if self._watch is not None:
-            self._watch(time.monotonic(), command)
+        self._watch(time.monotonic(), command)
 
     def _answer(self) -> None:
         self._seq += 1
-        measured = self.rig.sense()
+        m = self.rig.sense()
         status = (WATCHDOG if self._zeroed else 0) | (FAULT if getattr(self.rig, "fault", False) else 0)
-        data = pack_sensors(
-            SensorPacket(
-                self._session,
-                self._seq,
-                time.monotonic_ns(),
-                measured.theta,
-                measured.alpha_raw * self._turns,
-                measured.torque,
-                status,
-            )
-        )
+        alpha = m.alpha_raw * self._turns
+        packet = SensorPacket(self._session, self._seq, time.monotonic_ns(), m.theta, alpha, m.torque, status)
         assert self._loop is not None
         try:
-            self._socket.sendto(data, self._loop)
+            self._socket.sendto(pack_sensors(packet), self._loop)
         except OSError:
             self.counts["unsent"] += 1

@@ -12,36 +12,40 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from importlib import import_module
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
 
-from erclutch.check import Finding, check
-from erclutch.comparison import AnyOutcome, Settings, networks_for, structures_for
-from erclutch.dataset import Dataset
-from erclutch.device import DeviceName, Units
-from erclutch.differentiate import Derivative
 from erclutch.errors import SettingError
-from erclutch.fit.streamed import fit_network_streamed, fit_structure_streamed, refuse_structure, squared_errors
+from erclutch.files import whole_folder
+from erclutch.fit.centroids import not_on_disk
+from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, residuals_for, structures_for
+from erclutch.fit.data_check import Finding, check
+from erclutch.fit.laws.fit_law import fit_structure, require_no_stimulus
+from erclutch.fit.networks.fit_network import fit_network, require_no_past
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.scoring import squared_errors
 from erclutch.logs import Batch, ColumnMap, read_batches
 from erclutch.logs.assemble import Invalid
-from erclutch.model import Structure, digest_of
-from erclutch.networks import NetworkStructure
-from erclutch.runs import file_name, may_write, unwritable, versions, write_json
-from erclutch.spool import Source, Spool, datasets
-from erclutch.whole_folder import whole_folder
+from erclutch.logs.batches import datasets
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.disk_rows import DiskRows, Source, TrainingRows
+from erclutch.models.law_model import digest_of
+from erclutch.models.load import Model
+from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
+from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.speed import Derivative
 
 LARGE_SCHEMA = 1
 MARKER = "large.json"
 _CHECKED = 100_000  # rows, evenly taken, that the checks before the fit look at
-_SETS = ("all", "paper")
 
 #: Called with what is being done and the rows done so far.
-Progress = Callable[[str, int], None]
+LargeFitProgress = Callable[[str, int], None]
 
 
 @dataclass(frozen=True)
@@ -140,7 +144,7 @@ class LargeFit:
             "schema": LARGE_SCHEMA,
             "versions": versions(),
             "settings": dict(self.settings),
-            "units": {"effort": self.units.effort, "field": self.units.field, "slip": self.units.slip},
+            "units": asdict(self.units),
             "logs": [
                 {"name": s.name, "sha256": s.digest, "rows": s.read, "kept": s.kept, "origin": s.origin}
                 for s in self.sources
@@ -176,7 +180,7 @@ def fit_large(
     seed: int = 0,
     workers: int = 1,
     scratch: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: LargeFitProgress | None = None,
 ) -> LargeFit:
     """Fit models to logs that need not fit into memory.
 
@@ -199,114 +203,108 @@ def fit_large(
         SettingError: models that cannot be fitted this way, or none.
         RunError: no room for the temporary file.
     """
-    logs = _listed(paths)
-    how, report = reading or Reading(), progress or _silent
-    settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
-    with Spool(scratch) as spool:
-        began = process_time()
-        for path in logs:
-            spool.add(
-                how.batches(path, device),
-                device,
-                how.derivative,
-                lambda rows, p=path: report(f"read {Path(p).name}", rows),
-            )
-        seconds = process_time() - began
-        sample = spool.thinned(_CHECKED)
-        findings = check(sample, np.zeros(sample.rows, np.bool_))
-        structures, left_out = _chosen(sample, settings)
-        fits = [_fit(spool, structure, settings, report) for structure in structures]
-        sources, units = tuple(spool.sources), spool.units
-    errors, rows = _test_errors(test, how, device, [outcome for outcome, _ in fits], report)
-    entries = [LargeEntry(o, e, s) for (o, s), e in zip(fits, errors, strict=True)]
-    names = tuple(Path(path).name for path in test)
-    return LargeFit(
-        tuple(entries), sources, names, rows, units, findings, tuple(left_out), seconds, _asked(settings, device)
-    )
-
-
-def _listed(paths: Sequence[str | Path] | str | Path) -> list[str | Path]:
     logs: list[str | Path] = [paths] if isinstance(paths, str | Path) else list(paths)
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
-    return logs
+    how, report = reading or Reading(), progress or _silent
+    settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
+    with DiskRows(scratch) as rows:
+        seconds = _read(logs, how, device, rows, report)
+        sample = rows.thinned(_CHECKED)
+        findings = check(sample, np.zeros(sample.rows, np.bool_))
+        fits, left_out = _chosen(sample, settings)
+        fitted = [_timed(name, fit, rows, report) for name, fit in fits.items()]
+    errors, tested = _test_errors(test, how, device, [outcome.model for outcome, _ in fitted], report)
+    return LargeFit(
+        entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, errors, strict=True)),
+        sources=tuple(rows.sources),
+        test_sources=tuple(Path(path).name for path in test),
+        test_rows=tested,
+        units=rows.units,
+        findings=findings,
+        left_out=tuple(left_out),
+        read_seconds=seconds,
+        settings={"models": list(models), "device": device, "friction": friction, "offset": offset, "seed": seed},
+    )
 
 
 def _silent(what: str, rows: int) -> None:
     """No progress is shown."""
 
 
-def _asked(settings: Settings, device: DeviceName) -> dict[str, Any]:
-    return {
-        "models": list(settings.models),
-        "device": device,
-        "friction": settings.friction,
-        "offset": settings.offset,
-        "seed": settings.seed,
-    }
-
-
-def _chosen(sample: Dataset, settings: Settings) -> tuple[list[Structure | NetworkStructure], list[str]]:
-    """What is fitted, and what of a set of models cannot be."""
-    kept: list[Structure | NetworkStructure] = []
+def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[TrainingRows], AnyOutcome]], list[str]]:
+    """How each model is fitted, by its name; and what of a set of models cannot be."""
+    for residual in residuals_for(sample, settings):
+        raise not_on_disk(residual.specification, "its network is fitted to the law's residual of each row")
+    how = {"seed": settings.seed, "workers": settings.workers}
+    laws = [
+        (s.specification, partial(require_no_stimulus, s), partial(fit_structure, structure=s, intervals=False))
+        for s in structures_for(sample, settings)
+    ]
+    networks = [
+        (s.specification, partial(require_no_past, s), partial(fit_network, structure=s, **how))
+        for s in networks_for(sample, settings)
+    ]
+    kept: dict[str, Callable[[TrainingRows], AnyOutcome]] = {}
     left_out: list[str] = []
-    for structure in (*structures_for(sample, settings), *networks_for(sample, settings)):
+    for name, require, fit in (*laws, *networks):
         try:
-            refuse_structure(structure)
+            require()
         except SettingError as error:
-            if not any(name in _SETS for name in settings.models):
+            if not any(model in SETS for model in settings.models):
                 raise
             left_out.append(error.problem)
         else:
-            kept.append(structure)
+            kept[name] = fit
     if not kept:
         raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
     return kept, left_out
 
 
-def _fit(
-    spool: Spool, structure: Structure | NetworkStructure, settings: Settings, report: Progress
-) -> tuple[AnyOutcome, float]:
-    report(f"fit {structure.specification}", spool.rows)
+def _read(
+    logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, report: LargeFitProgress
+) -> float:
     began = process_time()
-    outcome: AnyOutcome
-    if isinstance(structure, Structure):
-        outcome = fit_structure_streamed(spool, structure)
-    else:
-        outcome = fit_network_streamed(spool, structure, seed=settings.seed, workers=settings.workers)
-    return outcome, process_time() - began
+    for path in logs:
+        rows.add(how.batches(path, device), device, how.derivative, partial(report, f"read {Path(path).name}"))
+    return process_time() - began
+
+
+def _timed(
+    name: str, fit: Callable[[TrainingRows], AnyOutcome], rows: TrainingRows, report: LargeFitProgress
+) -> tuple[AnyOutcome, float]:
+    report(f"fit {name}", rows.rows)
+    began = process_time()
+    return fit(rows), process_time() - began
 
 
 def _test_errors(
-    test: Sequence[str | Path], how: Reading, device: DeviceName, outcomes: Sequence[AnyOutcome], report: Progress
+    test: Sequence[str | Path], how: Reading, device: DeviceName, models: Sequence[Model], report: LargeFitProgress
 ) -> tuple[list[float | None], int]:
     """Mean squared errors over all test logs together, and their rows."""
-    totals, rows = np.zeros(len(outcomes)), 0
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
-    with threadpool_limits(1):
+    totals, rows = np.zeros(len(models)), 0
+    with one_thread():
         for path in test:
             report(f"score on {Path(path).name}", rows)
             blocks = (data for _, data in datasets(how.batches(path, device), device, how.derivative) if data)
-            errors = squared_errors(blocks, [outcome.model.predict for outcome in outcomes])
-            totals += [error for error, _ in errors]
-            rows += errors[0][1]
-    return ([float(total / rows) for total in totals] if rows else [None] * len(outcomes)), rows
+            errors, more = squared_errors(blocks, models)
+            totals += errors
+            rows += more
+    return ([float(total / rows) for total in totals] if rows else [None] * len(models)), rows
 
 
-def write_large(folder: str | Path, result: LargeFit, *, force: bool = False) -> Path:
+def write_large(out: str | Path, result: LargeFit, *, force: bool = False) -> Path:
     """Write the models and a summary: ``large.json`` and ``models/NAME.json``, which `erclutch.load_model` reads.
 
     Raises:
         RunError: the folder exists, or cannot be written.
     """
-    target = Path(folder)
+    target = Path(out)
     may_write(target, force, MARKER)
-    with whole_folder(target, unwritable) as partial:
+    with whole_folder(target, unwritable) as folder:
         body = result.to_dict()
-        write_json(partial / MARKER, {**body, "digest": digest_of(body)})
-        (partial / "models").mkdir()
-        for entry in result.entries:
-            write_json(partial / "models" / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
+        write_json(folder / MARKER, {**body, "digest": digest_of(body)})
+        write_models(folder, [entry.outcome.model for entry in result.entries])
     return target
 
 
@@ -323,8 +321,8 @@ def peak_memory() -> int | None:
         if mark.startswith("VmHWM:"):
             return 1024 * int(mark.split()[1])
     try:
-        resource: Any = import_module("resource")
+        import resource
     except ImportError:  # Windows
         return None
-    most = int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return most if sys.platform == "darwin" else 1024 * most

@@ -20,8 +20,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib import import_module
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -29,13 +28,14 @@ import numpy as np
 
 from erclutch._version import __version__
 from erclutch.errors import RunError
-from erclutch.model import TIMES, TorqueModel, digest_of, require_schema
-from erclutch.saved import Model, load_model
-from erclutch.signals import Recording
-from erclutch.whole_folder import whole_folder
+from erclutch.files import whole_folder
+from erclutch.models.law_model import digest_of, require_schema
+from erclutch.models.load import load_model
+from erclutch.models.model import Model
+from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:
-    from erclutch.comparison import Comparison, Entry
+    from erclutch.fit.comparison import Comparison, RankedModel
 
 RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
@@ -103,15 +103,19 @@ def may_write(folder: str | Path, force: bool = False, marker: str = "run.json")
 
 
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
-    models = folder / "models"
-    models.mkdir()
-    for entry in comparison.entries:
-        write_json(models / f"{file_name(entry.name)}.json", entry.outcome.model.to_dict())
+    write_models(folder, [entry.outcome.model for entry in comparison.entries])
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
     # What `fit --json` prints, and what keeps the folder together.
     whole = {**body, "files": {name: file_digest(folder / name) for name in _GUARDED}}
     write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
+
+
+def write_models(folder: Path, models: Sequence[Model]) -> None:
+    """Write each model as models/NAME.json."""
+    (folder / "models").mkdir()
+    for model in models:
+        write_json(folder / "models" / f"{file_name(model.name)}.json", model.to_dict())
 
 
 def file_digest(path: Path) -> str:
@@ -142,7 +146,7 @@ def run_to_dict(
         "settings": comparison.settings.to_dict(),
         "reading": None if reading is None else dict(reading),
         "device": data.device,
-        "units": {"effort": data.units.effort, "field": data.units.field, "slip": data.units.slip},
+        "units": asdict(data.units),
         "logs": [
             {"name": r.name, "sha256": r.digest, "rows": r.rows, "segments": len(r.segments), "period_s": r.period}
             | {"origin": r.origin, "mapping": list(r.mapping) if r.mapping else None}
@@ -153,10 +157,7 @@ def run_to_dict(
         "spans": [[span.start, span.stop, span.period] for span in data.clock.spans],
         "train_rows": int(np.count_nonzero(~comparison.test)),
         "test_rows": int(np.count_nonzero(comparison.test)),
-        "findings": [
-            {"level": f.level, "subject": f.subject, "message": f.message, "remedy": f.remedy}
-            for f in comparison.findings
-        ],
+        "findings": [asdict(finding) for finding in comparison.findings],
         "ranking": [_entry_to_dict(e) for e in comparison.entries],
         "best": comparison.best,
         "recommended": comparison.recommended,
@@ -172,7 +173,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def _entry_to_dict(entry: Entry) -> dict[str, Any]:
+def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
     fit = entry.outcome.to_dict()
     del fit["model"]
     return _finite(
@@ -182,7 +183,8 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
             "model_digest": entry.outcome.model.to_dict()["digest"],
             "title": entry.outcome.model.title,
             "sound": entry.sound,
-            "dynamics": _dynamics(entry),
+            # Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any.
+            "dynamics": {name: float(value) for name, value in entry.outcome.model.times.items()},
             "parameters_count": entry.outcome.parameters,
             "train": entry.train.to_dict(),
             "test": entry.test.to_dict(),
@@ -193,14 +195,6 @@ def _entry_to_dict(entry: Entry) -> dict[str, Any]:
             "notes": list(entry.notes),
         }
     )
-
-
-def _dynamics(entry: Entry) -> dict[str, float]:
-    """Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any."""
-    model = entry.outcome.model
-    if isinstance(model, TorqueModel):
-        return {name: float(model.shape[name]) for name in TIMES[model.structure.dynamics]}
-    return dict(model.dynamics)
 
 
 def _finite(value: Any) -> Any:
@@ -223,24 +217,13 @@ def _write_table(path: Path, comparison: Comparison) -> None:
         writer.writerow(["rank", "model", "parameters", "effort_unit", *bands, "train_rmse", "train_mse", "aic", "bic"])
         for rank, entry in enumerate(comparison.entries, start=1):
             figures = [v for name in _COLUMNS for v in getattr(entry.test, name).to_list()]
-            writer.writerow(
-                [
-                    rank,
-                    entry.name,
-                    entry.outcome.parameters,
-                    unit,
-                    *(repr(v) for v in figures),
-                    repr(entry.train.rmse.value),
-                    repr(entry.train.mse.value),
-                    repr(entry.criteria["aic"]),
-                    repr(entry.criteria["bic"]),
-                ]
-            )
+            figures += [entry.train.rmse.value, entry.train.mse.value, entry.criteria["aic"], entry.criteria["bic"]]
+            writer.writerow([rank, entry.name, entry.outcome.parameters, unit, *map(repr, figures)])
 
 
 def _write_predictions(path: Path, comparison: Comparison) -> None:
-    pa: Any = import_module("pyarrow")
-    pq: Any = import_module("pyarrow.parquet")
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
     data = comparison.data
     tail = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]
@@ -296,7 +279,7 @@ class Run:
         for entry in self.body["ranking"]:
             if entry["name"] == name:
                 return entry
-        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"There are {', '.join(self.names)}")
+        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"Choose one of {', '.join(self.names)}")
 
     def file(self, name: str) -> Path:
         """Path of a file whose digest run.json holds, once it has been checked.
@@ -347,7 +330,7 @@ def read_run(folder: str | Path) -> Run:
             f"not a run: run.json: {what}", where=str(folder), remedy="Give the --out folder of erclutch fit"
         ) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
-        raise RunError("run.json is not that of a run", where=str(folder), remedy="Give the folder of erclutch fit")
+        raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")
     body = cast(dict[str, Any], body)
     require_schema(body.get("schema"), RUN_SCHEMA, str(folder))
     if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):

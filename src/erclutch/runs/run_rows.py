@@ -1,23 +1,17 @@
-"""The rows of a run, read back from its folder: what was measured, what each model said, which rows were held out."""
+"""The rows of a run are read back from its folder: measured, estimated by each model, held out or not."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import RunError
-from erclutch.runs import Run
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from erclutch.logs.dataset import Dataset
+from erclutch.runs.run_folder import Run
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 
 @dataclass(frozen=True)
@@ -45,7 +39,8 @@ def read_rows(run: Run) -> RunRows:
     Raises:
         RunError: predictions.parquet is missing, was changed, or does not fit run.json.
     """
-    pq: Any = import_module("pyarrow.parquet")
+    import pyarrow.parquet as pq
+
     path = run.file("predictions.parquet")
     try:
         # Not read_table, which imports pandas to no end.

@@ -1,4 +1,4 @@
-"""How elements combine into a device: from signals to the field and slip of each element.
+"""A device combines elements: signals become the field and slip of each element.
 
 coaxial: two clutches driven in opposite directions by one motor, efforts added (equations 5 - 7 of the paper)::
 
@@ -9,14 +9,13 @@ single: one clutch, brake or damper: field and slip in, effort out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 DeviceName = Literal["single", "coaxial"]
 DEVICES: tuple[DeviceName, ...] = ("single", "coaxial")
@@ -53,6 +52,24 @@ class Units:
         return ", ".join(f"{name} in {'units as logged' if unit == '?' else unit or '1'}" for name, unit in pairs)
 
 
+def slips_of(device: DeviceName, speeds: Sequence[Any]) -> list[Any]:
+    """Slip of each element from the speeds: (slip,) of a single device, (theta_dot, alpha_dot) of the coaxial pair.
+
+    Elementwise on any operand.
+    """
+    if device == "single":
+        return [speeds[0]]
+    theta_dot, alpha_dot = speeds
+    return [theta_dot - alpha_dot, -theta_dot - alpha_dot]
+
+
+def speeds_of(device: DeviceName, slips: Sequence[Any]) -> list[Any]:
+    """The speeds that give the slips; the inverse of `slips_of`."""
+    if device == "single":
+        return [slips[0]]
+    return [0.5 * (slips[0] - slips[1]), -0.5 * (slips[0] + slips[1])]
+
+
 def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Element, ...]:
     """Field and slip of each element of a device.
 
@@ -69,5 +86,5 @@ def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Eleme
         first, second = signals["E1"], signals["E2"]
     else:
         first, second = np.maximum(signals["E"], 0.0), np.maximum(-signals["E"], 0.0)
-    theta_dot, alpha_dot = signals["theta_dot"], signals["alpha_dot"]
-    return Element(first, theta_dot - alpha_dot), Element(second, -theta_dot - alpha_dot)
+    slips = slips_of(device, (signals["theta_dot"], signals["alpha_dot"]))
+    return Element(first, slips[0]), Element(second, slips[1])

@@ -1,4 +1,4 @@
-"""Names, units and meaning of the signals, and the Recording that carries them.
+"""Signals have names, units and meanings; a Recording carries them.
 
 The vocabulary is that of the design: field, slip, effort, theta, alpha. A log's own column names end at the mapping.
 """
@@ -9,10 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 
 @dataclass(frozen=True)
@@ -29,6 +26,9 @@ class SignalKind:
     meaning: str
     si_units: tuple[str, ...]
 
+
+#: Begins the note of a log without a field; its field is written as 0 in all rows.
+NO_FIELD = "no field is logged"
 
 _FIELD_UNITS = ("", "V", "A", "V/m", "T", "A/m")
 
@@ -71,6 +71,7 @@ class Recording:
         constants: numbers that hold for the whole log (from its name, its header or the mapping).
         origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
         extras: further inputs for networks, as logged: name -> samples, shape (n,).
+        spare: further columns that nothing has taken, in the same way.
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
         mapping: name and SHA-256 of the mapping file that said which column is which, if there was one.
     """
@@ -86,6 +87,7 @@ class Recording:
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     origin: str = ""
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
     mapping: tuple[str, str] | None = None
 

@@ -1,4 +1,4 @@
-"""Speed from position: filters to choose from, causal ones among them that run live as they run here.
+"""Speed is derived from position by a filter of choice; causal filters run live as they run here.
 
 A 13-bit encoder differenced at 1 kHz moves in steps of 0.77 rad/s, so the filter decides on the slip's noise and delay.
 
@@ -12,16 +12,13 @@ kalman      steady-state Kalman filter of position and speed with white accelera
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
-
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
 
 DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
 DERIVATIVES: tuple[DerivativeName, ...] = ("central", "savgol", "difference", "lowpass", "kalman")
@@ -84,21 +81,17 @@ def live(derivative: Derivative, period: float) -> LiveDerivative:
         SettingError: a filter that looks ahead.
     """
     if derivative.name not in CAUSAL:
-        raise SettingError(
-            f"{derivative.name} needs samples of the future", remedy=f"Choose one of {', '.join(CAUSAL)} for live use"
-        )
-    g, h = _gains(derivative, period)
-    return LiveDerivative(period, g, h)
+        remedy = f"Choose one of {', '.join(CAUSAL)} for live use"
+        raise SettingError(f"{derivative.name} needs samples of the future", remedy=remedy)
+    return LiveDerivative(period, *_gains(derivative, period))
 
 
 def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
-    if derivative.name != "difference" and derivative.cutoff * period >= 0.5:
-        raise SettingError(
-            f"a cutoff of {derivative.cutoff:g} Hz at a sampling rate of {1 / period:g} Hz",
-            remedy="Give a cutoff below half of the sampling rate, or use difference",
-        )
     if derivative.name == "difference":
         return 1.0, 1.0
+    if derivative.cutoff * period >= 0.5:
+        problem = f"a cutoff of {derivative.cutoff:g} Hz at a sampling rate of {1 / period:g} Hz"
+        raise SettingError(problem, remedy="Give a cutoff below half of the sampling rate, or use difference")
     if derivative.name == "lowpass":
         return 1.0, -float(np.expm1(-2.0 * np.pi * derivative.cutoff * period))
     # Steady-state gains of the position-speed Kalman filter follow from one number, the ratio of acceleration to
@@ -136,34 +129,28 @@ def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
     out = np.empty_like(x)
     for span in clock.spans:
         at = slice(span.start, span.stop)
-        out[at] = _span(x[at], clock.time[at], span, derivative)
+        out[at] = _span(x[at], clock.time[at], span.period, derivative)
     return out
 
 
-def _span(x: Array, t: Array, span: Span, derivative: Derivative) -> Array:
+def _span(x: Array, t: Array, period: float | None, derivative: Derivative) -> Array:
     if x.size < 2:
         return np.zeros_like(x)
     if derivative.name == "central":
-        return np.gradient(x, t if span.period is None else span.period)
-    if span.period is None:
-        raise SettingError(
-            f"{derivative.name} needs equal time steps, this log has none",
-            remedy="Use --derivative central, or resample the log",
-        )
+        return np.gradient(x, t if period is None else period)
+    if period is None:
+        problem = f"{derivative.name} needs equal time steps, this log has none"
+        raise SettingError(problem, remedy="Use --derivative central, or resample the log")
     if derivative.name == "savgol":
         from scipy.signal import savgol_filter
 
         if x.size < derivative.window:
-            raise SettingError(
-                f"a window of {derivative.window} rows on a segment of {x.size}", remedy="Give a shorter --window"
-            )
-        return savgol_filter(x, derivative.window, 2, deriv=1, delta=span.period)
-    return _run(x, *_gains(derivative, span.period), span.period)
+            problem = f"a window of {derivative.window} rows on a segment of {x.size}"
+            raise SettingError(problem, remedy="Give a shorter --window")
+        return savgol_filter(x, derivative.window, 2, deriv=1, delta=period)
+    from scipy.signal import lfilter
 
-
-def _run(x: Array, g: float, h: float, period: float) -> Array:
-    """`LiveDerivative` over a whole segment, as the second-order filter that it is."""
-    lfilter: Any = import_module("scipy.signal").lfilter
-    # Speed over measured position: V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
-    relative = x - x[0]
-    return lfilter([h / period, -h / period], [1.0, g + h - 2.0, 1.0 - g], relative)
+    # `LiveDerivative` over a whole segment, as the second-order filter that it is. Speed over measured position:
+    # V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
+    g, h = _gains(derivative, period)
+    return np.asarray(lfilter([h / period, -h / period], [1.0, g + h - 2.0, 1.0 - g], x - x[0]), np.float64)

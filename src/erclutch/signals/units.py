@@ -1,4 +1,4 @@
-"""Units as engineers write them, over pint (imported for the first unit that is not a common one).
+"""Units are read as engineers write them, over pint (imported for the first unit that is not a common one).
 
 Angle is kept apart from plain numbers: ``rad/s``, ``rpm`` and ``1/s`` are three things, although pint calls the radian
 dimensionless. ``Hz`` and ``1/min`` are refused for a speed, because half of the world means turns by them.
@@ -10,11 +10,10 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from erclutch.errors import UnitError
-from erclutch.signals import Array, SignalKind
+from erclutch.signals.recording import SignalKind
 
 UNKNOWN = "?"
 _LONGEST = 60
@@ -34,38 +33,25 @@ _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
-_FORCE = (("gram", 1.0), ("meter", 1.0), ("second", -2.0))
-_TORQUE = (("gram", 1.0), ("meter", 2.0), ("second", -2.0))
-_VOLTAGE = (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0))
-_FIELD = (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0))
-_ANGLE, _TURNING = (("radian", 1.0),), (("radian", 1.0), ("second", -1.0))
-_LENGTH, _SPEED, _TIME = (("meter", 1.0),), (("meter", 1.0), ("second", -1.0)), (("second", 1.0),)
-#: Units of most logs with what pint says of them, factor and dimension, since pint takes half a second to load.
-COMMON: dict[str, tuple[float, tuple[tuple[str, float], ...]]] = {
-    "V": (1e3, _VOLTAGE),
-    "kV": (1e6, _VOLTAGE),
-    "V/m": (1e3, _FIELD),
-    "kV/mm": (1e9, _FIELD),
-    "A": (1.0, (("ampere", 1.0),)),
-    "A/m": (1.0, (("ampere", 1.0), ("meter", -1.0))),
-    "T": (1e3, (("ampere", -1.0), ("gram", 1.0), ("second", -2.0))),
-    "rad": (1.0, _ANGLE),
-    "rad/s": (1.0, _TURNING),
-    "m": (1.0, _LENGTH),
-    "mm": (1e-3, _LENGTH),
-    "m/s": (1.0, _SPEED),
-    "mm/s": (1e-3, _SPEED),
-    "cm/s": (1e-2, _SPEED),
-    "N": (1e3, _FORCE),
-    "kN": (1e6, _FORCE),
-    "N*m": (1e3, _TORQUE),
-    "N m": (1e3, _TORQUE),
-    "Nm": (1e3, _TORQUE),
-    "Pa": (1e3, (("gram", 1.0), ("meter", -1.0), ("second", -2.0))),
-    "1/s": (1.0, (("second", -1.0),)),
-    "s": (1.0, _TIME),
-    "ms": (1e-3, _TIME),
+#: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
+_FACTORS = {
+    (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6},
+    (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0)): {"V/m": 1e3, "kV/mm": 1e9},
+    (("ampere", 1.0),): {"A": 1.0},
+    (("ampere", 1.0), ("meter", -1.0)): {"A/m": 1.0},
+    (("ampere", -1.0), ("gram", 1.0), ("second", -2.0)): {"T": 1e3},
+    (("radian", 1.0),): {"rad": 1.0},
+    (("radian", 1.0), ("second", -1.0)): {"rad/s": 1.0},
+    (("meter", 1.0),): {"m": 1.0, "mm": 1e-3},
+    (("meter", 1.0), ("second", -1.0)): {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
+    (("gram", 1.0), ("meter", 1.0), ("second", -2.0)): {"N": 1e3, "kN": 1e6},
+    (("gram", 1.0), ("meter", 2.0), ("second", -2.0)): {"N*m": 1e3, "N m": 1e3, "Nm": 1e3},
+    (("gram", 1.0), ("meter", -1.0), ("second", -2.0)): {"Pa": 1e3},
+    (("second", -1.0),): {"1/s": 1.0},
+    (("second", 1.0),): {"s": 1.0, "ms": 1e-3},
 }
+#: Unit -> factor and dimension.
+COMMON = {unit: (factor, dimension) for dimension, each in _FACTORS.items() for unit, factor in each.items()}
 
 
 @dataclass(frozen=True)
@@ -85,20 +71,15 @@ class Unit:
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
-    return import_module("pint").UnitRegistry()
+    import pint
+
+    return cast(Any, pint.UnitRegistry())
 
 
 def _spelled(text: str) -> str:
     for pattern, replacement in _SPELLINGS:
         text = pattern.sub(replacement, text)
     return text
-
-
-def _unknown(text: str) -> UnitError:
-    return UnitError(
-        f"'{text}' is not a unit that erclutch knows",
-        remedy="Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)",
-    )
 
 
 @lru_cache(maxsize=512)
@@ -114,13 +95,14 @@ def parse(text: str) -> Unit:
         return Unit(text, *COMMON[text])
     spelled = _spelled(text.strip())
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
-    if len(text) > _LONGEST or not _FORM.fullmatch(spelled) or re.search(r"\^|\*\*", _POWER.sub("", spelled)):
-        raise _unknown(text)
-    for attempt in (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,):
-        found = _evaluate(text, attempt)
-        if found is not None:
-            return found
-    raise _unknown(text)
+    chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
+    if len(text) <= _LONGEST and _FORM.fullmatch(spelled) and not chained:
+        for attempt in (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,):
+            found = _evaluate(text, attempt)
+            if found is not None:
+                return found
+    remedy = "Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)"
+    raise UnitError(f"'{text}' is not a unit that erclutch knows", remedy=remedy)
 
 
 def _evaluate(text: str, spelled: str) -> Unit | None:
@@ -172,7 +154,7 @@ def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:
     return None
 
 
-def conversion(unit: str, kind: SignalKind, column: str, where: str = "") -> tuple[float, str]:
+def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     """Factor that takes a column's unit to the first fitting SI unit of a signal, and that unit.
 
     Raises:
@@ -180,29 +162,19 @@ def conversion(unit: str, kind: SignalKind, column: str, where: str = "") -> tup
     """
     allowed = ", ".join(si or "dimensionless" for si in kind.si_units)
     option = f'--{kind.name} "{column} [{kind.si_units[0] or "-"}]"'
+    problem = f"column '{column}' has the unit '{unit}', which"
     try:
         found = fits(unit, kind.si_units)
     except UnitError as error:
-        problem = f"column '{column}' has the unit '{unit}', which erclutch does not know"
         remedy = f"Name one for {kind.name} ({allowed}), such as {option}"
-        raise UnitError(problem, remedy=remedy, where=where) from error
+        raise UnitError(f"{problem} erclutch does not know", remedy=remedy) from error
     if found is not None:
         return found
     if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
-        problem = f"column '{column}' has the unit '{unit}', which may mean turns or plain 1/s"
-        raise UnitError(problem, remedy=f'Say which: --{kind.name} "{column} [rpm]", [turn/s] or [1/s]', where=where)
-    problem = f"column '{column}' has the unit '{unit}', which does not fit {kind.name} (allowed: {allowed})"
-    raise UnitError(problem, remedy=f"Choose another column or give its unit, such as {option}", where=where)
-
-
-def convert(values: Array, unit: str, kind: SignalKind, column: str, where: str = "") -> tuple[Array, str]:
-    """Values of a column in the first fitting SI unit of a signal, and that unit.
-
-    Raises:
-        UnitError: see `conversion`.
-    """
-    factor, si = conversion(unit, kind, column, where)
-    return (values if factor == 1.0 else values * factor), si
+        remedy = f'Say which: --{kind.name} "{column} [rpm]", [turn/s] or [1/s]'
+        raise UnitError(f"{problem} may mean turns or plain 1/s", remedy=remedy)
+    remedy = f"Choose another column or give its unit, such as {option}"
+    raise UnitError(f"{problem} does not fit {kind.name} (allowed: {allowed})", remedy=remedy)
 
 
 def quantity(text: str) -> tuple[float, str | None]:

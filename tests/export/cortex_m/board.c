@@ -167,6 +167,17 @@ static void results(void)
         flags = inverse(in, wanted[i], &field);
         show(field, flags);
     }
+    reset(&memory);
+    for (i = 0u; i < AHEAD; i++)
+    {
+        real goal;
+        real field;
+        uint32_t flags;
+        load(&goal, ahead[i], 1u);
+        flags = inverse_now(&memory, input[i], goal, &field);
+        show(field, flags);
+        (void)step(&memory, input[i], &result);
+    }
 }
 
 /* The deepest stack of a step or an inverse: what lies below is painted, then looked through. */
@@ -188,6 +199,7 @@ __attribute__((noinline)) static uint32_t stack_of(void)
     for (j = 0u; j < FIELDS; j++)
     {
         (void)inverse(input[j], wanted[j], &result);
+        (void)inverse_now(&memory, input[j], wanted[j], &result);
     }
     for (i = PAINTED - 1u; (i > 0u) && (here[-(int32_t)i] == PAINT); i--)
     {

@@ -9,12 +9,12 @@ from __future__ import annotations
 import re
 import shutil
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
-from erclutch.export.compilers import EXACT, run
-from erclutch.export.program import Program
+from erclutch.export.c.compilers import EXACT, run
+from erclutch.export.exported_step import ExportedStep
 
+_HERE = Path(__file__).parent
 _COMPILER, _EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 
 
@@ -67,26 +67,23 @@ class Outcome:
         return f"{self.instructions:.0f} instructions a step, {self.stack} B stack, {self.flash} B flash"
 
 
-def run_board(board: Board, program: Program, folder: Path, work: Path) -> Outcome:
+def run_board(board: Board, program: ExportedStep, folder: Path, work: Path) -> Outcome:
     """Compile for a board, run under QEMU.
 
     Raises:
         ExportError: the compiler or the emulator failed.
     """
-    bench = resources.files("erclutch.export") / "bench"
-    for name in ("board.c", "board.ld"):
-        (work / name).write_text((bench / name).read_text(encoding="ascii"), encoding="ascii")
     n = program.name
     words = [_COMPILER, *EXACT, "-O2", f"-mcpu={board.cpu}", "-mthumb", f"-mfpu={board.fpu}", "-mfloat-abi=hard"]
     words += ["-ffunction-sections", "-fdata-sections"]
     step = work / "step.o"
     what = f"cannot be compiled for the {board.name}"
     run([*words, "-c", str(folder / f"{n}.c"), "-o", str(step)], f"{n}.c {what}", "Export the model again")
-    link = ["-ffreestanding", "-nostartfiles", "-Wl,--gc-sections", "-T", str(work / "board.ld"), "-I", str(folder)]
+    link = ["-ffreestanding", "-nostartfiles", "-Wl,--gc-sections", "-T", str(_HERE / "board.ld"), "-I", str(folder)]
     link += [f'-DHEADER="{n}.h"', f'-DVECTORS="{n}_vectors.h"', f"-DINPUTS={len(program.inputs)}u"]
-    link += [f"-D{name}={n}_{name}" for name in ("state", "reset", "step", "inverse", "real")]
+    link += [f"-D{name}={n}_{name}" for name in ("state", "reset", "step", "inverse", "inverse_now", "real")]
     image = work / "board.elf"
-    sources = [str(work / "board.c"), str(step)]
+    sources = [str(_HERE / "board.c"), str(step)]
     run([*words, *link, *sources, "-o", str(image)], f"the test bench {what}", "Install libnewlib-arm-none-eabi")
     log = work / "board.log"
     log.unlink(missing_ok=True)

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.live.frame import FRAME, RingInfo, RingWriter, State, make_ring, ring_folder
+from erclutch.live.layout import FRAME
+from erclutch.live.ring import RingInfo, State, make_ring, ring_folder
 
 
 def make_frames(count: int) -> Any:
@@ -43,13 +44,13 @@ class Loop:
         flags: of every frame.
     """
 
-    def __init__(self, folder: Path, frames: Any, **info: Any) -> None:
+    def __init__(self, folder: Path, frames: Any, ring_writer: Any, **info: Any) -> None:
         self.path = folder / "ring"
         self.info = RingInfo(
             model="fnn-16", digest="ab" * 32, start_ns=time.monotonic_ns(), start_unix_ns=time.time_ns(), **info
         )
         make_ring(self.path, self.info)
-        self.writer = RingWriter(self.path)
+        self.writer = ring_writer(self.path)
         self.events = 0
         self.flags = 0
         self._frames = frames.copy()
@@ -88,14 +89,14 @@ def frames() -> Any:
 
 
 @contextmanager
-def _starter(frames: Any) -> Generator[Callable[..., Loop]]:
+def _starter(frames: Any, ring_writer: Any) -> Generator[Callable[..., Loop]]:
     with tempfile.TemporaryDirectory(dir=ring_folder(), prefix="erclutch-test-") as folder:
         loops: list[Loop] = []
 
         def start(**info: Any) -> Loop:
             place = Path(folder) / str(len(loops))
             place.mkdir()
-            loops.append(Loop(place, frames, **info))
+            loops.append(Loop(place, frames, ring_writer, **info))
             return loops[-1]
 
         yield start
@@ -105,14 +106,14 @@ def _starter(frames: Any) -> Generator[Callable[..., Loop]]:
 
 
 @pytest.fixture
-def start_loop(frames: Any) -> Generator[Callable[..., Loop]]:
+def start_loop(frames: Any, ring_writer: Any) -> Generator[Callable[..., Loop]]:
     """Starts a `Loop`; it ends with the test."""
-    with _starter(frames) as start:
+    with _starter(frames, ring_writer) as start:
         yield start
 
 
 @pytest.fixture(scope="module")
-def shared_loop(frames: Any) -> Generator[Loop]:
+def shared_loop(frames: Any, ring_writer: Any) -> Generator[Loop]:
     """A `Loop` for tests that leave it as it is."""
-    with _starter(frames) as start:
+    with _starter(frames, ring_writer) as start:
         yield start()

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from erclutch.live.commands import Command
-from erclutch.live.frame import State
-from erclutch.live.observers import Observers
+from erclutch.live.commands import PageCommand
+from erclutch.live.companions import Observers
+from erclutch.live.ring import State
 
 CHROMIUM = Path("/usr/bin/chromium")
 # Nothing but the page: no GPU, and none of the browser's own traffic.
@@ -57,7 +57,7 @@ pytestmark = pytest.mark.slow
 class Seen:
     """A page in a browser, its session, and all that went wrong or left the machine."""
 
-    def __init__(self, page: Any, observers: Observers, commands: list[Command], loop: Any) -> None:
+    def __init__(self, page: Any, observers: Observers, commands: list[PageCommand], loop: Any) -> None:
         self.page, self.observers, self.commands, self.loop = page, observers, commands, loop
         self.errors: list[str] = []
         self.requests: list[str] = []
@@ -74,7 +74,7 @@ class Seen:
             assert time.monotonic() < limit, condition
             self.page.wait_for_timeout(30)
 
-    def command(self, seconds: float = 10.0) -> Command:
+    def command(self, seconds: float = 10.0) -> PageCommand:
         """The next command that the session gets."""
         limit = time.monotonic() + seconds
         while not self.commands and time.monotonic() < limit:
@@ -100,7 +100,7 @@ def chromium() -> Generator[Any]:
 @pytest.fixture
 def seen(chromium: Any, start_loop: Callable[..., Any], tmp_path: Path) -> Generator[Seen]:
     loop = start_loop()
-    commands: list[Command] = []
+    commands: list[PageCommand] = []
     with Observers(
         loop.path, commands.append, programs=PROGRAMS, motor_limit=0.95, folder=tmp_path / "recordings", lead=0.01
     ) as observers:
@@ -138,15 +138,15 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
 def test_buttons_send_commands(seen: Seen) -> None:
     page = seen.page
     page.click("#zero")
-    assert seen.command() == Command("zero")
+    assert seen.command() == PageCommand("zero")
     page.click("#step")
-    assert seen.command() == Command("program", 1.0)
+    assert seen.command() == PageCommand("program", 1.0)
     page.select_option("#program", "<b>rest</b>")
     page.click("#program-form button")
-    assert seen.command() == Command("program", 2.0)
+    assert seen.command() == PageCommand("program", 2.0)
     page.fill("#motor", "-0.25")
     page.press("#motor", "Enter")
-    assert seen.command() == Command("motor", -0.25)
+    assert seen.command() == PageCommand("motor", -0.25)
     page.fill("#motor", "5")
     page.click("#motor-form button")
     page.wait_for_timeout(500)
@@ -157,13 +157,13 @@ def test_buttons_send_commands(seen: Seen) -> None:
 def test_keys(seen: Seen) -> None:
     page = seen.page
     page.keyboard.press("z")
-    assert seen.command() == Command("zero")
+    assert seen.command() == PageCommand("zero")
     page.keyboard.press("s")
-    assert seen.command() == Command("program", 1.0)
+    assert seen.command() == PageCommand("program", 1.0)
     page.focus("#motor")
     page.keyboard.type("z")
     page.keyboard.press("Escape")  # from inside a field, only Escape is a command
-    assert seen.command() == Command("zero")
+    assert seen.command() == PageCommand("zero")
     page.wait_for_timeout(200)
     assert seen.commands == []
     page.evaluate("document.activeElement.blur()")
@@ -208,7 +208,7 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.loop.writer.put(state=State.TRIPPED, trip_reason=1)
     seen.until("document.getElementById('banner').textContent.includes('Tripped by sample-lost')")
     seen.page.click("#reset")
-    assert seen.command() == Command("reset")
+    assert seen.command() == PageCommand("reset")
     seen.loop.writer.put(state=State.RUNNING)
     seen.until("document.getElementById('banner').hidden")
     seen.loop.stop()
@@ -228,7 +228,7 @@ def test_it_comes_back_after_its_server(seen: Seen) -> None:
     seen.until(f"erclutch.samples > {before + 300}")
     seen.until("document.getElementById('banner').hidden")
     page.keyboard.press("z")
-    assert seen.command() == Command("zero")
+    assert seen.command() == PageCommand("zero")
 
 
 def test_an_ended_session_is_said_to_be(seen: Seen) -> None:

@@ -22,15 +22,15 @@ from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from erclutch.live.commands import LONGEST, Command, CommandError, Limits, parse
-from erclutch.live.frame import EVENT_BITS, RingInfo, State
-from erclutch.live.observers import Observers
+from erclutch.live.commands import LONGEST, CommandError, CommandLimits, PageCommand, parse
+from erclutch.live.companions import Observers
+from erclutch.live.layout import EVENT_BITS
 from erclutch.live.page.access import Access
-from erclutch.live.page.process import PageError, PageProcess
-from erclutch.live.page.wire import FRAME as WIRE
-from erclutch.live.page.wire import pack
+from erclutch.live.page.page_process import PageError, PageProcess
+from erclutch.live.page.wire import WIRE, pack
+from erclutch.live.ring import RingInfo, State
 
-LIMITS = Limits(("rest", "sine", "step"), 0.95)
+LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
 PROGRAMS = [(name, f"what {name} does") for name in LIMITS.programs]
 
 
@@ -38,11 +38,17 @@ PROGRAMS = [(name, f"what {name} does") for name in LIMITS.programs]
 
 
 @pytest.mark.parametrize(
-    "command",
-    [Command("zero"), Command("reset"), Command("program", 2.0), Command("motor", -0.95), Command("record", 1.0)],
+    ("message", "command"),
+    [
+        ('{"command": "zero"}', PageCommand("zero")),
+        ('{"command": "reset"}', PageCommand("reset")),
+        ('{"command": "program", "name": "step"}', PageCommand("program", 2.0)),
+        ('{"command": "motor",\n "torque": -0.95}', PageCommand("motor", -0.95)),
+        ('{"command": "record", "on": true}', PageCommand("record", 1.0)),
+    ],
 )
-def test_a_command_comes_back_as_it_was(command: Command) -> None:
-    assert parse(command.to_message(LIMITS), LIMITS) == command
+def test_a_command_is_read_as_it_was_meant(message: str, command: PageCommand) -> None:
+    assert parse(message, LIMITS) == parse(message.encode(), LIMITS) == command
 
 
 @pytest.mark.parametrize(
@@ -96,14 +102,16 @@ def test_frames_on_the_wire(frames: Any) -> None:
     some["time_ns"][3] += 370_000
     some["torque"][4] = 1e300
     message = pack(some, RingInfo(start_ns=10**12), 7)
-    assert len(message) == 24 + 30 * 64
-    assert np.frombuffer(message, "<u4", 2).tolist() == [1, 7]
+    row = np.dtype([(name, "<u4" if name in ("flags", "events") else "<f4") for name in WIRE["columns"]])
+    assert len(message) == WIRE["head"] + 30 * row.itemsize
+    assert np.frombuffer(message, "<u4", 2).tolist() == [0, 7]
     assert np.frombuffer(message, "<f8", 2, 8).tolist() == [pytest.approx(0.1), 100.0]
-    sent = np.frombuffer(message, WIRE, 30, 24)
+    sent = np.frombuffer(message, row, 30, WIRE["head"])
     assert sent["time"] == pytest.approx(np.arange(30) * 1e-3, abs=1e-7)
     assert sent["lateness"][3] == 400.0
     assert np.isinf(sent["torque"][4])
     assert sent["field1"] == pytest.approx(some["field1"], rel=1e-6)
+    assert (sent["flags"] == some["flags"]).all()
     assert (sent["theta"] < 2 * np.pi).all()
 
 
@@ -148,7 +156,7 @@ class Site:
 
     def __init__(self, loop: Any, folder: Path) -> None:
         self.loop = loop
-        self.commands: list[Command] = []
+        self.commands: list[PageCommand] = []
         self.observers = Observers(
             loop.path, self.commands.append, programs=PROGRAMS, motor_limit=0.95, folder=folder / "recordings"
         )
@@ -277,13 +285,13 @@ def test_frames_and_state_arrive(site: Site) -> None:
         (hello,) = texts(client, "hello")
         assert (hello["origin"], hello["model"], hello["motor_limit"]) == ("TWIN", "fnn-16", 0.95)
         assert [program["name"] for program in hello["programs"]] == list(LIMITS.programs)
-        messages, seqs = 0, []
+        messages, seqs, wire = 0, [], hello["wire"]
         while len(seqs) < 1000:
             message = client.recv(timeout=10)
             if isinstance(message, bytes):
                 messages += 1
                 first = int(np.frombuffer(message, "<f8", 1, 16)[0])
-                seqs += range(first, first + (len(message) - 24) // 64)
+                seqs += range(first, first + (len(message) - wire["head"]) // (4 * len(wire["columns"])))
         assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
         assert messages > 5  # 60 a second where the machine is free: the study measures
         site.loop.events = EVENT_BITS["overrun"] | EVENT_BITS["trip"]
@@ -314,14 +322,14 @@ def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> bool:
 
 def test_commands_go_through_and_nothing_else(site: Site) -> None:
     with site.connect() as client:
-        client.send('{"command": "program", "name": "step"}')
+        client.send('{"command": "program",\n\r "name": "step"}')
         client.send('{"command": "motor", "torque": 2}')
         client.send('{"command": "nonsense"}')
         client.send(b'{"command": "zero"}')
         client.send('{"command": "zero"}')
         assert len(texts(client, "refused", 3)) == 3
         assert wait_for(lambda: len(site.commands) == 2)
-        assert site.commands == [Command("program", 2.0), Command("zero")]
+        assert site.commands == [PageCommand("program", 2.0), PageCommand("zero")]
 
 
 def test_fuzzed_messages_never_reach_the_loop(site: Site) -> None:
@@ -414,7 +422,7 @@ def test_the_server_ends_with_its_session(tmp_path: Path, start_loop: Callable[.
     """A session that is killed leaves no server and no recorder behind; the recording is whole."""
     loop = start_loop()
     code = (
-        "import sys, time\nfrom erclutch.live.observers import Observers\n"
+        "import sys, time\nfrom erclutch.live.companions import Observers\n"
         f"found = Observers({str(loop.path)!r}, print, folder={str(tmp_path)!r})\n"
         "found.record(True); found.recordings.wait_for_frames()\n"
         "print(found.page.pid, found.recordings.pid, flush=True)\ntime.sleep(60)\n"
@@ -448,7 +456,7 @@ def test_uplot_is_what_its_origin_says() -> None:
     import tomllib
     from importlib.resources import files
 
-    folder = files("erclutch") / "vendor" / "uplot"
+    folder = files("erclutch") / "report" / "assets" / "uplot"
     origin = tomllib.loads((folder / "ORIGIN.toml").read_text(encoding="utf-8"))
     for name, digest in origin["sha256"].items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest

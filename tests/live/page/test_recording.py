@@ -22,11 +22,12 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from erclutch.errors import ErclutchError
-from erclutch.live.frame import EVENT_BITS, FRAME, RingInfo, State
-from erclutch.live.mcap_file import FrameFile, RecordingError, partial_of
-from erclutch.live.recorder import Recorder
-from erclutch.live.recordings import Recordings
-from erclutch.live.recover import default_output, recover
+from erclutch.live.layout import EVENT_BITS, FRAME
+from erclutch.live.recording.mcap_file import FrameFile, RecordingError, partial_of
+from erclutch.live.recording.recorder import FrameRecorder
+from erclutch.live.recording.recordings import Recordings
+from erclutch.live.recording.recover_recording import default_output, recover
+from erclutch.live.ring import RingInfo, State
 from erclutch.logs import read, read_table
 
 INFO = RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9)
@@ -112,8 +113,8 @@ def test_fit_and_inspect_take_a_recording(tmp_path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from erclutch.rig.scenarios import prepare
-    from erclutch.runs import read_run
+    from erclutch.rig.twin.scenarios import prepare
+    from erclutch.runs.run_folder import read_run
 
     columns = {name: values for name, (_, values) in prepare("test", seconds=8).columns().items()}
     frames = np.zeros(8000, FRAME)
@@ -199,7 +200,7 @@ def test_damage_costs_its_own_chunks_only(
 def test_recover_refuses_what_it_should(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(whole)
-    with pytest.raises(RecordingError, match="it exists already"):
+    with pytest.raises(RecordingError, match="the file exists already"):
         recover(path, path)
     with pytest.raises(RecordingError, match="No such file"):
         recover(tmp_path / "none.mcap")
@@ -207,7 +208,7 @@ def test_recover_refuses_what_it_should(tmp_path: Path, whole: bytes) -> None:
     with pytest.raises(RecordingError, match="no MCAP file"):
         recover(path)
     path.write_bytes(whole[:400])
-    with pytest.raises(RecordingError, match="no message of it is whole"):
+    with pytest.raises(RecordingError, match="no message of the recording is whole"):
         recover(path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap"]
 
@@ -230,7 +231,7 @@ def test_the_command(tmp_path: Path, whole: bytes, capsys: pytest.CaptureFixture
 
 def test_no_frame_is_lost_between_ring_and_file(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     loop = start_loop()
-    recorder = Recorder(loop.path, tmp_path / "a.mcap", loop.head - 1)
+    recorder = FrameRecorder(loop.path, tmp_path / "a.mcap", loop.head - 1)
     limit = time.monotonic() + 1.0
     while time.monotonic() < limit:
         recorder.step()
@@ -246,7 +247,7 @@ def test_no_frame_is_lost_between_ring_and_file(tmp_path: Path, start_loop: Call
 def test_a_recorder_that_came_too_late_says_what_it_lost(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     loop = start_loop(capacity=300)
     first = loop.head
-    recorder = Recorder(loop.path, tmp_path / "a.mcap", first - 1)
+    recorder = FrameRecorder(loop.path, tmp_path / "a.mcap", first - 1)
     time.sleep(0.1)
     recorder.step()
     time.sleep(0.8)
@@ -288,7 +289,7 @@ def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
 ) -> None:
     """A file may grow to 40 kB (the system's own limit, set for the recorder's process)."""
     loop = start_loop()
-    words = [sys.executable, "-m", "erclutch.live.recorder", str(loop.path), str(tmp_path / "a.mcap")]
+    words = [sys.executable, "-m", "erclutch.live.recording.recorder", str(loop.path), str(tmp_path / "a.mcap")]
 
     def small() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -308,7 +309,7 @@ def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
 @pytest.mark.parametrize("end", ["SIGTERM", "stopped", "dead"])
 def test_a_recorder_ends_its_file(tmp_path: Path, start_loop: Callable[..., Any], end: str) -> None:
     loop = start_loop()
-    words = [sys.executable, "-m", "erclutch.live.recorder", str(loop.path), str(tmp_path / "a.mcap")]
+    words = [sys.executable, "-m", "erclutch.live.recording.recorder", str(loop.path), str(tmp_path / "a.mcap")]
     process = subprocess.Popen(words, stdout=subprocess.PIPE)
     assert process.stdout is not None
     while json.loads(process.stdout.readline())["frames"] <= 50:
@@ -337,7 +338,7 @@ def kill_at_random(folder: Path, loop: Any, times: int, seed: int) -> list[int]:
     lost: list[int] = []
     for k in range(times):
         path = folder / f"{k}.mcap"
-        words = [sys.executable, "-m", "erclutch.live.recorder", str(loop.path), str(path)]
+        words = [sys.executable, "-m", "erclutch.live.recording.recorder", str(loop.path), str(path)]
         process = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert process.stdout is not None
         # A recorder that has not begun has nothing to lose: the description of the messages alone is some 3 kB.
@@ -422,5 +423,5 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path, start_loop: Callable[..., 
 
 def test_a_recording_never_takes_the_place_of_another(tmp_path: Path, frames: Any) -> None:
     path = write(tmp_path / "a.mcap", frames[:100])
-    with pytest.raises(RecordingError, match="it exists already"):
+    with pytest.raises(RecordingError, match="the file exists already"):
         FrameFile(path, INFO)

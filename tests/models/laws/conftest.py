@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.laws import LADDER, Law, law_from_name
+from erclutch.models.laws import Law, ladder, law_from_name
 
 _FORMS = tuple(
     f"{name}/{form}"
     for name in ("bingham", "herschel-bulkley", "casson", "seo-seo", "cho-choi-jhon", "hem", "rbfm-5")
     for form in ("square", "power", "critical")
 )
-SPECIFICATIONS = tuple(dict.fromkeys((*LADDER, *_FORMS, "rbfm-2")))
+SPECIFICATIONS = tuple(dict.fromkeys((*ladder(), *_FORMS, "rbfm-2")))
 
 
 @pytest.fixture(params=SPECIFICATIONS)

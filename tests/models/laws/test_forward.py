@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import SettingError
-from erclutch.laws import PAPER, law_from_name
-from erclutch.model import Range, Reference, Structure, TorqueModel, model_from_dict
+from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, model_from_dict
+from erclutch.models.laws import PAPER, law_from_name
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 E = np.array([0.0, 0.3, 0.5, 0.5])
 UNITS = Units("N*m", "1", "rad/s")

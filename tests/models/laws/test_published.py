@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.laws import law_from_name
-from erclutch.laws.smooth import OFF_ZERO
-from erclutch.laws.yield_stress import CRITICAL, POWER, SQUARE
+from erclutch.models.laws import law_from_name
+from erclutch.models.laws.smooth import OFF_ZERO
+from erclutch.models.laws.yield_stress import CRITICAL, POWER, SQUARE
 
 E = np.linspace(0.05, 1.0, 20)[:, None]
 W = np.array([-3.0, -0.6, -0.05, 0.05, 0.3, 1.0, 2.0])[None, :]

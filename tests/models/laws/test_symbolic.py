@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import sympy
 
-from erclutch.laws import Law, law_from_name
-from erclutch.laws.symbolic import equation, equation_latex, equation_text, symbol_latex
+from erclutch.models.laws import Law, law_from_name
+from erclutch.models.laws.law import YIELD, ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
+from erclutch.models.laws.symbolic import equation, equation_latex, equation_text, symbol_latex
 
 
 def test_equation_equals_the_columns_times_gains(
@@ -61,8 +63,17 @@ def test_text_of_every_law_is_one_readable_line(law: Law) -> None:
         assert parameter.name in text
 
 
+def test_a_power_of_a_power_has_a_short_exponent() -> None:
+    def columns(E: Any, w: Any, w_s: Any, m: Any, n: Any) -> tuple[Any, ...]:
+        return (power(power(power(E, n), 1.0 / m) + np.abs(w), m) * direction(w, w_s),)
+
+    shape = (TRANSITION_SLIP, ShapeParameter("m", "", 0.2, 3.0), ShapeParameter("n", "", 0.5, 3.0))
+    law = Law(name="sum", title="Sum", source="", columns=columns, shape=shape, gains=(YIELD,))
+    assert equation_text(law) == "T_y*(E^(n/m) + w)^m*tanh(w/w_s)"
+
+
 def test_a_function_without_a_symbol_is_refused() -> None:
-    from erclutch.laws.symbolic import Symbolic
+    from erclutch.models.laws.symbolic import Symbolic
 
     unknown: Any = np.arctan2
     with pytest.raises(TypeError):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from erclutch.dataset import Dataset
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock, Span
-from erclutch.fit import fit_structure
-from erclutch.laws import law_from_name
-from erclutch.model import Structure
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import law_from_name
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
 
 VOLT, RAD_S, NEWTON_METRE = 1e-3, 1e3 / 60.0, 1e3  # a thousandth of the number, and so on
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.fit.backprop import Rows, tables_of, unpacked, weights_of
-from erclutch.fit.exchange import exchanged
-from erclutch.fit.first_weights import first_weights, new_neurons, with_best_output
-from erclutch.fit.geodesic import Trained, levenberg_marquardt
-from erclutch.fit.network import Round, Schedule, train
-from erclutch.networks.model import forward_fnn
+from erclutch.fit.networks.backprop import WeightedRows, tables_of, unpacked, weights_of
+from erclutch.fit.networks.exchange import exchanged
+from erclutch.fit.networks.first_weights import first_weights, new_neurons, with_best_output
+from erclutch.fit.networks.fit_fnn import Round, Schedule, train
+from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
+from erclutch.models.networks.network_model import forward_fnn
 
 
 def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.ndarray]:
@@ -29,8 +29,8 @@ def test_an_exchange_keeps_the_size_and_never_costs_more(seed: int, hidden: tupl
     x, y = _target(rng, 200)
     sizes = (2, *hidden, 1)
 
-    def rows_of(layers: Sequence[int]) -> Rows:
-        return Rows(x, y, None, layers, single=False)
+    def rows_of(layers: Sequence[int]) -> WeightedRows:
+        return WeightedRows(x, y, None, layers, single=False)
 
     rows = rows_of(sizes)
     found = levenberg_marquardt(rows, with_best_output(rows, first_weights(rng, sizes)), 5)
@@ -49,8 +49,8 @@ def test_a_neuron_that_is_missing_comes_and_an_idle_one_goes() -> None:
     idle = truth.copy()
     unpacked(idle, sizes)[0][0][1] = 0.0  # a view: the second neuron is a constant
 
-    def rows_of(layers: Sequence[int]) -> Rows:
-        return Rows(x, y, None, layers, single=False)
+    def rows_of(layers: Sequence[int]) -> WeightedRows:
+        return WeightedRows(x, y, None, layers, single=False)
 
     rows = rows_of(sizes)
     start = Trained(with_best_output(rows, idle), rows.at(with_best_output(rows, idle)).cost, 0, "iterations")
@@ -63,7 +63,7 @@ def test_a_network_of_one_neuron_stays_as_it_is() -> None:
     rng = np.random.default_rng(0)
     found = Trained(rng.normal(size=5), 1.0, 7, "converged")
 
-    def rows_of(layers: Sequence[int]) -> Rows:
+    def rows_of(layers: Sequence[int]) -> WeightedRows:
         raise AssertionError(layers)
 
     after = exchanged(rows_of, (2, 1, 1), found, rng, None, 2, 2)
@@ -74,9 +74,9 @@ def test_a_network_of_one_neuron_stays_as_it_is() -> None:
 @pytest.mark.slow
 def test_exchanges_lead_lower_than_more_steps() -> None:
     x, y = _target(np.random.default_rng(5), 3000)
-    plain = [train(x, y, (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]
+    plain = [train([(x, y, x)], (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]
     last = Round(0, 0, 1, tries=4, exchanges=8)
-    traded = [train(x, y, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
+    traded = [train([(x, y, x)], (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
     assert np.median(traded) < 0.8 * np.median(plain)
 
 

@@ -14,23 +14,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.comparison import Settings, compare
-from erclutch.dataset import Dataset, build_dataset
-from erclutch.device import DeviceName, Element, Units
-from erclutch.dynamics import Clock, Span
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
-from erclutch.fit.backprop import Rows, tables_of, theta_of, weights_of
-from erclutch.fit.compress import LEVELS, compress
-from erclutch.fit.first_weights import first_weights, with_best_output
-from erclutch.fit.geodesic import levenberg_marquardt
-from erclutch.fit.network import schedule_for, train
-from erclutch.fit.networks import fit_network, mean_squares, scaling_of, slips_for, slips_of
-from erclutch.fit.rbfn import by_forward_selection, by_k_means, refined, weights_for
-from erclutch.networks import is_network, network_from_name
-from erclutch.networks.inputs import inputs_of
-from erclutch.networks.model import forward_fnn, forward_rbfn, network_from_dict
-from erclutch.rig.scenarios import prepare
-from erclutch.saved import load_model
+from erclutch.fit.centroids import LEVELS, compress
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.networks.backprop import WeightedRows, tables_of, theta_of, weights_of
+from erclutch.fit.networks.first_weights import first_weights, with_best_output
+from erclutch.fit.networks.fit_fnn import schedule_for, train
+from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling_of, slips_for, slips_of
+from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
+from erclutch.fit.networks.geodesic import levenberg_marquardt
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.models.load import load_model
+from erclutch.models.networks import is_network, network_from_name
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import forward_fnn, forward_rbfn, network_from_dict
+from erclutch.rig.twin.scenarios import prepare
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import DeviceName, Element, Units
 
 
 @pytest.fixture(scope="module")
@@ -74,10 +74,10 @@ def test_the_gram_matrix_is_that_of_the_slopes(
     )
     whole = np.column_stack([slopes, residual(theta)])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("erclutch.fit.backprop._KEPT", 10**6 if kept else 0)
-        patch.setattr("erclutch.fit.backprop._WHOLE", 10**6 if one_block else 0)
-        patch.setattr("erclutch.fit.backprop._BLOCK", 16)
-        rows = Rows(x, y, weight, sizes, single=False)
+        patch.setattr("erclutch.fit.networks.backprop._KEPT", 10**6 if kept else 0)
+        patch.setattr("erclutch.fit.networks.backprop._WHOLE", 10**6 if one_block else 0)
+        patch.setattr("erclutch.fit.networks.backprop._BLOCK", 16)
+        rows = WeightedRows(x, y, weight, sizes, single=False)
     point = rows.at(theta)
     assert bool(point.active) is kept
     np.testing.assert_allclose(rows.gram(point), whole.T @ whole, rtol=1e-5, atol=1e-6)
@@ -93,7 +93,7 @@ def test_the_gram_matrix_is_that_of_the_slopes(
 def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> None:
     rng = np.random.default_rng(seed)
     sizes = (2, *hidden, 1)
-    rows = Rows(rng.uniform(-1, 1, (2, 60)), rng.normal(size=60), rng.uniform(1, 9, 60), sizes, single=False)
+    rows = WeightedRows(rng.uniform(-1, 1, (2, 60)), rng.normal(size=60), rng.uniform(1, 9, 60), sizes, single=False)
     first = first_weights(rng, sizes)
     best = with_best_output(rows, first)
     output = hidden[-1] + 1
@@ -131,7 +131,7 @@ def test_a_known_network_is_found_again() -> None:
     truth = first_weights(rng, sizes) + rng.normal(size=weights_of(sizes))
     x = rng.uniform(-1, 1, (2, 4000))
     y = forward_fnn(tables_of(truth, sizes), x)
-    found = train(x, y / np.abs(y).max(), (3,), 0, schedule_for((3,), 2, polish=True))
+    found = train([(x, y / np.abs(y).max(), x)], (3,), 0, schedule_for((3,), 2, polish=True))
     error = forward_fnn(tables_of(found.theta, sizes), x) * np.abs(y).max() - y
     assert np.sqrt(np.mean(error**2)) < 1e-4 * y.std()
 
@@ -151,7 +151,7 @@ def test_the_number_of_workers_changes_no_weight(data: Dataset) -> None:
 
 def test_a_start_that_cannot_be_improved_says_so() -> None:
     sizes = (1, 1, 1)
-    rows = Rows(np.array([[0.0, 0.5, 1.0]]), np.zeros(3), None, sizes, single=False)
+    rows = WeightedRows(np.array([[0.0, 0.5, 1.0]]), np.zeros(3), None, sizes, single=False)
     assert levenberg_marquardt(rows, np.zeros(4), 10).stop in ("stalled", "converged")
 
 
@@ -317,7 +317,7 @@ def test_rows_that_are_not_finite(bad: float) -> None:
 
 @pytest.mark.parametrize("change", ["digest", "weights", "inputs", "scaling", "schema", "network"])
 def test_a_network_file_that_was_changed(data: Dataset, change: str) -> None:
-    from erclutch.model import digest_of
+    from erclutch.models.law_model import digest_of
 
     body = fit_network(data, network_from_name("fnn-2")).model.to_dict()
     wrong: dict[str, Any] = {

@@ -11,10 +11,9 @@ its effort holds in between. Several actuators may be in use at once, one a devi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from typing import Any, ClassVar
 
-mujoco: Any = import_module("mujoco")
+import mujoco
 
 
 class Actuator:

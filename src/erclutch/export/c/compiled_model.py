@@ -67,7 +67,7 @@ class CompiledModel:
         try:
             version = int(self._library.erc_model_abi())
         except AttributeError as error:
-            raise OSError(f"{library} is no compiled model: it has no erc_model_abi") from error
+            raise OSError(f"{library} is no compiled model of this version: {error}") from error
         if version != _ABI:
             raise OSError(f"{library} has model ABI {version}; this version loads {_ABI}")
         for name in ("digest", "name"):
@@ -91,10 +91,13 @@ class CompiledModel:
             "step": (pointer, pointer, pointer),
             "steady": (pointer, pointer),
             "inverse": (pointer, number, pointer),
+            "inverse_now": (pointer, pointer, number, pointer),
             "run": (pointer, ctypes.c_size_t, pointer, pointer, pointer),
         }
         for name, signature in signatures.items():
-            function = getattr(self._library, f"erc_model_{name}")
+            function: Any = getattr(self._library, f"erc_model_{name}", None)
+            if function is None:  # a library of an older export has no inverse of the next step
+                continue
             function.argtypes = signature
             function.restype = None if name in ("reset", "run") else ctypes.c_uint32
         step = ctypes.cast(self._library.erc_model_step, pointer).value
@@ -132,6 +135,18 @@ class CompiledModel:
         self._library.erc_model_reset(self._state)
         self._call.flags = 0
 
+    def use_residual(self, on: bool) -> None:
+        """Whether the network on a law's residual adds to the effort of a step; after a reset it does.
+
+        Raises:
+            TypeError: the model has no such network.
+        """
+        switch = getattr(self._library, "erc_model_use_residual", None)
+        if switch is None:
+            raise TypeError(f"{self.name} has no network on the residual of a law")
+        switch.argtypes, switch.restype = (ctypes.c_void_p, ctypes.c_uint32), None
+        switch(self._state, int(on))
+
     def steady(self, inputs: Sequence[float]) -> float:
         """The effort once the fluid has settled; takes speeds, leaves the state alone."""
         self._set(inputs)
@@ -142,6 +157,18 @@ class CompiledModel:
         """The signed field (E1 - E2 of a coaxial pair) for a wanted effort; the fields in the inputs do not matter."""
         self._set(inputs)
         self._call.flags = self._library.erc_model_inverse(self._in, wanted, ctypes.byref(self._out))
+        return self._out.value
+
+    def inverse_now(self, inputs: Sequence[float], wanted: float) -> float:
+        """The signed field that makes the effort of the next step the wanted one; the state stays as it is.
+
+        Out of reach (a bit of `flags`) the field is the nearest end of the range. The fields in the inputs do not
+        matter; positions go in where the step takes positions.
+        """
+        self._set(inputs)
+        if not hasattr(self._library, "erc_model_inverse_now"):
+            raise OSError("this library has no inverse of the next step; export the model again")
+        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, ctypes.byref(self._out))
         return self._out.value
 
     def run(self, rows: Any) -> tuple[Any, Any]:

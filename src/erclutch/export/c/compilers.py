@@ -1,4 +1,4 @@
-"""C compilers and emulators of this machine, and running them with limits."""
+"""This module finds the C compilers and emulators of this machine and runs them with limits."""
 
 from __future__ import annotations
 
@@ -76,7 +76,8 @@ def natives() -> tuple[Compiler, ...]:
         if shutil.which(name) and name not in [c.name for c in found] and not (name == "cc" and found):
             found.append(Compiler(name, (name,)))
     if importlib.util.find_spec("ziglang") is not None:
-        found.append(Compiler("zig", (sys.executable, "-m", "ziglang", "cc")))
+        # Without the flag its code is for this very processor, and a cache or a folder may be another one's, too.
+        found.append(Compiler("zig", (sys.executable, "-m", "ziglang", "cc"), flags=("-mcpu=baseline",)))
     return tuple(found)
 
 
@@ -106,3 +107,11 @@ def foreign() -> tuple[Compiler, ...]:
         for name, compiler, emulator, libraries in known
         if shutil.which(compiler) and shutil.which(emulator)
     )
+
+
+@cache
+def cpp_compilers() -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Name and command of each C++ compiler of this machine."""
+    found = tuple((name, (name,)) for name in ("g++", "clang++") if shutil.which(name))
+    zig = importlib.util.find_spec("ziglang") is not None
+    return found or ((("zig", (sys.executable, "-m", "ziglang", "c++")),) if zig else ())

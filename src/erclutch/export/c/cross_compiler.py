@@ -1,4 +1,4 @@
-"""Shared libraries for other machines by the clang and the LLD in zig (PyPI: ziglang).
+"""The clang and the LLD in zig (PyPI: ziglang) build shared libraries for other machines.
 
 `zig cc` would first compile its own C library for each machine, which takes minutes. A model's library needs seven
 functions of C's library and each machine brings them, so clang compiles, and LLD links against a list of their names.
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from erclutch.export.compilers import EXACT, run
+from erclutch.export.c.compilers import EXACT, run
 
 _ZIG = (sys.executable, "-m", "ziglang")
 #: msvcrt.dll is part of every Windows.

@@ -1,4 +1,4 @@
-"""The binaries of an FMU: one for each machine that a compiler is found for."""
+"""An FMU holds a binary for each machine for which a compiler is found."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from erclutch.errors import ExportError
-from erclutch.export.compilers import EXACT, Compiler, native, run
-from erclutch.export.cross import Cross
+from erclutch.export.c.compilers import EXACT, Compiler, native, run
+from erclutch.export.c.cross_compiler import Cross
 
 _SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 
@@ -69,30 +70,31 @@ class Builder:
     needed: bool = False
 
 
+def _here(version: int) -> str | None:
+    """The folder in binaries/ of this machine."""
+    machine = (platform.machine(), sys.platform)
+    return next((known.folder(version) for known in PLATFORMS if known.machine == machine), None)
+
+
 def builders(version: int) -> Iterator[Builder]:
     """This machine's own compiler, and for each other one a cross compiler, or zig from PyPI."""
-    here = (platform.machine(), sys.platform)
     zig = importlib.util.find_spec("ziglang") is not None
     for known in PLATFORMS:
-        folder = known.folder(version)
+        folder, cross = known.folder(version), Cross(known.zig)
         if folder is None:
             continue
-        cross = Cross(known.zig)
-        if known.machine == here:
-            own = cross.shared if native().name == "zig" else _shared_by(native())
+        if folder == _here(version):
+            own = cross.shared if native().name == "zig" else partial(_shared, native())
             yield Builder(folder, known.suffix, native().name, own, needed=True)
         elif shutil.which(known.gcc):
-            yield Builder(folder, known.suffix, known.gcc, _shared_by(Compiler(known.gcc, (known.gcc,))))
+            yield Builder(folder, known.suffix, known.gcc, partial(_shared, Compiler(known.gcc, (known.gcc,))))
         elif zig:
             yield Builder(folder, known.suffix, cross.name, cross.shared)
 
 
-def _shared_by(compiler: Compiler) -> Callable[[Sequence[Path], Path], None]:
-    def shared(sources: Sequence[Path], out: Path) -> None:
-        words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, sources), "-o", str(out)]
-        run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
-
-    return shared
+def _shared(compiler: Compiler, sources: Sequence[Path], out: Path) -> None:
+    words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, sources), "-o", str(out)]
+    run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
 
 
 def build_binaries(version: int, sources: Sequence[Path], name: str, binaries: Path) -> list[str]:
@@ -129,9 +131,7 @@ def check_binary(version: int, path: Path) -> None:
     Raises:
         ExportError: there is none.
     """
-    here = (platform.machine(), sys.platform)
-    known = next((p for p in PLATFORMS if p.machine == here), None)
-    folder = None if known is None else known.folder(version)
+    folder = _here(version)
     with zipfile.ZipFile(path) as archive:
         names: Sequence[str] = archive.namelist()
     if folder is None or not any(name.startswith(f"binaries/{folder}/") for name in names):

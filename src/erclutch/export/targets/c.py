@@ -1,4 +1,4 @@
-"""Target c: the C99 file, its header, test vectors with a tiny main, a Makefile."""
+"""Target c writes the C99 file, its header, test vectors with a tiny main, and a Makefile."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
-from erclutch.export.boards import BOARDS, run_board
-from erclutch.export.c_source import header, source
-from erclutch.export.check import Check, compare
-from erclutch.export.compilers import STRICT, Compiler, foreign, natives, run
-from erclutch.export.program import Program
-from erclutch.export.vectors import Vectors, vectors_of
+from erclutch.export.c.c_printer import table
+from erclutch.export.c.c_source import header, source
+from erclutch.export.c.compilers import STRICT, Compiler, foreign, natives, run
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.target_check import Check, compare
 
 TITLE = "one C99 file with its header, test vectors and make check"
 _LEVELS = ("-O0", "-O2", "-O3")
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """All files of the target."""
     write_core(program, folder)
     texts = {
@@ -34,7 +34,7 @@ def write(program: Program, folder: Path) -> None:
         (folder / name).write_text(text, encoding="ascii", errors="replace")
 
 
-def write_core(program: Program, folder: Path) -> list[Path]:
+def write_core(program: ExportedStep, folder: Path) -> list[Path]:
     """The .c and .h alone, for other targets; returns the files to compile."""
     (folder / f"{program.name}.c").write_text(source(program), encoding="ascii", errors="replace")
     (folder / f"{program.name}.h").write_text(header(program), encoding="ascii", errors="replace")
@@ -44,7 +44,7 @@ def write_core(program: Program, folder: Path) -> list[Path]:
 # --- test bench ------------------------------------------------------------------------------------------------------
 
 
-def _words(program: Program, values: NDArray[Any]) -> list[str]:
+def _words(program: ExportedStep, values: NDArray[Any]) -> list[str]:
     """Numbers as their bits."""
     digits = program.precision.width // 4
     held = np.asarray(values, program.precision.dtype)
@@ -52,27 +52,18 @@ def _words(program: Program, values: NDArray[Any]) -> list[str]:
     return [f"0x{int(b):0{digits}x}{program.precision.bits_suffix}" for b in held.view(program.precision.bits).ravel()]
 
 
-def _rows(program: Program, name: str, values: NDArray[Any]) -> str:
+def _rows(program: ExportedStep, name: str, values: NDArray[Any]) -> str:
     words, width = _words(program, values), values.shape[1]
     rows = ["{" + ", ".join(words[i : i + width]) + "}" for i in range(0, len(words), width)]
-    return (
-        f"static const {program.precision.c_bits} {name}[{len(rows)}][{width}] = {{\n    "
-        + ",\n    ".join(rows)
-        + "\n};"
-    )
+    return table(program.precision.c_bits, name, rows, 1, f"[{width}]")
 
 
-def _flags(name: str, values: NDArray[np.uint32]) -> str:
-    words = [f"{int(v)}u" for v in values]
-    lines = [", ".join(words[i : i + 20]) for i in range(0, len(words), 20)]
-    return f"static const uint32_t {name}[{len(words)}] = {{\n    " + ",\n    ".join(lines) + "\n};"
-
-
-def vectors_header(program: Program, vectors: Vectors) -> str:
+def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
     """The vectors as tables of bits."""
     n, p = program.name, program.precision
     steps = np.column_stack([vectors.rows, vectors.effort, vectors.numpy.astype(p.dtype)])
     fields = np.column_stack([vectors.speeds, vectors.wanted, vectors.field])
+    ahead = np.column_stack([vectors.wanted_now, vectors.field_now])
     return f"""/* Test vectors of {n}, model {program.digest}.
    All numbers are bits of {p.c_type}, so that NaN and infinities fit and every compiler reads the same. */
 #ifndef {n.upper()}_VECTORS_H
@@ -82,24 +73,24 @@ def vectors_header(program: Program, vectors: Vectors) -> str:
 
 #define STEPS {len(steps)}u
 #define FIELDS {len(fields)}u
+#define AHEAD {len(ahead)}u
 /* One unit in the last place of the largest training effort. */
 #define ULP {float(np.spacing(p.dtype.type(program.scale))):.17g}
 
 /* Successive steps from a reset: inputs, effort to the bit, effort of NumPy in float64. */
 {_rows(program, "steps", steps)}
-
-{_flags("step_flags", vectors.flags)}
-
+{table("uint32_t", "step_flags", [f"{flag}u" for flag in vectors.flags], 20)}
 /* Inverse: inputs, wanted effort, field to the bit. */
 {_rows(program, "fields", fields)}
-
-{_flags("field_flags", vectors.field_flags)}
-
+{table("uint32_t", "field_flags", [f"{flag}u" for flag in vectors.field_flags], 20)}
+/* Inverse of the next step, ahead of each of the first steps: wanted effort, field to the bit. */
+{_rows(program, "ahead", ahead)}
+{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}
 #endif
 """
 
 
-def check_source(program: Program) -> str:
+def check_source(program: ExportedStep) -> str:
     """The tiny main. With PRINT defined it prints every result instead, for erclutch verify."""
     n, p = program.name, program.precision
     digits = p.width // 4
@@ -136,6 +127,15 @@ static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_
     return bits_of(x) == expected && flags == expected_flags;
 }}
 
+static void load({n}_real input[{n.upper()}_INPUTS], const word row[{n.upper()}_INPUTS])
+{{
+    unsigned j;
+    for (j = 0u; j < {n.upper()}_INPUTS; j++)
+    {{
+        input[j] = number(row[j]);
+    }}
+}}
+
 {_main(n)}"""
 
 
@@ -143,22 +143,18 @@ def _main(n: str) -> str:
     return f"""int main(void)
 {{
     static {n}_state state;
+    {n}_real input[{n.upper()}_INPUTS];
     unsigned bad_steps = 0u;
     unsigned bad_fields = 0u;
     double largest = 0.0;
     unsigned i;
-    unsigned j;
     {n}_reset(&state);
     for (i = 0u; i < STEPS; i++)
     {{
-        {n}_real input[{n.upper()}_INPUTS];
         {n}_real effort;
         double difference;
         uint32_t flags;
-        for (j = 0u; j < {n.upper()}_INPUTS; j++)
-        {{
-            input[j] = number(steps[i][j]);
-        }}
+        load(input, steps[i]);
         flags = {n}_step(&state, input, &effort);
         bad_steps += is_same(effort, steps[i][{n.upper()}_INPUTS], flags, step_flags[i]) ? 0u : 1u;
         difference = (double)effort - (double)number(steps[i][{n.upper()}_INPUTS + 1u]);
@@ -167,27 +163,33 @@ def _main(n: str) -> str:
     }}
     for (i = 0u; i < FIELDS; i++)
     {{
-        {n}_real input[{n.upper()}_INPUTS];
         {n}_real field;
         uint32_t flags;
-        for (j = 0u; j < {n.upper()}_INPUTS; j++)
-        {{
-            input[j] = number(fields[i][j]);
-        }}
+        load(input, fields[i]);
         flags = {n}_inverse(input, number(fields[i][{n.upper()}_INPUTS]), &field);
         bad_fields += is_same(field, fields[i][{n.upper()}_INPUTS + 1u], flags, field_flags[i]) ? 0u : 1u;
+    }}
+    {n}_reset(&state);
+    for (i = 0u; i < AHEAD; i++)
+    {{
+        {n}_real found;
+        uint32_t flags;
+        load(input, steps[i]);
+        flags = {n}_inverse_now(&state, input, number(ahead[i][0]), &found);
+        bad_fields += is_same(found, ahead[i][1], flags, ahead_flags[i]) ? 0u : 1u;
+        (void){n}_step(&state, input, &found);
     }}
 #ifndef PRINT
     printf("{n}: %u steps, %u not to the bit; %u inverses, %u not to the bit; largest difference from NumPy %.3g ulp "
            "of the largest effort\\n",
-           STEPS, bad_steps, FIELDS, bad_fields, largest / ULP);
+           STEPS, bad_steps, FIELDS + AHEAD, bad_fields, largest / ULP);
 #endif
     return (bad_steps == 0u && bad_fields == 0u) ? 0 : 1;
 }}
 """
 
 
-def makefile(program: Program) -> str:
+def makefile(program: ExportedStep) -> str:
     """The Makefile."""
     n = program.name
     return f"""# make check: compile {n} and its test vectors, and compare every bit.
@@ -214,7 +216,7 @@ clean:
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """The vectors under every compiler and emulator of this machine."""
     vectors = vectors_of(program)
     if not natives() and not foreign():
@@ -222,22 +224,14 @@ def verify(program: Program, folder: Path) -> Iterator[Check]:
     with tempfile.TemporaryDirectory() as work:
         for compiler in natives():
             for level in _LEVELS:
-                yield compare(
-                    program,
-                    vectors,
-                    f"{compiler.name} {level}",
-                    run_check(compiler, folder, Path(work), program, level),
-                )
+                printed = run_check(compiler, folder, Path(work), program, level)
+                yield compare(program, vectors, f"{compiler.name} {level}", printed)
         for compiler in foreign():
             printed = run_check(compiler, folder, Path(work), program, "-O2")
             yield compare(program, vectors, f"{compiler.name} (QEMU)", printed)
-        for board in BOARDS:
-            if board.here():
-                outcome = run_board(board, program, folder, Path(work))
-                yield compare(program, vectors, f"{board.name} (QEMU)", outcome.printed, outcome.note)
 
 
-def run_check(compiler: Compiler, folder: Path, work: Path, program: Program, *flags: str) -> str:
+def run_check(compiler: Compiler, folder: Path, work: Path, program: ExportedStep, *flags: str) -> str:
     """What the tiny main prints of its results."""
     sources: Sequence[Path] = [folder / f"{program.name}_check.c", folder / f"{program.name}.c"]
     static = ("-static",) if compiler.runner else ()

@@ -1,4 +1,4 @@
-"""Target cpp: the C files and a C++11 class around them, for plain C++ and for ROS 2 (CMake, package.xml)."""
+"""Target cpp wraps the C files in a C++11 class, for plain C++ and for ROS 2 (CMake, package.xml)."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from pathlib import Path
 
 from erclutch._version import __version__
 from erclutch.errors import ExportError
-from erclutch.export import c
-from erclutch.export.check import Check, compare
-from erclutch.export.compilers import EXACT, native, run
-from erclutch.export.compilers_cpp import cpp_compilers
-from erclutch.export.program import Program
-from erclutch.export.vectors import vectors_of
+from erclutch.export.c.compilers import EXACT, cpp_compilers, native, run
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_vectors import vectors_of
+from erclutch.export.target_check import Check, compare
+from erclutch.export.targets import c
 
 TITLE = "a C++11 class around the C step, with CMakeLists.txt and package.xml for ROS 2"
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """A folder that is a CMake project and an ament_cmake package."""
     n = program.name
     include, code = folder / "include" / n, folder / "src"
@@ -38,15 +37,18 @@ def write(program: Program, folder: Path) -> None:
         path.write_text(text, encoding="ascii", errors="replace")
 
 
-def class_name(program: Program) -> str:
+def class_name(program: ExportedStep) -> str:
     """The class: hem_rise_fall -> HemRiseFall."""
     return "".join(part[:1].upper() + part[1:] for part in program.name.split("_"))
 
 
-def _class(program: Program) -> str:
-    n, N = program.name, program.name.upper()
-    members = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
-    members = [x if members.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(members)]
+def _members(program: ExportedStep) -> list[str]:
+    names = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
+    return [x if names.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(names)]
+
+
+def _class(program: ExportedStep) -> str:
+    n, N, members = program.name, program.name.upper(), _members(program)
     fields = "\n".join(
         f"    Real {m}{{}};  ///< {program.inputs[i]} [{program.units[i]}]" for i, m in enumerate(members)
     )
@@ -93,10 +95,39 @@ struct Command {{
 """
 
 
-def _device(program: Program, members: Sequence[str]) -> str:
-    n, N, name = program.name, program.name.upper(), class_name(program)
+def _device(program: ExportedStep, members: Sequence[str]) -> str:
+    n, name = program.name, class_name(program)
     listed = ", ".join(f"in.{m}" for m in members)
     period = "0" if program.period is None else repr(program.period)
+    methods = (
+        ("One sample.", "Output step(const Input &in)", f"{n}_step(&state_, values, &out.effort)"),
+        (
+            "The effort once the fluid has settled. Takes speeds.",
+            "static Output steady(const Input &in)",
+            f"{n}_steady(values, &out.effort)",
+        ),
+        (
+            "The field whose settled effort is the wanted one; the fields in the input do not matter. Takes speeds.",
+            "static Command inverse(const Input &in, Real wanted)",
+            f"{n}_inverse(values, wanted, &out.field)",
+        ),
+        (
+            "The field that makes the effort of the next step the wanted one; the state stays as it is.",
+            "Command inverse_now(const Input &in, Real wanted) const",
+            f"{n}_inverse_now(&state_, values, wanted, &out.field)",
+        ),
+    )
+    calls = "\n".join(
+        f"""    /// {about}
+    {signature} noexcept {{
+        const Real values[{n.upper()}_INPUTS] = {{{listed}}};
+        {"Command" if "Command" in signature else "Output"} out{{}};
+        out.flags = {call};
+        return out;
+    }}
+"""
+        for about, signature, call in methods
+    )
     return f"""class {name} {{
 public:
     /// Sampling period in s that the step is made for; 0 where it does not matter.
@@ -107,32 +138,9 @@ public:
     /// Forget all earlier samples.
     void reset() noexcept {{ {n}_reset(&state_); }}
 
-    /// One sample.
-    Output step(const Input &in) noexcept {{
-        const Real values[{N}_INPUTS] = {{{listed}}};
-        Output out{{}};
-        out.flags = {n}_step(&state_, values, &out.effort);
-        return out;
-    }}
-
-    /// The effort once the fluid has settled. Takes speeds.
-    static Output steady(const Input &in) noexcept {{
-        const Real values[{N}_INPUTS] = {{{listed}}};
-        Output out{{}};
-        out.flags = {n}_steady(values, &out.effort);
-        return out;
-    }}
-
-    /// The field whose settled effort is the wanted one; the fields in the input do not matter. Takes speeds.
-    static Command inverse(const Input &in, Real wanted) noexcept {{
-        const Real values[{N}_INPUTS] = {{{listed}}};
-        Command out{{}};
-        out.flags = {n}_inverse(values, wanted, &out.field);
-        return out;
-    }}
-
-    static const char *digest() noexcept {{ return {N}_DIGEST; }}
-    static const char *model() noexcept {{ return {N}_MODEL; }}
+{calls}
+    static const char *digest() noexcept {{ return {n.upper()}_DIGEST; }}
+    static const char *model() noexcept {{ return {n.upper()}_MODEL; }}
 
 private:
     {n}_state state_;
@@ -140,12 +148,7 @@ private:
 """
 
 
-def _members(program: Program) -> list[str]:
-    found = re.findall(r"^    Real (\w+)\{\};", _class(program), re.MULTILINE)
-    return found
-
-
-def _check(program: Program) -> str:
+def _check(program: ExportedStep) -> str:
     n, N, p = program.name, program.name.upper(), program.precision
     form = "PRIx32" if p.width == 32 else "PRIx64"
     given = "\n".join(f"    in.{m} = number(row[{i}]);" for i, m in enumerate(_members(program)))
@@ -190,12 +193,18 @@ int main() {{
         const Command out = {class_name(program)}::inverse(input(fields[i]), number(fields[i][{N}_INPUTS]));
         good = show(out.field, out.flags, fields[i][{N}_INPUTS + 1u], field_flags[i]) && good;
     }}
+    device.reset();
+    for (unsigned i = 0; i < AHEAD; i++) {{
+        const Command out = device.inverse_now(input(steps[i]), number(ahead[i][0]));
+        good = show(out.field, out.flags, ahead[i][1], ahead_flags[i]) && good;
+        device.step(input(steps[i]));
+    }}
     return good ? 0 : 1;
 }}
 """
 
 
-def _cmake(program: Program) -> str:
+def _cmake(program: ExportedStep) -> str:
     n = program.name
     return f"""cmake_minimum_required(VERSION 3.16)
 project({n} LANGUAGES C CXX)
@@ -224,7 +233,7 @@ endif()
 """
 
 
-def _package(program: Program) -> str:
+def _package(program: ExportedStep) -> str:
     return f"""<?xml version="1.0"?>
 <package format="3">
   <name>{program.name.lower()}</name>
@@ -240,7 +249,7 @@ def _package(program: Program) -> str:
 """
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """The class on the test vectors, by every C++ compiler found.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Target mujoco: the compiled step as a user actuator of MuJoCo (Python), with an example model."""
+"""Target mujoco makes the compiled step a user actuator of MuJoCo (Python), with an example model."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ import numpy as np
 
 from erclutch._version import __version__
 from erclutch.errors import ExportError
-from erclutch.export import python
-from erclutch.export.check import Check, ulps
-from erclutch.export.emulate import reference, run
-from erclutch.export.program import Program
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_numbers import reference, run
 from erclutch.export.step_record import has_memory
-from erclutch.export.vectors import vectors_of
+from erclutch.export.step_vectors import vectors_of
+from erclutch.export.target_check import Check, ulps
+from erclutch.export.targets import python
 
 TITLE = "the compiled step as a user actuator of MuJoCo, with an example model"
 #: MuJoCo takes larger numbers for a failed simulation.
 _LARGEST = 1e8
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """The Python target's files, NAME_mujoco.py and the example NAME.xml."""
     n = program.name
     python.write(program, folder)
@@ -51,16 +51,22 @@ def {n}(model: Any, effort: str = "effort", **names: Any) -> Actuator:
     (folder / f"{n}.xml").write_text(_example(program), encoding="utf-8")
 
 
-def _fields(program: Program) -> tuple[str, ...]:
+def _fields(program: ExportedStep) -> tuple[str, ...]:
     return ("E1", "E2") if program.elements == 2 else ("field",)
 
 
-def _joints(program: Program) -> tuple[str, ...]:
+def _joints(program: ExportedStep) -> tuple[str, ...]:
     return ("theta", "alpha") if program.elements == 2 else ("slip",)
 
 
-def _example(program: Program) -> str:
+def _control_range(program: ExportedStep) -> tuple[float, float]:
+    """Range of the field; MuJoCo wants some width, also of a model with one field."""
     low, high = program.field.range
+    return (low, high) if low < high else (low, max(program.search.plus, program.search.origin))
+
+
+def _example(program: ExportedStep) -> str:
+    low, high = _control_range(program)
     actuators = "\n".join(
         f'    <general name="{name}" joint="{_joints(program)[-1]}" gainprm="0" biastype="none" '
         f'ctrllimited="true" ctrlrange="{low:.9g} {high:.9g}"/>'
@@ -70,13 +76,12 @@ def _example(program: Program) -> str:
     period = program.period or 1e-3
     top = max(abs(v) for v in program.model.trained_on.effort) or 1.0
     # An arm that the largest effort turns at 100 rad/s^2.
-    inertia = top / 100.0
-    drive = ""
-    motor = ""
+    inertial = f'<inertial pos="0 0 0" mass="1" diaginertia="{" ".join(3 * [f"{top / 100.0:.6g}"])}"/>'
+    drive = motor = ""
     if program.elements == 2:
         drive = f"""    <body name="drive">
       <joint name="theta" type="hinge" axis="0 0 1" damping="{top:.6g}"/>
-      <inertial pos="0 0 0" mass="1" diaginertia="{inertia:.6g} {inertia:.6g} {inertia:.6g}"/>
+      {inertial}
       <geom type="cylinder" size="0.03 0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
 """
@@ -90,7 +95,7 @@ def _example(program: Program) -> str:
   <worldbody>
 {drive}    <body name="arm">
       <joint name="{_joints(program)[-1]}" type="hinge" axis="0 0 1"/>
-      <inertial pos="0 0 0" mass="1" diaginertia="{inertia:.6g} {inertia:.6g} {inertia:.6g}"/>
+      {inertial}
       <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
   </worldbody>
@@ -105,14 +110,14 @@ def _example(program: Program) -> str:
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """The actuator's force in the example model at the rows of the test vectors, and a hundred steps of simulation.
 
     Raises:
         ExportError: MuJoCo is not installed, or the simulation fails.
     """
     try:
-        mujoco: Any = import_module("mujoco")
+        import mujoco
     except ImportError as error:
         raise ExportError("mujoco is not installed", remedy="pip install mujoco") from error
     model = mujoco.MjModel.from_xml_path(str(folder / f"{program.name}.xml"))
@@ -131,7 +136,7 @@ def verify(program: Program, folder: Path) -> Iterator[Check]:
 
 
 @contextmanager
-def _imported(program: Program, folder: Path) -> Generator[ModuleType]:
+def _imported(program: ExportedStep, folder: Path) -> Generator[ModuleType]:
     """NAME_mujoco.py, which imports NAME.py beside it; both are forgotten again: another export may have the name."""
     names = (program.name, f"{program.name}_mujoco")
     kept = {name: sys.modules.pop(name) for name in names if name in sys.modules}
@@ -148,7 +153,7 @@ def _imported(program: Program, folder: Path) -> Generator[ModuleType]:
         sys.modules.update(kept)
 
 
-def _forces(mujoco: Any, program: Program, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
+def _forces(mujoco: Any, program: ExportedStep, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
     data, e = mujoco.MjData(model), program.elements
     effort, flags = np.zeros(len(rows)), np.zeros(len(rows), np.uint32)
     at = model.actuator("effort").id
@@ -159,10 +164,7 @@ def _forces(mujoco: Any, program: Program, module: ModuleType, model: Any, rows:
                 data.ctrl[model.actuator(name).id] = value
             for name, value in zip(_joints(program), row[e:], strict=False):
                 place = data.joint(name)
-                if program.filter is None:
-                    place.qvel[0] = value
-                else:
-                    place.qpos[0] = value
+                (place.qvel if program.filter is None else place.qpos)[0] = value
             actuator.further[:] = list(row[2 * e :])
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
@@ -171,9 +173,9 @@ def _forces(mujoco: Any, program: Program, module: ModuleType, model: Any, rows:
     return effort, flags
 
 
-def _simulated(mujoco: Any, program: Program, module: ModuleType, model: Any) -> str:
+def _simulated(mujoco: Any, program: ExportedStep, module: ModuleType, model: Any) -> str:
     data, steps = mujoco.MjData(model), 100
-    low, high = program.field.range
+    low, high = _control_range(program)
     with getattr(module, program.name)(model) as actuator:
         data.ctrl[model.actuator(_fields(program)[0]).id] = 0.5 * (low + high)
         if program.elements == 2:

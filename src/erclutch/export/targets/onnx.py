@@ -1,9 +1,8 @@
-"""Target onnx: the step as an ONNX model, checked with ONNX Runtime."""
+"""Target onnx writes the step as an ONNX model and checks it with ONNX Runtime."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,49 +10,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
-from erclutch.export.check import Check
+from erclutch.export.exported_step import NON_FINITE, ExportedStep
 from erclutch.export.onnx_graph import OPSET, onnx_model
-from erclutch.export.program import NON_FINITE, Program
-from erclutch.export.rival import near
 from erclutch.export.step_record import has_memory, step_record
-from erclutch.export.vectors import Vectors, vectors_of
+from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.target_check import Check, near
 
 TITLE = f"an ONNX model of one step (opset {OPSET}), state in and out as a tensor"
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """NAME.onnx.
 
     Raises:
         ExportError: the package onnx is not installed.
     """
-    onnx = _module("onnx", "erclutch[export]")
-    made = onnx_model(program, step_record(program, remember=False))
-    onnx.checker.check_model(made, full_check=True)
-    onnx.save_model(made, str(folder / f"{program.name}.onnx"))
-
-
-def _module(name: str, package: str) -> Any:
     try:
-        return import_module(name)
+        import onnx
     except ImportError as error:
-        raise ExportError(f"{name} is not installed", remedy=f"pip install '{package}'") from error
+        raise ExportError("onnx is not installed", remedy="pip install 'erclutch[export]'") from error
+    made = onnx_model(program, step_record(program, remember=False))
+    onnx.checker.check_model(made, full_check=True)  # pyright: ignore[reportUnknownMemberType]
+    onnx.save_model(made, str(folder / f"{program.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """The steps one by one in ONNX Runtime on the CPU.
 
     Raises:
         ExportError: ONNX Runtime is not installed, or does not take the file.
     """
-    runtime = _module("onnxruntime", "onnxruntime")
+    try:
+        import onnxruntime as runtime
+    except ImportError as error:
+        raise ExportError("onnxruntime is not installed", remedy="pip install 'onnxruntime'") from error
     path = folder / f"{program.name}.onnx"
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     try:
         session = runtime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as error:  # its exceptions have no common base but this
-        raise ExportError(f"ONNX Runtime does not take it: {error}", where=str(path), remedy="Update it") from error
+        raise ExportError(
+            f"ONNX Runtime refuses the model: {error}", where=str(path), remedy="Update ONNX Runtime"
+        ) from error
     vectors = vectors_of(program)
     effort, flags = run(session, program, vectors.rows)
     if not has_memory(program):
@@ -61,7 +60,7 @@ def verify(program: Program, folder: Path) -> Iterator[Check]:
     yield near(program, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
 
 
-def run(session: Any, program: Program, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def run(session: Any, program: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Effort and flags of successive steps from a reset."""
     given = {i.name: np.zeros(i.shape, program.precision.dtype) for i in session.get_inputs()}
     effort, flags = np.zeros(len(rows), program.precision.dtype), np.zeros(len(rows), np.uint32)

@@ -1,4 +1,4 @@
-"""Target python: the step compiled for this machine, and a module that loads it with nothing but ctypes."""
+"""Target python compiles the step for this machine and adds a module that loads it with nothing but ctypes."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import ExportError
-from erclutch.export import abi, c
-from erclutch.export.c_source import source
-from erclutch.export.check import Check, ulps
-from erclutch.export.compiled import CompiledModel
-from erclutch.export.compilers import Compiler, native
-from erclutch.export.program import Program
-from erclutch.export.vectors import vectors_of
+from erclutch.export.c import model_abi
+from erclutch.export.c.c_source import source
+from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.c.compilers import Compiler, native
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.target_check import Check, to_the_bit
+from erclutch.export.targets import c
 
 TITLE = "the step compiled for this machine, called from Python (ctypes; 3.11 and later)"
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """C files, two shared libraries, the module."""
     build(program, folder)
-    text = resources.files("erclutch.export").joinpath("compiled.py").read_text(encoding="utf-8")
+    text = resources.files("erclutch.export").joinpath("c/compiled_model.py").read_text(encoding="utf-8")
     tail = f'''
 
 def load() -> CompiledModel:
@@ -40,13 +41,13 @@ def load() -> CompiledModel:
 CALL = "erc_call.so"
 
 
-def library_name(program: Program) -> str:
+def library_name(program: ExportedStep) -> str:
     """File name of the model's shared library: a digest of its source in it, as a process loads a name only once."""
-    digest = hashlib.sha256((source(program) + abi.wrapper(program)).encode()).hexdigest()
+    digest = hashlib.sha256((source(program) + model_abi.wrapper(program)).encode()).hexdigest()
     return f"lib{program.name}-{digest[:12]}.so"
 
 
-def build(program: Program, folder: Path, compiler: Compiler | None = None) -> Path:
+def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None) -> Path:
     """The shared library with the model ABI, and beside it the one that makes a step a function of Python.
 
     Returns:
@@ -57,7 +58,7 @@ def build(program: Program, folder: Path, compiler: Compiler | None = None) -> P
     """
     chosen = compiler or native()
     sources = [*c.write_core(program, folder), folder / f"{program.name}_abi.c"]
-    sources[-1].write_text(abi.wrapper(program), encoding="ascii", errors="replace")
+    sources[-1].write_text(model_abi.wrapper(program), encoding="ascii", errors="replace")
     library = folder / library_name(program)
     shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
     chosen.build(sources, library, *shared)
@@ -68,7 +69,7 @@ def build(program: Program, folder: Path, compiler: Compiler | None = None) -> P
     return library
 
 
-def compile_model(program: Program) -> CompiledModel:
+def compile_model(program: ExportedStep) -> CompiledModel:
     """A model compiled on the spot; its files are gone once it is loaded.
 
     Raises:
@@ -96,26 +97,22 @@ def load(library: Path, call: Path | None = None) -> CompiledModel:
         ) from error
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """Steps one by one and in one call, and the inverse, through the library that lies in the folder."""
     model = load(folder / library_name(program), folder / CALL)
     if model.digest != program.digest:
         raise ExportError("the library is of another model", where=str(folder), remedy="Export the model again")
-    vectors, dtype = vectors_of(program), program.precision.dtype
-    expected = np.concatenate([vectors.effort, vectors.field])
-    expected_flags = np.concatenate([vectors.flags, vectors.field_flags])
+    vectors = vectors_of(program)
     effort, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
     pairs = {"step": _stepwise(model, vectors.rows), "run": (list(effort), list(flags))}
     fields = [
         (model.inverse(r.tolist(), float(w)), model.flags) for r, w in zip(vectors.speeds, vectors.wanted, strict=True)
     ]
+    fields += _ahead(model, vectors)
     for name, (values, found) in pairs.items():
-        all_values = np.array([*values, *(f for f, _ in fields)]).astype(dtype)
+        all_values = np.array([*values, *(f for f, _ in fields)])
         all_flags = np.array([*found, *(g for _, g in fields)], np.uint32)
-        bits = program.precision.bits
-        other = (all_values.view(bits) != expected.view(bits)) | (all_flags != expected_flags)
-        largest = float(np.max(np.abs(all_values[: len(values)].astype(np.float64) - vectors.numpy)))
-        yield Check(f"Python, {name}", len(expected), int(np.count_nonzero(other)), ulps(program, largest))
+        yield to_the_bit(program, vectors, f"Python, {name}", all_values, all_flags)
 
 
 def _stepwise(model: CompiledModel, rows: np.ndarray) -> tuple[list[float], list[int]]:
@@ -123,3 +120,14 @@ def _stepwise(model: CompiledModel, rows: np.ndarray) -> tuple[list[float], list
     found = [(model.step(*row), model.flags) for row in rows.tolist()]
     model.reset()
     return [effort for effort, _ in found], [flags for _, flags in found]
+
+
+def _ahead(model: CompiledModel, vectors: Vectors) -> list[tuple[float, int]]:
+    """Fields and flags of the inverse ahead of each of the first steps."""
+    found: list[tuple[float, int]] = []
+    model.reset()
+    for row, wanted in zip(vectors.rows.tolist(), vectors.wanted_now.tolist(), strict=False):
+        found.append((model.inverse_now(row, wanted), model.flags))
+        model.step(*row)
+    model.reset()
+    return found

@@ -1,4 +1,4 @@
-"""Target simulink: MATLAB functions (%#codegen), and the C step as a pure function for a C Caller block."""
+"""Target simulink writes MATLAB functions (%#codegen), and the C step as a pure function for a C Caller block."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
-from erclutch.export import c
-from erclutch.export.check import Check, ulps
-from erclutch.export.compilers import native, natives, run
+from erclutch.export.c.compilers import native, natives, run
 from erclutch.export.cost import state_bytes
-from erclutch.export.matlab import block_function, step_function
-from erclutch.export.program import Program
-from erclutch.export.rival import near
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.matlab_function import block_function, step_function
 from erclutch.export.step_record import step_record
-from erclutch.export.vectors import vectors_of
+from erclutch.export.step_vectors import vectors_of
+from erclutch.export.target_check import Check, near, to_the_bit
+from erclutch.export.targets import c
 
 TITLE = "MATLAB functions for Simulink and MATLAB Coder, and the C step for a C Caller block with its settings"
 
 
-def write(program: Program, folder: Path) -> None:
+def write(program: ExportedStep, folder: Path) -> None:
     """NAME_step.m, NAME_block.m, NAME_setup.m, the C files and NAME_caller.c and .h."""
     n, record = program.name, step_record(program)
     c.write_core(program, folder)
@@ -41,12 +40,12 @@ def write(program: Program, folder: Path) -> None:
         (folder / name).write_text(text, encoding="ascii", errors="replace")
 
 
-def caller_bytes(program: Program) -> int:
+def caller_bytes(program: ExportedStep) -> int:
     """Bytes of state that the block carries: no compiler pads more than this."""
     return (state_bytes(program) + 15) // 8 * 8
 
 
-def _caller_header(program: Program) -> str:
+def _caller_header(program: ExportedStep) -> str:
     n, N, p = program.name, program.name.upper(), program.precision
     return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
@@ -70,7 +69,7 @@ void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t bef
 """
 
 
-def _caller_source(program: Program) -> str:
+def _caller_source(program: ExportedStep) -> str:
     n, p, size = program.name, program.precision, caller_bytes(program)
     return f"""#include "{n}_caller.h"
 
@@ -93,7 +92,7 @@ void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t bef
 """
 
 
-def _setup(program: Program) -> str:
+def _setup(program: ExportedStep) -> str:
     n, size = program.name, caller_bytes(program)
     return f"""function {n}_setup(model)
 %{n.upper()}_SETUP Settings of a Simulink model for {n}, and a C Caller block with the delay that carries its state.
@@ -127,7 +126,7 @@ end
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: Program, folder: Path) -> Iterator[Check]:
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     """The MATLAB function in GNU Octave, the caller's function compiled.
 
     Raises:
@@ -164,7 +163,7 @@ file = fopen('out.bin', 'w'); fwrite(file, [effort; flags], 'double'); fclose(fi
 """
 
 
-def _in_octave(program: Program, folder: Path, octave: str) -> Check:
+def _in_octave(program: ExportedStep, folder: Path, octave: str) -> Check:
     vectors, record = vectors_of(program), step_record(program)
     values = {"kind": "single" if program.precision.width == 32 else "double", "inputs": len(program.inputs)}
     text = _SCRIPT.format(**values, state=record.size, name=program.name)
@@ -180,7 +179,7 @@ def _in_octave(program: Program, folder: Path, octave: str) -> Check:
     return near(program, vectors, "GNU Octave", found[0], found[1].astype(np.uint32))
 
 
-def _called(program: Program, folder: Path) -> Check:
+def _called(program: ExportedStep, folder: Path) -> Check:
     """The C Caller's function, state going round as in the block."""
     vectors, n, p = vectors_of(program), program.name, program.precision
     with tempfile.TemporaryDirectory() as work:
@@ -196,7 +195,4 @@ def _called(program: Program, folder: Path) -> Check:
     for k in range(len(rows)):
         arrays = (rows[k], states[k % 2], effort[k : k + 1], flags[k : k + 1], states[1 - k % 2])
         function(*(ctypes.c_void_p(a.ctypes.data) for a in arrays))
-    other = (effort.view(p.bits) != vectors.effort.view(p.bits)) | (flags != vectors.flags)
-    largest = float(np.max(np.abs(effort.astype(np.float64) - vectors.numpy)))
-    where = f"C Caller function, {native().name}"
-    return Check(where, len(flags), int(np.count_nonzero(other)), ulps(program, largest))
+    return to_the_bit(program, vectors, f"C Caller function, {native().name}", effort, flags)

@@ -1,12 +1,10 @@
-"""Linear least squares with some coefficients bounded by zero: the inner problem of variable projection."""
+"""Linear least squares with some coefficients bounded by zero are the inner problem of variable projection."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from erclutch.signals.array import Array, Mask
 
 
 def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Array, Mask]:

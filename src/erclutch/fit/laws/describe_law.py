@@ -1,23 +1,20 @@
-"""From a law's solution to its outcome: the model, each parameter with its interval, the published form."""
+"""A law's solution becomes its outcome: the model, each parameter with its interval, the published form."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.device import Units
 from erclutch.fit.intervals import Uncertainty
-from erclutch.fit.lm import Minimum
+from erclutch.fit.laws.variable_projection import Projection, Separable, parameters
+from erclutch.fit.levenberg_marquardt import Minimum
 from erclutch.fit.outcome import Estimate, FitOutcome
-from erclutch.fit.varpro import Projection, Separable, parameters
-from erclutch.laws import Shape
-from erclutch.model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
+from erclutch.models.laws import ShapeParameter
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.device import Units
 
 
 @dataclass(frozen=True)
@@ -30,6 +27,7 @@ class Seen:
         covered: their range.
         rows: how many.
         cost: sum of squared residuals over all of them.
+        extras: their further inputs that are the law's too.
     """
 
     reference: Reference
@@ -37,6 +35,7 @@ class Seen:
     covered: Range
     rows: int
     cost: float
+    extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
 
 def described(
@@ -72,6 +71,7 @@ def described(
         gains=dict(zip((g.name for g in problem.gains), projection.gains.tolist(), strict=True)),
         units=seen.units,
         trained_on=seen.covered,
+        extra_ranges=tuple((float(x.min()), float(x.max())) for x in seen.extras.values()),
     )
     estimates = (
         *_shape_estimates(model, problem.shapes, found, shape_widths),
@@ -92,7 +92,9 @@ def described(
     )
 
 
-def _shape_estimates(model: TorqueModel, shapes: tuple[Shape, ...], found: Minimum, widths: Array) -> list[Estimate]:
+def _shape_estimates(
+    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, widths: Array
+) -> list[Estimate]:
     estimates: list[Estimate] = []
     for i, shape in enumerate(shapes):
         u, width = float(found.point[i]), float(widths[i])
@@ -114,7 +116,8 @@ def _gain_estimates(model: TorqueModel, full: Separable, projection: Projection,
     for i, gain in enumerate(full.gains):
         c, width = float(projection.gains[i]), float(widths[i])
         least = max(c - width, 0.0) if gain.nonnegative and np.isfinite(width) else c - width
-        value, low, high = (in_user_units(v, gain.dimension, model.reference) for v in (c, least, c + width))
+        scale = 1.0 if gain.extra is None else model.reference.extras[gain.extra]
+        value, low, high = (in_user_units(v, gain.dimension, model.reference) / scale for v in (c, least, c + width))
         bound = "lower" if projection.held[i] and not projection.dead[i] else None
         estimates.append(
             Estimate(gain.name, gain.meaning, unit_text(gain.dimension, model.units), value, low, high, bound)

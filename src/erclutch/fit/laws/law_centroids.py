@@ -1,4 +1,4 @@
-"""Laws on centroids: a pair that is driven one clutch at a time has three inputs, a single element two."""
+"""Laws are fitted on centroids: a pair driven one clutch at a time has three inputs, a single element has two."""
 
 from __future__ import annotations
 
@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.device import Element
-from erclutch.dynamics import Clock
-from erclutch.fit.compress import Centroids
-from erclutch.fit.varpro import Separable
-from erclutch.laws import Shape
-from erclutch.model import Reference, Structure
-
-Array = NDArray[np.float64]
+from erclutch.fit.centroids import Centroids
+from erclutch.fit.laws.variable_projection import Separable
+from erclutch.models.law_model import Reference, Structure
+from erclutch.models.laws import ShapeParameter
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+from erclutch.signals.device import Element
 
 _NARROW = 0.003  # slip, over its root mean square, below which cells are equally wide
 
@@ -32,7 +30,9 @@ def spaced_rows(rows: Array, reference: Reference) -> Array:
     return np.array([rows[0], *np.arcsinh(rows[1:] / (_NARROW * reference.slip))])
 
 
-def on_cells(cells: Centroids, structure: Structure, reference: Reference, shapes: tuple[Shape, ...]) -> Separable:
+def on_cells(
+    cells: Centroids, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
+) -> Separable:
     """The problem on weighted centroids of `signed_rows`."""
     pair = structure.elements > 1
     parts = [np.maximum(cells.x[0], 0.0), np.maximum(-cells.x[0], 0.0)] if pair else [cells.x[0]]

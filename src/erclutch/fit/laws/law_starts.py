@@ -1,11 +1,11 @@
-"""Where the local solver starts: a scan of the nonlinear parameters on few rows."""
+"""A scan of the nonlinear parameters on few rows says where the local solver starts."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 
 def scan_points(lower: Array, upper: Array, count: int) -> Array:

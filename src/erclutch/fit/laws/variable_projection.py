@@ -1,4 +1,4 @@
-"""Variable projection: a separable least-squares problem over its nonlinear parameters alone.
+"""Variable projection solves a separable least-squares problem over its nonlinear parameters alone.
 
     min over q, c of | y - sum_j c_j a_j(q) |**2,   some c_j >= 0,   bounds on q
 
@@ -12,18 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dual import Dual, partial_of, value_of
-from erclutch.fit.inner import solve_bounded
-from erclutch.fit.lm import Linearisation, Problem
-from erclutch.laws import Gain, Shape
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
+from erclutch.fit.laws.bounded_least_squares import solve_bounded
+from erclutch.fit.levenberg_marquardt import Linearisation, Problem
+from erclutch.models.laws import Gain, ShapeParameter
+from erclutch.signals.array import Array, Mask
 
 #: ``columns(q)`` gives one column (n,) a gain for nonlinear parameters q, numbers or duals.
 ColumnsOf = Callable[[Sequence[Any]], Sequence[Any]]
@@ -38,12 +37,19 @@ class Separable:
         target: y, shape (n,).
         shapes: the nonlinear parameters, for bounds and scales.
         gains: the linear parameters, for bounds.
+        behind: what becomes of each column, a linear map with the same nonlinear parameters; None: nothing does.
     """
 
     columns: ColumnsOf
     target: Array
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ShapeParameter, ...]
     gains: tuple[Gain, ...]
+    behind: Callable[[Any, Sequence[Any]], Any] | None = None
+
+    def values(self, columns: Sequence[Any], q: Sequence[float]) -> Array:
+        """What becomes of the columns, and the target, side by side, values only, shape (n, p + 1)."""
+        values = [value_of(column) for column in columns]
+        return stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
 
     @property
     def nonnegative(self) -> Mask:
@@ -58,12 +64,12 @@ class Separable:
         )
 
 
-def coordinates(shapes: Sequence[Shape], q: Sequence[float]) -> Array:
+def coordinates(shapes: Sequence[ShapeParameter], q: Sequence[float]) -> Array:
     """The solver's coordinates: logarithms where a parameter spans decades."""
     return np.array([np.log(v) if s.scale == "log" else v for s, v in zip(shapes, q, strict=True)], np.float64)
 
 
-def parameters(shapes: Sequence[Shape], u: Sequence[float] | Array) -> list[float]:
+def parameters(shapes: Sequence[ShapeParameter], u: Sequence[float] | Array) -> list[float]:
     """Back from coordinates."""
     values = (float(np.exp(v)) if s.scale == "log" else float(v) for s, v in zip(shapes, u, strict=True))
     return [min(max(v, s.lower), s.upper) for s, v in zip(shapes, values, strict=True)]
@@ -94,7 +100,7 @@ class Projection:
 def project(separable: Separable, q: Sequence[float]) -> Projection:
     """Best gains and their cost at nonlinear parameters ``q``."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        return _gains(stack(separable.columns(q), separable.target), separable.nonnegative)
+        return _gains(separable.values(separable.columns(q), q), separable.nonnegative)
 
 
 def stack(columns: Sequence[Any], target: Array) -> Array:
@@ -144,7 +150,7 @@ def gains_of(r: Array, nonnegative: Mask) -> Projection:
     return Projection(gains, held, dead, cost)
 
 
-def seeded(shapes: Sequence[Shape], u: Array) -> list[Dual]:
+def seeded(shapes: Sequence[ShapeParameter], u: Array) -> list[Dual]:
     """Nonlinear parameters as duals with derivatives by the solver's coordinates."""
     values = parameters(shapes, u)
     return [Dual(v, {i: v if s.scale == "log" else 1.0}) for i, (s, v) in enumerate(zip(shapes, values, strict=True))]
@@ -153,22 +159,30 @@ def seeded(shapes: Sequence[Shape], u: Array) -> list[Dual]:
 def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        columns = separable.columns(seeded(separable.shapes, u))
-        stacked = stack(columns, separable.target)
+        q = seeded(separable.shapes, u)
+        columns = separable.columns(q)
+        stacked = separable.values(columns, [value_of(x) for x in q])
         projection = _gains(stacked, separable.nonnegative)
         slopes = np.zeros((separable.target.size, u.size), order="F")
-        for gain, column in zip(projection.gains, columns, strict=True):
+        for total in _totals(separable, columns, q, projection.gains):
             for i in range(u.size):
-                slopes[:, i] += gain * partial_of(column, i)
+                slopes[:, i] += partial_of(total, i)
     return stacked[:, :-1], slopes, projection
+
+
+def _totals(separable: Separable, columns: Sequence[Any], q: Sequence[Dual], gains: Array) -> list[Any]:
+    """Parts of the fitted effort, with derivatives at constant gains: one a column, or what becomes of their sum."""
+    parts = [gain * column for gain, column in zip(gains, columns, strict=True)]
+    return parts if separable.behind is None else [separable.behind(reduce(add, parts), q)]
 
 
 def refined(columns: Array, target: Array, projection: Projection) -> Projection:
     """The same gains after a step of iterative refinement: what rounding left in the residual is fitted once more.
 
     Ill-conditioned columns have gains that cancel each other, and the rounding of the first solution shows in what they
-    predict (Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484). A step that raises the cost or turns a sign is not
-    taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR whose residuals are in extended precision.
+    predict (Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484). A step that turns a sign, or raises
+    the residual by more than its own rounding, is not taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR
+    whose residuals are in extended precision.
     """
     free = ~projection.held
     if not free.any() or not np.isfinite(projection.cost):
@@ -179,12 +193,11 @@ def refined(columns: Array, target: Array, projection: Projection) -> Projection
     gains = projection.gains.copy()
     gains[free] += np.linalg.lstsq(r[:-1, :-1], r[:-1, -1], rcond=np.finfo(float).eps)[0] / scale
     after = target - columns @ gains
-    if np.any(np.sign(gains) * np.sign(projection.gains) < 0) or after @ after > (1.0 + _ROUNDING) * (left @ left):
+    rounding = np.finfo(float).eps * np.linalg.norm(np.abs(columns) @ np.abs(gains))  # of a residual in doubles
+    turned = np.any(np.sign(gains) * np.sign(projection.gains) < 0)
+    if turned or np.linalg.norm(after) > np.linalg.norm(left) + rounding:
         return projection
     return replace(projection, gains=gains)
-
-
-_ROUNDING = 1e-9  # of a sum of squares, where the gains cancel each other
 
 
 def outer_problem(separable: Separable) -> Problem:

@@ -1,4 +1,4 @@
-"""What Levenberg-Marquardt asks of an FNN on weighted rows: cost, Gram matrix, and the bend along a step.
+"""Levenberg-Marquardt asks this of an FNN on weighted rows: cost, Gram matrix, and the bend along a step.
 
 Rows go through in blocks that stay in the cache, so memory does not grow with them. Only sums are kept: J'J and J'r
 (Hagan and Menhaj 1994, doi 10.1109/72.329697), and J' f_vv with the second derivative f_vv of the output along a step,
@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
+
 Floats = NDArray[Any]
 Layers = Sequence[tuple[Floats, Floats]]
 
@@ -76,7 +77,7 @@ class Point:
     cost: float
 
 
-class Rows:
+class WeightedRows:
     """Weighted rows of one round; they come in the precision of the round, sums over blocks in double."""
 
     def __init__(self, x: Floats, y: Floats, weight: Floats | None, sizes: Sequence[int], single: bool) -> None:

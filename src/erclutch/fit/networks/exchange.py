@@ -1,4 +1,4 @@
-"""A trained network gives up a neuron for another and trains on: the way from a good minimum to a better one.
+"""A trained network exchanges a neuron for another and trains on, which leads from a good minimum to a better one.
 
 A neuron that is hardly missed goes (`pruning`), and of many random ones the one comes that takes most from the
 residual beside those that are there, as in orthogonal forward selection (Chen, Cowan and Grant 1991,
@@ -12,14 +12,13 @@ from dataclasses import replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows, packed, unpacked
-from erclutch.fit.first_weights import Slips, new_neurons, with_best_output
-from erclutch.fit.geodesic import FIRST_DAMPING, Trained, levenberg_marquardt
-from erclutch.fit.pruning import AFTER_LOSS, smaller, without_one
+from erclutch.fit.networks.backprop import WeightedRows, packed, unpacked
+from erclutch.fit.networks.first_weights import Slips, new_neurons, with_best_output
+from erclutch.fit.networks.geodesic import FIRST_DAMPING, Trained, levenberg_marquardt
+from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_one
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 _CANDIDATES = 60
 _STEPS_AFTER_LOSS, _STEPS = 6, 20
 _RIDGE = 1e-3  # of a candidate's square, over the number of rows: none comes that is a copy of what is there
@@ -28,7 +27,7 @@ _LOWER = 0.9995  # of the cost: a smaller fall ends the search
 
 
 def exchanged(
-    rows_of: Callable[[Sequence[int]], Rows],
+    rows_of: Callable[[Sequence[int]], WeightedRows],
     sizes: Sequence[int],
     found: Trained,
     rng: np.random.Generator,
@@ -64,7 +63,7 @@ def exchanged(
     return replace(best, steps=steps)
 
 
-def _with_new(rows: Rows, theta: Array, rng: np.random.Generator, slips: Slips | None) -> Array:
+def _with_new(rows: WeightedRows, theta: Array, rng: np.random.Generator, slips: Slips | None) -> Array:
     """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
     w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
     best = int(np.argmax(_gains(rows, theta, (w_new, b_new))))
@@ -78,7 +77,7 @@ def _with_new(rows: Rows, theta: Array, rng: np.random.Generator, slips: Slips |
     return packed(grown)
 
 
-def _gains(rows: Rows, theta: Array, new: tuple[Array, Array]) -> Array:
+def _gains(rows: WeightedRows, theta: Array, new: tuple[Array, Array]) -> Array:
     """How much each new neuron would take from the cost with the output layer at its least squares."""
     total = rows.output_gram(rows.at(theta), new)
     size = len(total)

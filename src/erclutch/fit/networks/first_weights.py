@@ -1,4 +1,4 @@
-"""Where the training of an FNN starts: random weights that know where the effort of such devices bends.
+"""The training of an FNN starts from random weights that know where the effort of such devices bends.
 
 An effort turns over within a narrow band round each slip's zero, and random weights take many steps to get that steep.
 So a share of the first layer's neurons starts as transitions along the slips, of random width; the other neurons and
@@ -13,11 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows
+from erclutch.fit.networks.backprop import WeightedRows
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Layer = tuple[Array, Array]
 
 _SHARE = 0.55  # of the first layer's neurons that start as transitions without further inputs: as many for each slip
@@ -32,12 +31,14 @@ class Slips:
     """Slips over their root mean square as linear functions of normalised inputs x: slope x + offset.
 
     Attributes:
-        slope: shape (slips, inputs); the first input is the field.
+        slope: shape (slips, inputs).
         offset: shape (slips,).
+        field: whether the first input is the field.
     """
 
     slope: Array
     offset: Array
+    field: bool = True
 
 
 def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips | None = None) -> Array:
@@ -74,17 +75,17 @@ def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> 
     Their weights of further inputs stay, and the more of these there are, the more neurons stay as they were.
     """
     own = np.any(slips.slope != 0.0, axis=0)
-    own[0] = True  # the field
+    own[0] = True  # the field, or a slip where the field is no input
     count = slips.offset.size * round(_SHARE * float(own.mean()) * b.size / slips.offset.size)
     narrow, wide = _WIDTHS
     width = narrow * (wide / narrow) ** rng.uniform(size=count)
     which = np.arange(count) % slips.offset.size
     w[:count, own] = (slips.slope[which] / width[:, None])[:, own]
-    w[:count, 0] += _FIELD * rng.standard_normal(count)
+    w[:count, 0] += slips.field * _FIELD * rng.standard_normal(count)
     b[:count] = slips.offset[which] / width
 
 
-def with_best_output(rows: Rows, theta: Array) -> Array:
+def with_best_output(rows: WeightedRows, theta: Array) -> Array:
     """The same weights with those of the output layer by least squares on the rows."""
     total = rows.output_gram(rows.at(theta))
     square, slope = total[:-1, :-1], total[:-1, -1]

@@ -1,4 +1,4 @@
-"""Fitting an FNN: some starts, neurons to spare, neurons in exchange for others, coarse to fine on compressed rows.
+"""An FNN is fitted from some starts, with spare neurons and exchanged neurons, coarse to fine on compressed rows.
 
 Starts run on the coarsest grid with some neurons to spare, which go one by one (`pruning`); neurons that are hardly
 missed then make room for others (`exchange`). The worse starts are dropped on the way, and the one that is best on the
@@ -8,22 +8,20 @@ arithmetic does not depend on its neighbours.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows
-from erclutch.fit.compress import Centroids, compress
-from erclutch.fit.exchange import exchanged
-from erclutch.fit.first_weights import Slips, first_weights, with_best_output
-from erclutch.fit.geodesic import Trained, levenberg_marquardt
-from erclutch.fit.pruning import AFTER_LOSS, smaller, without_least
+from erclutch.fit.centroids import Centroids, Gridded, centroids_of
+from erclutch.fit.networks.backprop import WeightedRows
+from erclutch.fit.networks.exchange import exchanged
+from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
+from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
+from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
 
-Array = NDArray[np.float64]
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
@@ -99,45 +97,24 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Sc
 
 
 def train(
-    x: Array,
-    y: Array,
+    blocks: Iterable[Gridded],
     hidden: Sequence[int],
     seed: int,
     schedule: Schedule,
     workers: int = 1,
-    by: Array | None = None,
     slips: Slips | None = None,
 ) -> Trained:
     """Train a network on normalised rows.
 
     Args:
-        x: inputs within -1 and 1, shape (inputs, n).
-        y: effort of order one, shape (n,).
+        blocks: inputs within -1 and 1, effort of order one, and what the grids are over.
         hidden: neurons of each hidden layer.
         seed: of the starts.
         schedule: how much work to do.
         workers: starts side by side; changes no figure.
-        by: what the grids are over in place of the inputs, see `compress`.
         slips: along which starts have transitions; None for starts that know nothing.
     """
-    cells = {level: compress(x, y, level, by) for level in schedule.levels}
-    best = train_on(cells, hidden, seed, schedule, workers, slips)
-    if not schedule.polish:
-        return best
-    rows = Rows(x, y, None, (x.shape[0], *hidden, 1), single=y.size > _MANY)
-    polished = levenberg_marquardt(rows, best.theta, schedule.polish, _HARDER * best.damping)
-    return replace(polished, steps=best.steps + polished.steps)
-
-
-def train_on(
-    cells: Mapping[int, Centroids],
-    hidden: Sequence[int],
-    seed: int,
-    schedule: Schedule,
-    workers: int = 1,
-    slips: Slips | None = None,
-) -> Trained:
-    """The rounds of a schedule, on centroids by level of normalised rows; see `train`."""
+    cells = centroids_of(blocks, schedule.levels)
     inputs, level = next(iter(cells.values())).x.shape[0], schedule.rounds[0].level
     sizes = (inputs, *hidden[:-1], hidden[-1] + schedule.spare, 1)
     rows = _rows(cells[level], sizes)
@@ -153,7 +130,16 @@ def train_on(
             found = sorted(pool.map(stage.through, found, random), key=lambda t: t.cost)
         steps += sum(t.steps for t in found)
         found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
-    return replace(found[0], steps=steps)
+    best = replace(found[0], steps=steps)
+    return _polished(blocks, best, sizes, schedule.polish) if schedule.polish else best
+
+
+def _polished(blocks: Iterable[Gridded], best: Trained, sizes: tuple[int, ...], steps: int) -> Trained:
+    """The last steps, on all rows at once."""
+    x, y, _ = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
+    rows = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
+    polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping)
+    return replace(polished, steps=best.steps + polished.steps)
 
 
 @dataclass(frozen=True)
@@ -195,5 +181,5 @@ class _Stage:
         return replace(found, steps=steps)
 
 
-def _rows(c: Centroids, sizes: Sequence[int]) -> Rows:
-    return Rows(c.x, c.y, c.count, sizes, single=True)
+def _rows(c: Centroids, sizes: Sequence[int]) -> WeightedRows:
+    return WeightedRows(c.x, c.y, c.count, sizes, single=True)

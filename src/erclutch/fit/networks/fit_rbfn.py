@@ -1,4 +1,4 @@
-"""Fitting an RBFN: centres by orthogonal forward selection, by k-means, or refined by Levenberg-Marquardt.
+"""An RBFN is fitted: centres by orthogonal forward selection, by k-means, or refined by Levenberg-Marquardt.
 
 Forward selection after Chen, Cowan and Grant (1991, doi 10.1109/72.80341): of all candidate centres the one that takes
 most of what is left of the effort, again and again, each made orthogonal to those before. The spread is the one with
@@ -9,17 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.compress import Centroids
-from erclutch.fit.lm import Linearisation, Problem, Stop, minimise
-from erclutch.networks.model import gaussians
-
-Array = NDArray[np.float64]
+from erclutch.fit.centroids import Centroids
+from erclutch.fit.levenberg_marquardt import Linearisation, Problem, Stop, minimise
+from erclutch.models.networks.network_model import gaussians
+from erclutch.signals.array import Array
 
 #: Spreads that are scanned, in units of inputs normalised to [0, 1].
 SPREADS: tuple[float, ...] = tuple(float(s) for s in np.geomspace(0.08, 2.0, 10))
@@ -29,7 +27,7 @@ _RIDGE = 1e-10  # of the largest eigenvalue: what is left of double precision in
 
 
 @dataclass(frozen=True)
-class Centres:
+class FoundCentres:
     """Centres and spreads of an RBFN.
 
     Attributes:
@@ -80,24 +78,24 @@ def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int
     return chosen, np.array(costs)
 
 
-def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> Centres:
+def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
     """Centres by forward selection, one spread: that of the scan with the lowest cost."""
     pool = candidates(cells, seed)
     if pool.shape[0] < neurons:
         pool = np.resize(pool, (neurons, pool.shape[1]))
     scans = [(forward_selection(cells, pool, spread, neurons), spread) for spread in spreads]
     (chosen, _), spread = min(scans, key=lambda scan: float(scan[0][1][-1]))
-    return Centres(pool[chosen], np.full(neurons, spread))
+    return FoundCentres(pool[chosen], np.full(neurons, spread))
 
 
-def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> Centres:
+def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
     """Centres by k-means on the weighted centroids, one spread: that of the scan with the lowest cost."""
     rng = np.random.default_rng([seed, 2])
     share = cells.count / cells.count.sum()
     first = cells.x[:, rng.choice(cells.y.size, neurons, replace=cells.y.size < neurons, p=share)].T
     centres = _lloyd(cells, first)
     costs = [weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, s))[1] for s in spreads]
-    return Centres(centres, np.full(neurons, spreads[int(np.argmin(costs))]))
+    return FoundCentres(centres, np.full(neurons, spreads[int(np.argmin(costs))]))
 
 
 def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
@@ -114,7 +112,7 @@ def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
     return centres
 
 
-def refined(cells: Centroids, start: Centres, *, one_spread: bool) -> Centres:
+def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> FoundCentres:
     """Centres and spreads by Levenberg-Marquardt, output weights projected out (variable projection)."""
     n, k = start.centres.shape
     root = np.sqrt(cells.count / cells.count.mean())
@@ -151,11 +149,12 @@ def refined(cells: Centroids, start: Centres, *, one_spread: bool) -> Centres:
     upper = np.concatenate([np.full(n * k, 2.0), np.full(spreads.size, np.log(10.0))])
     found = minimise(Problem(cost, linearise, lower, upper), u, tolerance=1e-5, max_iterations=60, reach=1.0)
     centres, widths = parts(found.point)
-    return Centres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), found.stop, found.iterations)
+    return FoundCentres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), found.stop, found.iterations)
 
 
 def _least_squares(square: Array, right: Array) -> Array:
-    solve: Any = import_module("scipy.linalg").solve
+    from scipy.linalg import solve
+
     lift = _RIDGE * float(np.trace(square)) / square.shape[0]
     return np.asarray(solve(square + lift * np.eye(square.shape[0]), right, assume_a="pos"), np.float64)
 

@@ -1,4 +1,4 @@
-"""Training an FNN on its rows: Levenberg-Marquardt over all weights, with geodesic acceleration.
+"""An FNN trains on its rows by Levenberg-Marquardt over all weights, with geodesic acceleration.
 
 A step is that of Levenberg-Marquardt plus its acceleration (Transtrum and Sethna 2012, arXiv:1201.5885), which follows
 the narrow curved valleys of a network's cost: half as many steps, and better minima. Damping is by mu times the
@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from erclutch.fit.backprop import Point, Rows
-from erclutch.fit.lm import Stop
+from erclutch.fit.levenberg_marquardt import Stop
+from erclutch.fit.networks.backprop import Point, WeightedRows
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 FIRST_DAMPING = 1e-3
 _FALLING = 1e-6  # relative fall of the cost that counts as progress
 _PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}  # falls of the cost that rounding hides
@@ -47,7 +46,7 @@ class Trained:
     damping: float = FIRST_DAMPING
 
 
-def levenberg_marquardt(rows: Rows, theta: Array, most: int, damping: float = FIRST_DAMPING) -> Trained:
+def levenberg_marquardt(rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING) -> Trained:
     """Accelerated steps until the cost falls no more, or ``most`` are done."""
     mu, idle, now = damping, 0, rows.at(theta)
     for step in range(1, most + 1):
@@ -62,7 +61,7 @@ def levenberg_marquardt(rows: Rows, theta: Array, most: int, damping: float = FI
     return Trained(theta, now.cost, most, "iterations", mu)
 
 
-def _step(rows: Rows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
+def _step(rows: WeightedRows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
     """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
     total = rows.gram(now)

@@ -1,4 +1,4 @@
-"""Which neuron a network can spare, and what the other weights do without it.
+"""This module finds the neuron that contributes least and adjusts the other weights to its loss.
 
 A network with some neurons too many trains to lower minima than one of the final size, and stays low as they go one by
 one. The neuron of the last hidden layer goes whose output weight costs least to set to zero while all other weights
@@ -10,22 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.backprop import Rows, packed, unpacked
-
-Array = NDArray[np.float64]
+from erclutch.fit.networks.backprop import WeightedRows, packed, unpacked
+from erclutch.signals.array import Array
 
 AFTER_LOSS = 1e-4  # damping of the first step after a neuron has gone
 _DAMPING, _FLOOR = 1e-5, 1e-2  # over each diagonal element of J'J, over the largest of them
 
 
-def without_least(rows: Rows, theta: Array) -> Array:
+def without_least(rows: WeightedRows, theta: Array) -> Array:
     """Weights of the network without the neuron of its last hidden layer that it misses least."""
     return next(without_one(rows, theta))
 
 
-def without_one(rows: Rows, theta: Array) -> Iterator[Array]:
+def without_one(rows: WeightedRows, theta: Array) -> Iterator[Array]:
     """Weights of the network without one neuron of its last hidden layer, for each, the least missed first."""
     square = rows.gram(rows.at(theta))[:-1, :-1]
     diagonal = square.diagonal()

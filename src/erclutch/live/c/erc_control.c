@@ -1,5 +1,5 @@
 /* What the operator wants, as fields: tracking by equation (23), torque by the inverse model, or predefined fields. */
-#include "erc_core.h"
+#include "erc_control.h"
 
 #include <math.h>
 

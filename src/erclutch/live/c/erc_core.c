@@ -1,5 +1,9 @@
 #include "erc_core.h"
 
+#include "erc_control.h"
+#include "erc_interlock.h"
+#include "erc_sensors.h"
+
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* The last stage before the rig, whatever control asked for: finite, within limits, never both fields, not outward at
  * the end of the stroke, not faster than the supply. */
-#include "erc_core.h"
+#include "erc_interlock.h"
 
 #include <math.h>
 

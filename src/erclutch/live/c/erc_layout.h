@@ -1,67 +1,66 @@
-/* Layouts that cross a border: frames and the ring (live/frame.py), configuration and orders (live/settings.py,
- * live/orders.py), packets on the wire (rig/packet.py). Little-endian, no hidden padding; tests compare each with Python.
- */
-#ifndef ERC_LAYOUT_H
-#define ERC_LAYOUT_H
+/* Layouts that cross a border: frames, the ring, samples, commands, orders and the configuration. This file is their only
+ * source: live/layout.py reads it, so its form is kept. Each line of a struct has one type, a comment says the unit in
+ * brackets, and the comment of an event is the text that people read. Little-endian, aligned as C aligns. */
+#pragma once
 
 #include <stdint.h>
 
 /* --- frame ------------------------------------------------------------------------------------------------------- */
 
 typedef struct {
-    uint64_t seq;
-    uint64_t time_ns;
-    double theta, alpha;         /* rad, unwrapped */
-    double theta_dot, alpha_dot; /* rad/s, by the causal filter */
+    uint64_t seq;                /* number of the step, from 0 */
+    uint64_t time_ns;            /* [ns] monotonic clock at the wake-up */
+    double theta, alpha;         /* [rad] motor and output, unwrapped */
+    double theta_dot, alpha_dot; /* [rad/s] by the causal filter */
     double field1, field2;       /* applied: after the interlock */
-    double motor_torque;         /* command, N m */
-    double torque;               /* measured, N m; NaN where there is none */
-    double estimate;             /* by the model, N m; NaN without a model */
-    double reference;            /* of the trajectory; NaN where there is none */
+    double motor_torque;         /* [N*m] command */
+    double torque;               /* [N*m] measured; NaN where there is none */
+    double estimate;             /* [N*m] by the model; NaN without a model */
+    double reference;            /* of the trajectory, rad or N m; NaN where there is none */
     uint32_t flags;              /* the model's */
     uint32_t events;             /* of this step */
-    int32_t lateness_ns;
-    uint32_t step_ns;
+    int32_t lateness_ns;         /* [ns] wake-up after its deadline */
+    uint32_t step_ns;            /* [ns] from the wake-up to the command sent */
 } erc_frame;
 _Static_assert(sizeof(erc_frame) == 112, "frame");
 
-/* Bits of `events`, in the order of EVENTS in live/frame.py. */
+/* Bits of `events`. The ring's header counts each over the whole session. */
 enum {
-    ERC_SAMPLE_LOST = 1u << 0,
-    ERC_SAMPLE_INVALID = 1u << 1,
-    ERC_GLITCH = 1u << 2,
-    ERC_WRAP = 1u << 3,
-    ERC_BAD_PACKET = 1u << 4,
-    ERC_STALE_PACKET = 1u << 5,
-    ERC_CLOCK_JUMP = 1u << 6,
-    ERC_OVERRUN = 1u << 7,
-    ERC_HOLD = 1u << 8,
-    ERC_DEGRADE = 1u << 9,
-    ERC_TRIP = 1u << 10,
-    ERC_BOTH_FIELDS = 1u << 11,
-    ERC_BEYOND_LIMIT = 1u << 12,
-    ERC_RATE_LIMITED = 1u << 13,
-    ERC_COMMAND_NOT_FINITE = 1u << 14,
-    ERC_RIG_WATCHDOG = 1u << 15,
-    ERC_RIG_FAULT = 1u << 16,
-    ERC_ORDER = 1u << 17,
-    ERC_ORDER_REFUSED = 1u << 18,
-    ERC_UNREACHABLE = 1u << 19,
-    ERC_SEND_FAILED = 1u << 20,
-    ERC_STOPPING = 1u << 21,
-    ERC_GUARD = 1u << 22
+    ERC_SAMPLE_LOST = 1u << 0,         /* no new sample from the rig in this step */
+    ERC_SAMPLE_INVALID = 1u << 1,      /* a sensor value was not finite */
+    ERC_GLITCH = 1u << 2,              /* an encoder jumped further than the device can move; the sample was not used */
+    ERC_WRAP = 1u << 3,                /* an encoder went over its range and was unwrapped */
+    ERC_BAD_PACKET = 1u << 4,          /* a packet with a wrong size, checksum, version or session was dropped */
+    ERC_STALE_PACKET = 1u << 5,        /* a duplicated or reordered packet was dropped */
+    ERC_CLOCK_JUMP = 1u << 6,          /* the rig's time stamps jumped */
+    ERC_OVERRUN = 1u << 7,             /* a deadline was missed by a whole period or more */
+    ERC_HOLD = 1u << 8,                /* the last command was held for want of a sample */
+    ERC_DEGRADE = 1u << 9,             /* the command was reduced for want of samples */
+    ERC_TRIP = 1u << 10,               /* fields went to zero and stay there until a reset */
+    ERC_BOTH_FIELDS = 1u << 11,        /* both fields were asked for; the smaller gave way */
+    ERC_BEYOND_LIMIT = 1u << 12,       /* a field or motor torque beyond its limit was asked for and clipped */
+    ERC_RATE_LIMITED = 1u << 13,       /* the field was held to the supply's rate */
+    ERC_COMMAND_NOT_FINITE = 1u << 14, /* control asked for a number that is not finite; it counts as zero */
+    ERC_RIG_WATCHDOG = 1u << 15, /* the rig itself had set the fields to zero: commands did not reach it in time */
+    ERC_RIG_FAULT = 1u << 16,    /* the rig reported a fault */
+    ERC_ORDER = 1u << 17,        /* an operator's order was carried out */
+    ERC_ORDER_REFUSED = 1u << 18, /* an operator's order was out of range or unknown */
+    ERC_UNREACHABLE = 1u << 19,  /* the wanted torque is out of the model's reach */
+    ERC_SEND_FAILED = 1u << 20,  /* the command could not be sent to the rig */
+    ERC_STOPPING = 1u << 21,     /* the loop is ending: fields to zero */
+    ERC_GUARD = 1u << 22         /* the table came near an end stop: fields that drive it outward were refused */
 };
 
 /* --- ring -------------------------------------------------------------------------------------------------------- */
 
-#define ERC_RING_MAGIC "ERCRING1"
+#define ERC_RING_MAGIC 0x31474E4952435245u /* "ERCRING1" */
 #define ERC_RING_VERSION 1u
 #define ERC_HEADER_SIZE 4096u
 
 enum { ERC_STARTING = 0, ERC_RUNNING = 1, ERC_TRIPPED = 2, ERC_STOPPED = 3 };
 
 typedef struct {
-    char magic[8];
+    uint64_t magic;
     uint32_t version, frame_size;
     uint64_t capacity, period_ns, start_ns, start_unix_ns;
     char unused0[16];
@@ -85,7 +84,7 @@ _Static_assert(sizeof(erc_ring_header) == ERC_HEADER_SIZE, "ring header");
 #define ERC_COMMAND_MAGIC 0x31435245u /* "ERC1" */
 #define ERC_PACKET_SIZE 64u
 
-enum { ERC_STATUS_WATCHDOG = 1u, ERC_STATUS_FAULT = 2u };
+enum { ERC_STATUS_WATCHDOG = 1, ERC_STATUS_FAULT = 2 };
 
 /* One reading of the rig's sensors. */
 typedef struct {
@@ -151,8 +150,8 @@ typedef struct {
 typedef struct {
     uint32_t magic, version, size, device;
     uint64_t period_ns;
-    double theta_wrap, alpha_wrap;   /* range of an encoder that wraps, rad; 0: none */
-    double filter_g, filter_h;       /* gains of the position-speed filter (differentiate.py) */
+    double theta_wrap, alpha_wrap;   /* [rad] range of an encoder that wraps; 0: none */
+    double filter_g, filter_h;       /* gains of the position-speed filter (signals/speed.py) */
     double theta_glitch, alpha_glitch; /* rad/s: a sample further from the predicted speed is rejected */
     double field_limit, motor_limit;
     double rise_rate, fall_rate;     /* of the field, 1/s; the supply's */
@@ -166,5 +165,3 @@ typedef struct {
     uint32_t unused, crc;
 } erc_config;
 _Static_assert(sizeof(erc_config) == 16 + 8 + 15 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
-
-#endif

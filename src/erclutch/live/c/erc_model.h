@@ -1,9 +1,13 @@
-#ifndef ERC_LIBRARY_H
-#define ERC_LIBRARY_H
+#pragma once
 
-#include "erc_core.h"
+#include <stdint.h>
+
+/* A compiled model (the ABI that `erclutch export` writes). */
+typedef struct {
+    uint32_t (*step)(void *state, const double *in, double *effort);
+    uint32_t (*inverse)(const double *in, double wanted, double *field);
+    void *state;
+} erc_model;
 
 /* Loads a compiled model, checks its interface, its number of inputs and its digest, and tries one step. */
 erc_model erc_model_load(const char *path, const char *digest, uint32_t device);
-
-#endif

@@ -28,12 +28,6 @@ static void put64(uint8_t *at, uint64_t value) {
     put32(at + 4, (uint32_t)(value >> 32));
 }
 
-static void put_double(uint8_t *at, double value) {
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    put64(at, bits);
-}
-
 static uint32_t get32(const uint8_t *at) {
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }
@@ -42,73 +36,57 @@ static uint64_t get64(const uint8_t *at) {
     return (uint64_t)get32(at) | (uint64_t)get32(at + 4) << 32;
 }
 
-static double get_double(const uint8_t *at) {
-    const uint64_t bits = get64(at);
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/* What samples and commands have in common: magic 0, session 4, seq 8, time 16, three numbers 24, word 48, zero 52 .. 59,
- * crc 60. */
+/* What samples and commands have in common: magic 0, session 4, then five words of 8 bytes (seq 8, time 16, three numbers
+ * 24), a word of 4 at 48, zero 52 .. 59, crc 60. The words stand in the same order in erc_sample and erc_command. */
 typedef struct {
-    uint64_t seq, time_ns;
-    double values[3];
-    uint32_t word;
+    uint64_t words[5];
+    uint32_t last;
 } content;
 
-static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, content in) {
+#define CONTENT 44u /* bytes of it, without what pads it to whole words */
+
+_Static_assert(offsetof(erc_sample, status) == offsetof(content, last), "sample");
+_Static_assert(offsetof(erc_command, flags) == offsetof(content, last), "command");
+_Static_assert(offsetof(content, last) + sizeof(uint32_t) == CONTENT, "content");
+
+static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, const void *from) {
+    content in;
+    memcpy(&in, from, CONTENT);
     memset(out, 0, ERC_PACKET_SIZE);
     put32(out, magic);
     put32(out + 4, session);
-    put64(out + 8, in.seq);
-    put64(out + 16, in.time_ns);
-    for (unsigned i = 0; i < 3u; i++) {
-        put_double(out + 24 + 8u * i, in.values[i]);
+    for (unsigned i = 0; i < 5u; i++) {
+        put64(out + 8u + 8u * i, in.words[i]);
     }
-    put32(out + 48, in.word);
+    put32(out + 48, in.last);
     put32(out + 60, erc_crc32(out, 60));
 }
 
-static int get(const uint8_t *packet, size_t size, uint32_t magic, uint32_t session, content *out) {
+static int get(const uint8_t *packet, size_t size, uint32_t magic, uint32_t session, void *to) {
     if (size != ERC_PACKET_SIZE || get32(packet) != magic || get32(packet + 4) != session ||
         get32(packet + 60) != erc_crc32(packet, 60)) {
         return 0;
     }
-    out->seq = get64(packet + 8);
-    out->time_ns = get64(packet + 16);
-    for (unsigned i = 0; i < 3u; i++) {
-        out->values[i] = get_double(packet + 24 + 8u * i);
+    content out = {{0}, get32(packet + 48)};
+    for (unsigned i = 0; i < 5u; i++) {
+        out.words[i] = get64(packet + 8u + 8u * i);
     }
-    out->word = get32(packet + 48);
+    memcpy(to, &out, CONTENT);
     return 1;
 }
 
 void erc_put_command(uint8_t out[ERC_PACKET_SIZE], uint32_t session, const erc_command *command) {
-    const erc_command *c = command;
-    put(out, ERC_COMMAND_MAGIC, session,
-        (content){c->seq, c->time_ns, {c->field1, c->field2, c->motor_torque}, c->flags});
+    put(out, ERC_COMMAND_MAGIC, session, command);
 }
 
 void erc_put_sample(uint8_t out[ERC_PACKET_SIZE], uint32_t session, const erc_sample *sample) {
-    const erc_sample *s = sample;
-    put(out, ERC_SENSOR_MAGIC, session, (content){s->seq, s->time_ns, {s->theta, s->alpha, s->torque}, s->status});
+    put(out, ERC_SENSOR_MAGIC, session, sample);
 }
 
 int erc_get_sample(const uint8_t *packet, size_t size, uint32_t session, erc_sample *sample) {
-    content in;
-    if (!get(packet, size, ERC_SENSOR_MAGIC, session, &in)) {
-        return 0;
-    }
-    *sample = (erc_sample){in.seq, in.time_ns, in.values[0], in.values[1], in.values[2], in.word};
-    return 1;
+    return get(packet, size, ERC_SENSOR_MAGIC, session, sample);
 }
 
 int erc_get_command(const uint8_t *packet, size_t size, uint32_t session, erc_command *command) {
-    content in;
-    if (!get(packet, size, ERC_COMMAND_MAGIC, session, &in)) {
-        return 0;
-    }
-    *command = (erc_command){in.seq, in.time_ns, in.values[0], in.values[1], in.values[2], in.word};
-    return 1;
+    return get(packet, size, ERC_COMMAND_MAGIC, session, command);
 }

@@ -1,12 +1,12 @@
 #define _GNU_SOURCE
 #include "erc_rig.h"
 
-#include "erc_fail.h"
 #include "erc_packet.h"
+#include "erc_start.h"
 
 #include <arpa/inet.h>
-#include <dlfcn.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,22 +32,13 @@ erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, 
     const int loopback = (ntohl(there.sin_addr.s_addr) >> 24) == 127u;
     const struct sockaddr_in here = address(loopback ? "127.0.0.1" : "0.0.0.0", local_port);
     erc_rig rig = {-1, (uint32_t)strtoul(session, 0, 0), 0, 0, 0, 0};
-    rig.socket = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    rig.socket = socket(AF_INET, SOCK_DGRAM, 0);
     /* Connected: the kernel drops what comes from anybody else. */
-    if (rig.socket < 0 || bind(rig.socket, (const struct sockaddr *)&here, sizeof here) != 0 ||
+    if (rig.socket < 0 || fcntl(rig.socket, F_SETFL, O_NONBLOCK) != 0 || bind(rig.socket, (const struct sockaddr *)&here, sizeof here) != 0 ||
         connect(rig.socket, (const struct sockaddr *)&there, sizeof there) != 0) {
         erc_fail("no socket to %s %s from port %s: %s", host, port, local_port, strerror(errno));
     }
     return rig;
-}
-
-/* A function of a library; POSIX lets an object pointer be one, ISO C has no cast for it. */
-static void symbol(void *library, const char *name, void *function) {
-    void *found = dlsym(library, name);
-    if (found == 0) {
-        erc_fail("the library has no %s", name);
-    }
-    memcpy(function, &found, sizeof found);
 }
 
 erc_rig erc_rig_library(const char *path, const char *options) {
@@ -55,15 +46,12 @@ erc_rig erc_rig_library(const char *path, const char *options) {
     uint32_t (*abi)(void);
     void *(*open_rig)(const char *, char *, uint32_t);
     char error[256] = "";
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (library == 0) {
-        erc_fail("the rig's library cannot be loaded: %s", dlerror());
-    }
-    symbol(library, "erc_rig_abi", &abi);
-    symbol(library, "erc_rig_open", &open_rig);
-    symbol(library, "erc_rig_read", &rig.read);
-    symbol(library, "erc_rig_write", &rig.write);
-    symbol(library, "erc_rig_close", &rig.close);
+    void *library = erc_library("the rig's library", path);
+    erc_symbol(library, path, "erc_rig_abi", &abi);
+    erc_symbol(library, path, "erc_rig_open", &open_rig);
+    erc_symbol(library, path, "erc_rig_read", &rig.read);
+    erc_symbol(library, path, "erc_rig_write", &rig.write);
+    erc_symbol(library, path, "erc_rig_close", &rig.close);
     if (abi() != ERC_RIG_ABI) {
         erc_fail("the rig's library %s has interface %u, not %u", path, abi(), ERC_RIG_ABI);
     }
@@ -120,7 +108,7 @@ uint32_t erc_rig_send(erc_rig *rig, const erc_command *command) {
     }
     erc_put_command(packet, rig->session, command);
     for (unsigned attempt = 0; attempt < 3u; attempt++) {
-        if (send(rig->socket, packet, sizeof packet, MSG_NOSIGNAL) == (ssize_t)sizeof packet) {
+        if (send(rig->socket, packet, sizeof packet, 0) == (ssize_t)sizeof packet) {
             return 0u;
         }
         /* The first send after a refusal only reports it: the packet itself has not gone yet. */

@@ -8,8 +8,7 @@
  *   void     erc_rig_close(void *rig);
  * None of them may block. A loop that is killed cannot close it: its hardware needs a watchdog of its own.
  */
-#ifndef ERC_RIG_H
-#define ERC_RIG_H
+#pragma once
 
 #include "erc_layout.h"
 
@@ -34,5 +33,3 @@ uint32_t erc_rig_receive(erc_rig *rig, erc_sample *samples, uint32_t *events);
 /* 0, or ERC_SEND_FAILED. */
 uint32_t erc_rig_send(erc_rig *rig, const erc_command *command);
 void erc_rig_end(erc_rig *rig);
-
-#endif

@@ -1,36 +1,17 @@
-#define _GNU_SOURCE
 #include "erc_ring.h"
 
-#include "erc_fail.h"
-
-#include <errno.h>
-#include <fcntl.h>
-#include <string.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "erc_start.h"
 
 erc_ring erc_ring_open(const char *path) {
-    struct stat about;
-    const int file = open(path, O_RDWR | O_CLOEXEC);
-    if (file < 0 || fstat(file, &about) != 0 || about.st_size < (off_t)ERC_HEADER_SIZE) {
-        erc_fail("%s is no ring: %s", path, file < 0 ? strerror(errno) : "too short");
-    }
-    const size_t size = (size_t)about.st_size;
-    void *map = mmap(0, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, file, 0);
-    (void)close(file);
-    if (map == MAP_FAILED) {
-        erc_fail("%s cannot be mapped: %s", path, strerror(errno));
-    }
-    erc_ring ring = {map, (erc_frame *)(void *)((char *)map + ERC_HEADER_SIZE), 0u, 0u};
-    ring.capacity = ring.header->capacity;
-    if (memcmp(ring.header->magic, ERC_RING_MAGIC, sizeof ring.header->magic) != 0 ||
-        ring.header->version != ERC_RING_VERSION || ring.header->frame_size != sizeof(erc_frame) ||
-        ring.capacity < 2u || ring.capacity != (size - ERC_HEADER_SIZE) / sizeof(erc_frame)) {
+    size_t size;
+    erc_ring_header *header = erc_file_map(path, 1, &size);
+    if (size < ERC_HEADER_SIZE || header->magic != ERC_RING_MAGIC || header->version != ERC_RING_VERSION ||
+        header->frame_size != sizeof(erc_frame) || header->capacity < 2u ||
+        header->capacity != (size - ERC_HEADER_SIZE) / sizeof(erc_frame)) {
         erc_fail("%s is no ring of version %u", path, ERC_RING_VERSION);
     }
-    ring.head = ring.header->head;
-    return ring;
+    erc_frame *frames = (erc_frame *)(void *)((char *)header + ERC_HEADER_SIZE);
+    return (erc_ring){header, frames, header->head, header->capacity};
 }
 
 void erc_ring_write(erc_ring *ring, erc_frame *frame) {

@@ -1,6 +1,5 @@
 /* The ring in shared memory: one writer, any number of readers that it knows nothing of. */
-#ifndef ERC_RING_H
-#define ERC_RING_H
+#pragma once
 
 #include "erc_layout.h"
 
@@ -12,5 +11,3 @@ typedef struct {
 
 erc_ring erc_ring_open(const char *path);
 void erc_ring_write(erc_ring *ring, erc_frame *frame);
-
-#endif

@@ -1,5 +1,5 @@
 /* From packets to angles and speeds: order, gaps, finite numbers, wraps, glitches, then the causal filter. */
-#include "erc_core.h"
+#include "erc_sensors.h"
 
 #include <math.h>
 
@@ -34,7 +34,7 @@ static int possible(const erc_encoder *encoder, double raw, double dt, uint64_t 
            fabs(x - predicted) <= encoder->glitch * dt * (double)periods;
 }
 
-/* Take a reading: the recursion of LiveDerivative in differentiate.py, term by term. After a gap the innovation has grown
+/* Take a reading: the recursion of LiveDerivative in signals/speed.py, term by term. After a gap the innovation has grown
  * over the whole gap, and the speed is corrected by what it is in one period. */
 static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, double h) {
     const double predicted = encoder->position + dt * encoder->speed;

@@ -8,31 +8,26 @@
  */
 #define _GNU_SOURCE
 #include "erc_core.h"
-#include "erc_fail.h"
-#include "erc_library.h"
+#include "erc_model.h"
 #include "erc_packet.h"
 #include "erc_realtime.h"
 #include "erc_rig.h"
 #include "erc_ring.h"
+#include "erc_start.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #define STEPS_AT_ZERO 5u /* commands of zero field before it ends: one of them arrives even on a bad line */
 
 typedef struct {
-    const char *config, *ring, *model, *digest, *table;
-    const char *udp[4];
-    const char *library[2];
+    const char *config, *ring, *table;
+    const char *udp[4], *library[2], *model[2]; /* model: its library and its digest */
     int orders, priority, cpu;
     uint64_t steps;
 } options_t;
@@ -40,16 +35,6 @@ typedef struct {
 static volatile sig_atomic_t stop_asked;
 static erc_rig *rig_in_use; /* for the handler of fatal signals */
 static erc_command last_command;
-
-void erc_fail(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    (void)fputs("erclutch-loop: ", stderr);
-    (void)vfprintf(stderr, format, arguments);
-    (void)fputc('\n', stderr);
-    va_end(arguments);
-    exit(2);
-}
 
 /* --- start ------------------------------------------------------------------------------------------------------- */
 
@@ -64,58 +49,45 @@ static uint64_t number(const char *text, const char *option) {
 }
 
 static options_t options_of(int count, char **words) {
-    static const struct {
+    options_t out = {.model = {0, ""}};
+    const char *orders = 0, *steps = 0, *priority = 0, *cpu = 0;
+    const struct {
         const char *name;
-        int values;
-    } known[] = {{"--config", 1},  {"--ring", 1},  {"--udp", 4},      {"--library", 2}, {"--model", 2}, {"--table", 1},
-                 {"--orders", 1}, {"--steps", 1}, {"--priority", 1}, {"--cpu", 1}};
-    options_t out = {0, 0, 0, "", 0, {0}, {0}, -1, 80, -1, UINT64_MAX};
+        size_t values;
+        const char **to;
+    } known[] = {{"--config", 1, &out.config}, {"--ring", 1, &out.ring},  {"--udp", 4, out.udp},
+                 {"--library", 2, out.library}, {"--model", 2, out.model}, {"--table", 1, &out.table},
+                 {"--orders", 1, &orders},      {"--steps", 1, &steps},    {"--priority", 1, &priority},
+                 {"--cpu", 1, &cpu}};
     for (int i = 1; i < count;) {
         size_t which = 0;
         while (which < sizeof known / sizeof known[0] && strcmp(words[i], known[which].name) != 0) {
             which++;
         }
-        if (which == sizeof known / sizeof known[0] || i + known[which].values >= count) {
+        if (which == sizeof known / sizeof known[0] || i + (int)known[which].values >= count) {
             erc_fail("unknown or incomplete option %s", words[i]);
         }
-        char **value = &words[i + 1];
-        switch (which) {
-        case 0: out.config = value[0]; break;
-        case 1: out.ring = value[0]; break;
-        case 2: memcpy(out.udp, value, sizeof out.udp); break;
-        case 3: memcpy(out.library, value, sizeof out.library); break;
-        case 4: out.model = value[0]; out.digest = value[1]; break;
-        case 5: out.table = value[0]; break;
-        case 6: out.orders = (int)number(value[0], words[i]); break;
-        case 7: out.steps = number(value[0], words[i]); break;
-        case 8: out.priority = (int)number(value[0], words[i]); break;
-        default: out.cpu = (int)number(value[0], words[i]); break;
-        }
-        i += 1 + known[which].values;
+        memcpy(known[which].to, &words[i + 1], known[which].values * sizeof words[0]);
+        i += 1 + (int)known[which].values;
     }
     if (out.config == 0 || out.ring == 0 || (out.udp[0] == 0) == (out.library[0] == 0)) {
         erc_fail("--config, --ring and one of --udp, --library are needed");
     }
+    out.orders = orders == 0 ? -1 : (int)number(orders, "--orders");
+    out.steps = steps == 0 ? UINT64_MAX : number(steps, "--steps");
+    out.priority = priority == 0 ? 80 : (int)number(priority, "--priority");
+    out.cpu = cpu == 0 ? -1 : (int)number(cpu, "--cpu");
     return out;
 }
 
 static const erc_row *table_of(const char *path, uint64_t *rows) {
-    struct stat about;
-    *rows = 0u;
-    if (path == 0) {
-        return 0;
-    }
-    const int file = open(path, O_RDONLY | O_CLOEXEC);
-    if (file < 0 || fstat(file, &about) != 0 || about.st_size % (off_t)sizeof(erc_row) != 0 || about.st_size == 0) {
+    size_t size = 0;
+    const erc_row *table = path == 0 ? 0 : erc_file_map(path, 0, &size);
+    if (size % sizeof(erc_row) != 0) {
         erc_fail("%s is no table of rows of %zu bytes", path, sizeof(erc_row));
     }
-    void *map = mmap(0, (size_t)about.st_size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file, 0);
-    (void)close(file);
-    if (map == MAP_FAILED) {
-        erc_fail("%s cannot be mapped: %s", path, strerror(errno));
-    }
-    *rows = (uint64_t)about.st_size / sizeof(erc_row);
-    return map;
+    *rows = size / sizeof(erc_row);
+    return table;
 }
 
 static void read_config(const char *path, uint64_t rows, erc_config *config) {
@@ -261,8 +233,8 @@ int main(int count, char **words) {
     const erc_row *table = table_of(options.table, &rows);
     read_config(options.config, rows, &config);
     erc_model model = {0, 0, 0};
-    if (options.model != 0) {
-        model = erc_model_load(options.model, options.digest, config.device);
+    if (options.model[0] != 0) {
+        model = erc_model_load(options.model[0], options.model[1], config.device);
     }
     erc_core_init(&core, &config, table, &model);
     erc_ring ring = erc_ring_open(options.ring);

@@ -1,4 +1,4 @@
-"""Who gets an answer: requests to this machine by name, from a page of this server, with the session's token.
+"""The server answers requests to this machine by name, from a page of this server, with the session's token.
 
 A foreign page cannot reach the server by a name of its own (Host), nor speak to it from the browser (Origin), and no
 other user of the machine knows the token. The token comes once in the printed address; then it is a cookie that scripts
@@ -10,6 +10,7 @@ from __future__ import annotations
 import hmac
 import secrets
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs
@@ -70,11 +71,8 @@ class Access:
     def by_cookie(self, headers: list[tuple[str, str]]) -> bool:
         """Whether the cookie holds the token."""
         for name, value in headers:
-            if name == "cookie":
-                try:
-                    found = SimpleCookie(value).get(self.cookie)
-                except CookieError:
-                    continue
+            with suppress(CookieError):
+                found = SimpleCookie(value).get(self.cookie) if name == "cookie" else None
                 if found is not None and self._same(found.value):
                     return True
         return False

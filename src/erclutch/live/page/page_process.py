@@ -1,4 +1,4 @@
-"""The server as a process, and the session's side of it.
+"""The server runs as a process; this module holds the session's side of it too.
 
 The session writes JSON lines to the server's standard input: first all that it needs (the token travels here, not in
 the command line, which others can read), then the session's state whenever it changes. The server answers with JSON
@@ -11,16 +11,16 @@ import asyncio
 import contextlib
 import json
 import os
+import signal
 import socket
-import subprocess
 import sys
-import threading
-from collections.abc import Callable
-from queue import Empty, SimpleQueue
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.live.commands import Command, CommandError, Limits, parse
+from erclutch.live.commands import CommandError, CommandLimits, PageCommand, parse
+from erclutch.live.companion_process import CompanionProcess, end_process
 from erclutch.live.page.access import Access, new_token
 
 _START = 20.0  # s
@@ -37,7 +37,7 @@ class PageProcess:
         ring: path of the ring.
         limits: of commands.
         port: to listen on; 0 lets the system choose.
-        programs, stroke, lead: see `erclutch.live.page.server.Desk`.
+        shown: what a page is told of its session: see `erclutch.live.page.page_server.Page`.
 
     Attributes:
         access: where the page is, and its token.
@@ -48,110 +48,56 @@ class PageProcess:
     """
 
     def __init__(
-        self,
-        ring: str,
-        limits: Limits,
-        *,
-        port: int = 0,
-        programs: list[dict[str, str]] | None = None,
-        stroke: float = 0.0,
-        lead: float = 0.0,
+        self, ring: str, limits: CommandLimits, *, port: int = 0, shown: Mapping[str, Any] | None = None
     ) -> None:
         self._limits = limits
         self._said: dict[str, Any] = {}
-        self._setting = {
-            "ring": ring, "programs": programs or [], "stroke": stroke, "lead": lead,
-            "names": list(limits.programs), "motor": limits.motor, "token": new_token(), "port": port,
-        }  # fmt: skip
-        self._answers: SimpleQueue[bytes] = SimpleQueue()
+        self._setting: dict[str, Any] = {"ring": ring, "limits": asdict(limits), "shown": dict(shown or {})}
+        self._setting |= {"port": port, "token": new_token()}
         self.restarts = 0
         self._process = self._start()
-        first = self._answer(_START)
-        if not first or "port" not in first:
+        first = self._process.answer(_START)
+        if "port" not in first:
             self.close()
-            problem = str((first or {}).get("problem", "its server does not start"))
-            remedy = str((first or {}).get("remedy", "Run erclutch live with --headless"))
+            problem = first.get("problem", "its server does not start")
+            remedy = first.get("remedy", "Run erclutch live with --headless")
             raise PageError(f"the page cannot be shown: {problem}", remedy=remedy)
-        self._setting["port"] = int(first["port"])
-        self.access = Access(int(first["port"]), str(self._setting["token"]))
+        self._setting["port"] = first["port"]
+        self.access = Access(first["port"], self._setting["token"])
 
     @property
     def pid(self) -> int:
         """Process of the server."""
         return self._process.pid
 
-    def _start(self) -> subprocess.Popen[bytes]:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "erclutch.live.page.process"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,
-        )
-        self._listener = threading.Thread(target=self._listen, args=(process,), daemon=True)
-        self._listener.start()
-        self._write(process, self._setting)
+    def _start(self) -> CompanionProcess:
+        process = CompanionProcess("erclutch.live.page.page_process", listens=True)
+        process.tell(self._setting)
         if self._said:
-            self._write(process, self._said)
+            process.tell(self._said)
         return process
-
-    def _listen(self, process: subprocess.Popen[bytes]) -> None:
-        assert process.stdout is not None
-        with contextlib.suppress(OSError, ValueError), process.stdout:
-            for line in process.stdout:
-                self._answers.put(line)
-        self._answers.put(b"")
-
-    def _answer(self, timeout: float) -> dict[str, Any] | None:
-        try:
-            line = self._answers.get(timeout=timeout)
-            found: Any = json.loads(line)
-        except (Empty, ValueError):
-            return None
-        return cast("dict[str, Any]", found) if isinstance(found, dict) else None
-
-    @staticmethod
-    def _write(process: subprocess.Popen[bytes], body: dict[str, Any]) -> None:
-        assert process.stdin is not None
-        with contextlib.suppress(OSError, ValueError):
-            process.stdin.write(json.dumps(body).encode() + b"\n")
-            process.stdin.flush()
 
     def tell(self, body: dict[str, Any]) -> None:
         """Renew what the session says of itself; sent only when it changed."""
         if body != self._said:
             self._said = body
-            self._write(self._process, body)
+            self._process.tell(body)
 
-    def poll(self, carry_out: Callable[[Command], None]) -> None:
+    def poll(self, carry_out: Callable[[PageCommand], None]) -> None:
         """Carry out the commands that came, and start the server again if it is gone."""
-        while not self._answers.empty():
-            line = self._answers.get()
+        for line in self._process.lines():
             if line.startswith(b'{"port"') or not line.strip():
                 continue
             with contextlib.suppress(CommandError):
                 carry_out(parse(line.strip(), self._limits))
         if self._process.poll() is not None:
-            self._drop()
+            self.close()
             self.restarts += 1
             self._process = self._start()
 
-    def _drop(self) -> None:
-        if self._process.stdin is not None:
-            with contextlib.suppress(OSError):
-                self._process.stdin.close()
-        self._process.wait()
-
     def close(self) -> None:
         """End the server."""
-        if self._process.stdin is not None:
-            with contextlib.suppress(OSError):
-                self._process.stdin.close()
-        try:
-            self._process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._listener.join(1.0)
+        end_process(self._process, 5.0)
 
 
 # --- the server's side ------------------------------------------------------------------------------------------------
@@ -171,7 +117,7 @@ def main() -> int:
     except ErclutchError as error:
         _say({"problem": error.problem, "remedy": error.remedy})
     except OSError as error:
-        _say({"problem": error.strerror or str(error), "remedy": "Give another --port"})
+        _say({"problem": os.strerror(error.errno) if error.errno else str(error), "remedy": "Give another --port"})
     return 2
 
 
@@ -180,37 +126,15 @@ def _say(body: dict[str, Any]) -> None:
         os.write(sys.stdout.fileno(), json.dumps(body).encode() + b"\n")
 
 
-def _bound(port: int) -> socket.socket:
-    """A socket that listens on this machine's own address, and no other."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        if os.name == "posix":  # elsewhere it would let two servers share a port
-            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind(("127.0.0.1", port))
-        found.listen(64)
-    except OSError:
-        found.close()
-        raise
-    return found
-
-
 async def _serve(setting: dict[str, Any]) -> int:
     import uvicorn
 
-    from erclutch.live.page.server import LONGEST_MESSAGE, Desk, Page
+    from erclutch.live.page.page_server import LONGEST_MESSAGE, Page
 
-    limits = Limits(tuple(setting["names"]), float(setting["motor"]))
-    listening = _bound(int(setting["port"]))
+    limits = CommandLimits(tuple(setting["limits"]["programs"]), setting["limits"]["motor"])
+    listening = socket.create_server(("127.0.0.1", int(setting["port"])), backlog=64)
     access = Access(listening.getsockname()[1], setting["token"])
-    desk = Desk(
-        setting["ring"],
-        limits,
-        lambda command: _hand_over(command, limits),
-        setting["programs"],
-        setting["stroke"],
-        setting["lead"],
-    )
-    page = Page(desk, access)
+    page = Page(setting["ring"], limits, access, _hand_over, setting["shown"])
     config = uvicorn.Config(
         page.app,
         lifespan="off",
@@ -225,8 +149,10 @@ async def _serve(setting: dict[str, Any]) -> int:
         server_header=False,
         timeout_graceful_shutdown=1,
     )
-    server = _Server(config)
-    listener = asyncio.create_task(_listen_to_session(desk, page, server))
+    server: Any = uvicorn.Server(config)
+    server.capture_signals = contextlib.nullcontext  # SIGINT is the session's business, and it closes our input
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    listener = asyncio.create_task(_listen_to_session(page, server))
     watcher = asyncio.create_task(page.watch())
     _say({"port": access.port})
     try:
@@ -238,27 +164,13 @@ async def _serve(setting: dict[str, Any]) -> int:
     return 0
 
 
-def _Server(config: Any) -> Any:
-    """Uvicorn's server without its signal handlers: SIGINT is the session's business, and it closes our input."""
-    import signal
-
-    import uvicorn
-
-    class Server(uvicorn.Server):
-        @contextlib.contextmanager
-        def capture_signals(self) -> Any:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-            yield
-
-    return Server(config)
-
-
-def _hand_over(command: Command, limits: Limits) -> None:
+def _hand_over(command: str) -> None:
+    """Commands go on as they came: the session checks each again. A line break in JSON is white space."""
     with contextlib.suppress(OSError):
-        os.write(sys.stdout.fileno(), command.to_message(limits) + b"\n")
+        os.write(sys.stdout.fileno(), command.replace("\n", " ").encode() + b"\n")
 
 
-async def _listen_to_session(desk: Any, page: Any, server: Any) -> None:
+async def _listen_to_session(page: Any, server: Any) -> None:
     """State of the session, line by line; its notes go into the log of events."""
     reader = asyncio.StreamReader(limit=1 << 20)
     loop = asyncio.get_running_loop()
@@ -268,7 +180,7 @@ async def _listen_to_session(desk: Any, page: Any, server: Any) -> None:
         while line := await reader.readline():
             body: Any = json.loads(line)
             notes: list[tuple[int, int, str, str]] = body.pop("notes", [])
-            desk.session = body
+            page.session = body
             for number, at, text, level in notes:
                 if number >= told:
                     page.watcher.say(text, at, level)

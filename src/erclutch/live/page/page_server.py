@@ -1,25 +1,27 @@
-"""The page's server: a few fixed files, and one socket that sends frames and state and takes commands."""
+"""The page's server offers a few fixed files, and one socket that sends frames and state and takes commands."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, MutableMapping
-from dataclasses import dataclass, field
+from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
+from pathlib import PurePath
 from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
+from starlette.types import Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from erclutch._version import __version__
-from erclutch.live.commands import LONGEST, Command, CommandError, Limits, parse
-from erclutch.live.frame import EVENTS, FLAGS, RingReader
+from erclutch.live.commands import LONGEST, CommandError, CommandLimits, parse
+from erclutch.live.layout import EVENTS
 from erclutch.live.page.access import HEADERS, Access
-from erclutch.live.page.watcher import ALARMS, EDGES, NOTES, Watcher
-from erclutch.live.page.wire import pack
+from erclutch.live.page.ring_summary import EDGES, Watcher, level_of
+from erclutch.live.page.wire import WIRE, pack
+from erclutch.live.ring import RingReader
 
 RATE = 60.0  # messages of frames a second
 _STATUS = 0.25  # s
@@ -27,65 +29,51 @@ _LOOK = 0.05  # s
 _MOST_CLIENTS = 8
 _MOST_FRAMES = 2000  # in one message; a client that fell behind further starts anew at the newest
 _SHARE = 20  # commands a second from one client
+#: Longest message that a client may send; the socket is closed on a longer one.
+LONGEST_MESSAGE = 4 * LONGEST
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+_STATIC = ("live.css", "live.js", "store.js", "charts.js", "picture.js", "icon.svg")
 _FILES = {
-    "/": ("live/page/static/index.html", "text/html; charset=utf-8"),
-    "/live.css": ("live/page/static/live.css", "text/css; charset=utf-8"),
-    "/live.js": ("live/page/static/live.js", "text/javascript; charset=utf-8"),
-    "/store.js": ("live/page/static/store.js", "text/javascript; charset=utf-8"),
-    "/charts.js": ("live/page/static/charts.js", "text/javascript; charset=utf-8"),
-    "/picture.js": ("live/page/static/picture.js", "text/javascript; charset=utf-8"),
-    "/icon.svg": ("live/page/static/icon.svg", "image/svg+xml"),
-    "/uPlot.css": ("vendor/uplot/uPlot.min.css", "text/css; charset=utf-8"),
-    "/uPlot.js": ("vendor/uplot/uPlot.iife.min.js", "text/javascript; charset=utf-8"),
+    "/": "live/page/static/index.html",
+    **{f"/{name}": f"live/page/static/{name}" for name in _STATIC},
+    "/uPlot.css": "report/assets/uplot/uPlot.min.css",
+    "/uPlot.js": "report/assets/uplot/uPlot.iife.min.js",
 }
-
-
-@dataclass
-class Desk:
-    """What the page knows of its session, and how its commands leave.
-
-    Attributes:
-        ring: path of the ring.
-        limits: of commands.
-        hand_over: takes each checked command.
-        programs: for people, one a program: name and what it does.
-        stroke: how far the output may go either way in rad; 0 if nobody knows.
-        lead: of the screw in m; 0 if there is none.
-        session: state of the session that the ring does not tell, as JSON values; the session renews it.
-    """
-
-    ring: str
-    limits: Limits
-    hand_over: Callable[[Command], None]
-    programs: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
-    stroke: float = 0.0
-    lead: float = 0.0
-    session: dict[str, Any] = field(default_factory=dict[str, Any])
 
 
 class Page:
     """The application of one session.
 
     Args:
-        desk: the session.
+        ring: path of the ring.
+        limits: of commands.
         access: who gets an answer.
+        hand_over: takes the text of each command that was checked.
+        shown: what a page is told of its session besides the ring's header, as JSON values.
+
+    Attributes:
+        session: state of the session that the ring does not tell, as JSON values; the session renews it.
     """
 
-    def __init__(self, desk: Desk, access: Access) -> None:
-        self.desk, self.access = desk, access
-        self.watcher = Watcher(RingReader(desk.ring, "oldest"))
+    def __init__(
+        self,
+        ring: str,
+        limits: CommandLimits,
+        access: Access,
+        hand_over: Callable[[str], None],
+        shown: Mapping[str, Any],
+    ) -> None:
+        self._ring, self._limits, self._hand_over, self._shown = ring, limits, hand_over, shown
+        self.session: dict[str, Any] = {}
+        self.watcher = Watcher(RingReader(ring, "oldest"))
         self.clients = 0
-        routes = [Route(path, self._file(*entry)) for path, entry in _FILES.items()]
+        routes = [Route(path, self._file(name)) for path, name in _FILES.items()]
         self.app = Guard(Starlette(routes=[*routes, WebSocketRoute("/frames", self._socket)]), access)
 
     @staticmethod
-    def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
-        data = (files("erclutch") / name).read_bytes()
+    def _file(name: str) -> Callable[[Request], Awaitable[Response]]:
+        data, kind = (files("erclutch") / name).read_bytes(), _KINDS[PurePath(name).suffix]
 
         async def answer(request: Request) -> Response:
             return Response(data, media_type=kind)
@@ -101,7 +89,6 @@ class Page:
     def hello(self) -> dict[str, Any]:
         """What a client needs to know once."""
         info = self.watcher.reader.info
-        levels = [("alarm" if n in ALARMS else "note" if n in NOTES else "warning") for n, _ in EVENTS]
         return {
             "kind": "hello",
             "version": __version__,
@@ -113,13 +100,11 @@ class Page:
             "note": info.note,
             "period": info.period_ns * 1e-9,
             "field_limit": info.field_limit,
-            "motor_limit": self.desk.limits.motor,
-            "stroke": self.desk.stroke,
-            "lead": self.desk.lead,
-            "programs": self.desk.programs,
+            "motor_limit": self._limits.motor,
+            **self._shown,
             "edges": list(EDGES),
-            "events": [[n, text, level] for (n, text), level in zip(EVENTS, levels, strict=True)],
-            "flags": [list(pair) for pair in FLAGS],
+            "events": [[name, text, level_of(name)] for name, text in EVENTS],
+            "wire": WIRE,
         }
 
     async def _socket(self, socket: WebSocket) -> None:
@@ -130,25 +115,17 @@ class Page:
         await socket.accept()
         try:
             await socket.send_json(self.hello())
-            tasks = [
-                asyncio.create_task(job) for job in (self._frames(socket), self._states(socket), self._commands(socket))
-            ]
-            try:
-                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            finally:
-                for task in tasks:
-                    task.cancel()
-                await asyncio.gather(*tasks, return_exceptions=True)
-            for task in done:
-                error = task.exception()
-                if error is not None and not isinstance(error, (WebSocketDisconnect, RuntimeError, OSError)):
-                    raise error
+            async with asyncio.TaskGroup() as group:
+                for job in (self._frames, self._states, self._commands):
+                    group.create_task(job(socket))
+        except* (WebSocketDisconnect, RuntimeError, OSError):
+            pass  # the page is gone, and with it the other jobs
         finally:
             self.clients -= 1
 
     async def _frames(self, socket: WebSocket) -> None:
         """Frames as they come; a client that cannot follow loses the oldest and is told how many."""
-        reader = RingReader(self.desk.ring)
+        reader = RingReader(self._ring)
         dropped = 0
         loop = asyncio.get_running_loop()
         due = loop.time()
@@ -168,7 +145,7 @@ class Page:
     async def _states(self, socket: WebSocket) -> None:
         seen = 0
         while True:
-            body = {"kind": "status", **self.watcher.status(), "clients": self.clients, **self.desk.session}
+            body = {"kind": "status", **self.watcher.status(), "clients": self.clients, **self.session}
             body["lines"] = self.watcher.lines(seen)
             seen = self.watcher.version
             await socket.send_json(body)
@@ -181,22 +158,22 @@ class Page:
         while True:
             message = await socket.receive()
             if message["type"] != "websocket.receive":
-                return
+                raise WebSocketDisconnect
             now = loop.time()
             credit, last = min(_SHARE, credit + (now - last) * _SHARE) - 1, now
             if credit < 0:
                 await socket.close(1008)
-                return
+                raise WebSocketDisconnect
             text = message.get("text")
             if text is None:
                 await socket.send_json({"kind": "refused", "why": "A command is text"})
                 continue
             try:
-                command = parse(text, self.desk.limits)
+                command = parse(text, self._limits)
             except CommandError as error:
                 await socket.send_json({"kind": "refused", "why": str(error)})
                 continue
-            self.desk.hand_over(command)
+            self._hand_over(text)
             await socket.send_json({"kind": "taken", "command": command.kind})
 
 
@@ -236,14 +213,10 @@ def _headers(scope: Scope) -> list[tuple[str, str]]:
 
 
 def _with_headers(send: Send) -> Send:
-    async def sent(message: MutableMapping[str, Any]) -> None:
+    async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
             own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
             message["headers"] = [*message.get("headers", []), *own]
         await send(message)
 
     return sent
-
-
-#: Longest message that a client may send; the socket is closed on a longer one.
-LONGEST_MESSAGE = 4 * LONGEST

@@ -1,31 +1,35 @@
-"""What a ring tells beside the curves: events with their counts, how late the loop woke up, whether it still runs."""
+"""Beside the curves a ring tells events with their counts, how late the loop woke up, and whether it still runs."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.live.frame import EVENTS, RingReader, State
+from erclutch.live.layout import EVENTS
+from erclutch.live.ring import RingReader, State
+from erclutch.live.session_figures import SHARES, Histogram, SessionFigures
 
 #: Upper edges of the histogram's bars in us; the last bar holds all above.
 EDGES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000)
-_FINEST = 1  # us a bin of the counts behind the percentiles
-_BINS = 20_001
 _SILENT = 0.1  # s without a frame
 _JOINED = 0.5  # s: an event that comes again within goes to the same line
 _KEPT = 300  # lines
 #: How an event is shown: what fails safe, what is worth a look, what is only told.
-ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
-NOTES = {"order", "wrap", "stopping", "rate-limited"}
+_ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
+_NOTES = {"order", "wrap", "stopping", "rate-limited"}
+
+
+def level_of(event: str) -> str:
+    """Alarm, warning or note."""
+    return "alarm" if event in _ALARMS else "note" if event in _NOTES else "warning"
 
 
 @dataclass
-class Line:
+class EventLine:
     """A line of the log of events.
 
     Attributes:
@@ -47,40 +51,15 @@ class Line:
 
     def body(self) -> dict[str, Any]:
         """As JSON values."""
-        return {
-            "number": self.number, "name": self.name, "text": self.text, "level": self.level,
-            "first": round(self.first, 3), "last": round(self.last, 3), "count": self.count,
-        }  # fmt: skip
+        return {**asdict(self), "first": round(self.first, 3), "last": round(self.last, 3)}
 
 
-class Lateness:
-    """Counts of numbers of microseconds, for a histogram and percentiles."""
-
-    def __init__(self) -> None:
-        self._counts = np.zeros(_BINS, np.int64)
-        self._largest = 0.0
-        self._bars = np.zeros(len(EDGES) + 1, np.int64)
-
-    def add(self, us: NDArray[np.float64]) -> None:
-        """Count values in us, shape (n,)."""
-        if not us.size:
-            return
-        bins = np.clip(us / _FINEST, 0, _BINS - 1).astype(np.int64)
-        self._counts += np.bincount(bins, minlength=_BINS)
-        self._bars += np.bincount(np.searchsorted(EDGES, us, side="left"), minlength=len(EDGES) + 1)
-        self._largest = max(self._largest, float(us.max()))
-
-    def body(self) -> dict[str, Any]:
-        """Percentiles and bars as JSON values."""
-        total = int(self._counts.sum())
-        if not total:
-            return {"count": 0, "bars": self._bars.tolist()}
-        reached = np.searchsorted(np.cumsum(self._counts), np.array([0.5, 0.99, 0.999]) * total)
-        p50, p99, p999 = ((int(place) + 1) * _FINEST for place in reached)
-        return {
-            "count": total, "p50": p50, "p99": p99, "p999": p999, "max": round(self._largest, 1),
-            "bars": self._bars.tolist(),
-        }  # fmt: skip
+def _told(times: Histogram) -> dict[str, Any]:
+    """Percentiles in us and the histogram's bars, as JSON values."""
+    count = int(times.counts.sum())
+    names = ("p50", "p99", "p999") if count else ()
+    figures = dict(zip(names, times.percentiles(SHARES), strict=False))
+    return {"count": count, **figures, "max": round(times.largest, 1), "bars": times.between(EDGES)}
 
 
 class Watcher:
@@ -91,23 +70,20 @@ class Watcher:
     """
 
     def __init__(self, reader: RingReader) -> None:
-        self.reader = reader
-        self.lateness, self.step = Lateness(), Lateness()
+        self.reader, self._figures = reader, SessionFigures(reader)
         self.version = 0
-        self._lines: deque[Line] = deque(maxlen=_KEPT)
-        self._open: dict[str, Line] = {}
+        self._lines: deque[EventLine] = deque(maxlen=_KEPT)
+        self._open: dict[str, EventLine] = {}
         self._head = reader.head
         self._moved = time.monotonic()
 
     def look(self) -> None:
         """Take in the frames that came."""
-        frames = self.reader.read()
+        frames = self._figures.poll()
         if self.reader.head != self._head:
             self._head, self._moved = self.reader.head, time.monotonic()
         if not frames.size:
             return
-        self.lateness.add(frames["lateness_ns"] * 1e-3)
-        self.step.add(frames["step_ns"] * 1e-3)
         present = int(np.bitwise_or.reduce(frames["events"]))
         if not present:
             return
@@ -115,8 +91,7 @@ class Watcher:
         for bit, (name, meaning) in enumerate(EVENTS):
             if present >> bit & 1:
                 hit = np.flatnonzero(frames["events"] >> np.uint32(bit) & 1)
-                level = "alarm" if name in ALARMS else "note" if name in NOTES else "warning"
-                self._log(name, meaning, level, float(seconds[hit[0]]), float(seconds[hit[-1]]), int(hit.size))
+                self._log(name, meaning, level_of(name), float(seconds[hit[0]]), float(seconds[hit[-1]]), int(hit.size))
 
     def say(self, text: str, at: int, level: str = "note") -> None:
         """A line that is no event of the loop, with its time by the monotonic clock in ns."""
@@ -131,7 +106,7 @@ class Watcher:
             line.last, line.count, line.version = last, line.count + count, self.version
             return
         number = self._lines[-1].number + 1 if self._lines else 0
-        line = Line(number, self.version, name, text, level, first, last, count)
+        line = EventLine(number, self.version, name, text, level, first, last, count)
         self._open[name] = line
         self._lines.append(line)
 
@@ -157,6 +132,6 @@ class Watcher:
             "program": reader.program,
             "head": reader.head,
             "counts": {name: count for name, count in reader.counts.items() if count},
-            "lateness": self.lateness.body(),
-            "step": self.step.body(),
+            "lateness": _told(self._figures.lateness),
+            "step": _told(self._figures.step),
         }

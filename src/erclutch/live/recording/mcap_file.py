@@ -1,4 +1,4 @@
-"""Frames into an MCAP file that a crash cannot spoil: small whole records, each written at once, no index in memory.
+"""Frames go into an MCAP file that no crash can spoil: small whole records, written at once, no index in memory.
 
 A message is a frame as it stands in the ring; its description makes it a ROS 1 message of numbers, so Foxglove and
 PlotJuggler read it as well as `erclutch.logs`. Log time is the step's deadline (so rows are evenly spaced, as the
@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
-from erclutch.live.frame import EVENT_BITS, FRAME, UNITS, RingInfo
-from erclutch.logs.mcap import UNSAMPLED_KEY
-from erclutch.logs.mcap_records import MAGIC, Place, places
+from erclutch.live.layout import EVENT_BITS, FRAME, UNITS
+from erclutch.live.ring import RingInfo
+from erclutch.logs.readers.mcap_records import MAGIC, Place, parse, places
+from erclutch.logs.readers.mcap_table import UNSAMPLED_KEY
 
 TOPIC = "/frames"
 SCHEMA = "erclutch/Frame"
@@ -38,7 +39,7 @@ CHANNEL = 1
 _REPEAT = 256
 _HEADED = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
 _MESSAGE = np.dtype([*_HEADED, ("frame", FRAME)])
-_CHUNK = struct.Struct("<BQQQQII4sQ")
+_SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
 _INDEX = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
@@ -72,12 +73,12 @@ class FrameFile:
         self._packer = zstandard.ZstdCompressor(level=1)
         try:
             if self.path.exists():
-                raise FileExistsError(errno.EEXIST, "it exists already")
+                raise FileExistsError(errno.EEXIST, "the file exists already")
             self._file = os.open(
                 partial_of(self.path), os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o644
             )
         except OSError as error:
-            raise _unwritable(self.path, error) from error
+            raise unwritable(self.path, error) from error
         about = kinds.Metadata("erclutch", about_session(info))
         self._append(MAGIC + _records(kinds.Header("ros1", f"erclutch {__version__}"), about))
 
@@ -176,15 +177,16 @@ def _records(*records: kinds.McapRecord) -> bytes:
 
 def _chunk(messages: NDArray[Any], packer: Any) -> bytes:
     """A chunk of messages and its index."""
-    body = messages.tobytes()
-    packed = packer.compress(body)
-    times = messages["log_time"]
-    length = _CHUNK.size - 9 + len(packed)
-    head = _CHUNK.pack(
-        Opcode.CHUNK, length, int(times.min()), int(times.max()), len(body), zlib.crc32(body), 4, b"zstd", len(packed)
+    body, times = messages.tobytes(), messages["log_time"]
+    chunk = kinds.Chunk(
+        compression="zstd",
+        data=packer.compress(body),
+        message_end_time=int(times.max()),
+        message_start_time=int(times.min()),
+        uncompressed_crc=zlib.crc32(body),
+        uncompressed_size=len(body),
     )
-    index = chunk_index(CHANNEL, times, np.arange(messages.size) * messages.dtype.itemsize)
-    return b"".join((head, packed, index))
+    return _records(chunk) + chunk_index(CHANNEL, times, np.arange(messages.size) * messages.dtype.itemsize)
 
 
 def chunk_index(channel: int, times: NDArray[np.uint64], offsets: NDArray[np.int64]) -> bytes:
@@ -206,7 +208,7 @@ def seal(path: str | Path) -> None:
     with open(path, "r+b", buffering=0) as file:
         with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
             size = len(data)
-            found = _whole(data)
+            found = list(places(data, ended=False))
             end = _records(kinds.DataEnd(zlib.crc32(memoryview(data))))
             summary = _summary(data, found, size + len(end))
         try:
@@ -216,11 +218,6 @@ def seal(path: str | Path) -> None:
             if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
                 raise
             _end_without_index(file.fileno(), [place.start - 9 for place in found if place.kind == Opcode.CHUNK], size)
-
-
-def _whole(data: Any) -> list[Place]:
-    """The records of a file that has no end yet."""
-    return list(places(data, ended=False))
 
 
 def _end_without_index(file: int, chunks: list[int], size: int) -> None:
@@ -239,10 +236,7 @@ def _end_without_index(file: int, chunks: list[int], size: int) -> None:
 
 def _summary(data: Any, found: list[Place], start: int) -> bytes:
     """Schemas, channels, statistics and index of a file's records, and the footer, as they stand from ``start`` on."""
-    groups: dict[Opcode, dict[bytes, None]] = {
-        kind: {} for kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX)
-    }
-    groups[Opcode.METADATA_INDEX] = {}
+    groups: dict[Opcode, dict[bytes, None]] = {kind: {} for kind in _SUMMARY}
     counts: dict[int, int] = {}
     chunks: list[kinds.ChunkIndex] = []
     for place in found:
@@ -250,8 +244,7 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
         if place.kind in (Opcode.SCHEMA, Opcode.CHANNEL):
             groups[Opcode(place.kind)][data[head : place.stop]] = None
         elif place.kind == Opcode.METADATA:
-            (length,) = struct.unpack_from("<I", data, place.start)
-            name = data[place.start + 4 : place.start + 4 + length].decode("utf-8", "replace")
+            name = parse(kinds.Metadata, data[place.start : place.stop]).name
             groups[Opcode.METADATA_INDEX][_records(kinds.MetadataIndex(head, place.stop - head, name))] = None
         elif place.kind == Opcode.CHUNK:
             chunks.append(_entry(data, place))
@@ -285,18 +278,17 @@ def _statistics(
 
 
 def _entry(data: Any, place: Place) -> kinds.ChunkIndex:
-    first, last, size, _, length = struct.unpack_from("<QQQII", data, place.start)
-    at = place.start + 32
+    chunk: kinds.Chunk = parse(kinds.Chunk, data[place.start : place.stop])
     return kinds.ChunkIndex(
         chunk_length=place.stop - place.start + 9,
         chunk_start_offset=place.start - 9,
-        compression=data[at : at + length].decode(),
-        compressed_size=struct.unpack_from("<Q", data, at + length)[0],
-        message_end_time=last,
+        compression=chunk.compression,
+        compressed_size=len(chunk.data),
+        message_end_time=chunk.message_end_time,
         message_index_length=0,
         message_index_offsets={},
-        message_start_time=first,
-        uncompressed_size=size,
+        message_start_time=chunk.message_start_time,
+        uncompressed_size=chunk.uncompressed_size,
     )
 
 
@@ -321,7 +313,8 @@ def _write_all(file: int, data: bytes) -> None:
         view = view[os.write(file, view) :]
 
 
-def _unwritable(path: Path, error: OSError) -> RecordingError:
+def unwritable(path: Path, error: OSError) -> RecordingError:
+    """The error of a recording that the disk does not take."""
     return RecordingError(
         f"the recording cannot be written: {error.strerror or error}",
         where=str(path),

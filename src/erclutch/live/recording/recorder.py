@@ -1,11 +1,11 @@
-"""The recorder: a process of its own that takes frames from the ring and puts them into a file.
+"""The recorder is a process of its own that takes frames from the ring and puts them into a file.
 
 It writes what is there every 40 ms, so a kill -9 costs less than 0.1 s, and not even that where the session starts
 another recorder: the ring holds a minute, and the new one goes on after the last frame in the file of the old one.
 A full disk ends the recording; the file stays whole and the loop never notices.
 
-As a process (``python -m erclutch.live.recorder RING FILE --after SEQ``) it writes its state as JSON lines to standard
-output, and ends with a whole file at SIGTERM, SIGINT, when its parent is gone, or when the loop is.
+As a process (``python -m erclutch.live.recording.recorder RING FILE --after SEQ``) it writes its state as JSON lines to
+standard output, and ends with a whole file at SIGTERM, SIGINT, when its parent is gone, or when the loop is.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.live.frame import RingReader, State
-from erclutch.live.mcap_file import FrameFile
+from erclutch.live.recording.mcap_file import FrameFile
+from erclutch.live.ring import RingReader, State
 
 PERIOD = 0.04  # s between chunks
 _SYNC = 1.0  # s between requests to put it on the disk
@@ -57,7 +57,7 @@ class Progress:
     ended: str = ""
 
 
-class Recorder:
+class FrameRecorder:
     """Ring to file, a step at a time.
 
     Args:
@@ -65,14 +65,19 @@ class Recorder:
         path: file to write.
         after: number of the last frame that another file has; None: begin now.
 
+    Attributes:
+        reader: of the ring.
+        file: that it writes.
+        ended: why it ended; empty while it runs.
+
     Raises:
         RingError: no ring; RecordingError: the file cannot be made.
     """
 
     def __init__(self, ring: str | Path, path: str | Path, after: int | None = None) -> None:
-        self._reader = RingReader(ring, "now" if after is None else "oldest")
+        self.reader = RingReader(ring, "now" if after is None else "oldest")
         self._after = -1 if after is None else after
-        self._file = FrameFile(path, self._reader.info)
+        self.file = FrameFile(path, self.reader.info)
         self._last = -1
         self._lost = 0
         self.ended = ""
@@ -80,26 +85,21 @@ class Recorder:
     @property
     def progress(self) -> Progress:
         """How it is."""
-        seconds = self._file.frames * self._reader.info.period_ns * 1e-9
+        seconds = self.file.frames * self.reader.info.period_ns * 1e-9
         return Progress(
-            str(self._file.path), self._file.frames, self._file.size, self._last, self._lost, seconds, self.ended
+            str(self.file.path), self.file.frames, self.file.size, self._last, self._lost, seconds, self.ended
         )
-
-    @property
-    def reader(self) -> RingReader:
-        """The ring that it reads."""
-        return self._reader
 
     def step(self) -> int:
         """Write the frames that came since the last call; returns how many. A failure to write ends the recording."""
         written = 0
         while not self.ended:
-            frames = self._reader.read(_MOST)
+            frames = self.reader.read(_MOST)
             fresh = frames[frames["seq"].astype("i8") > max(self._after, self._last)]
             if not fresh.size:
                 break
             try:
-                self._file.write(fresh)
+                self.file.write(fresh)
             except OSError as error:
                 self.ended = f"it could not be written: {error.strerror or error}"
                 break
@@ -112,25 +112,21 @@ class Recorder:
             written += int(fresh.size)
         return written
 
-    def sync(self) -> None:
-        """See `FrameFile.sync`."""
-        self._file.sync()
-
     def close(self) -> None:
         """Write what is left and end the file."""
         self.step()
         try:
-            self._file.close()
+            self.file.close()
         except OSError as error:
-            remedy = f"erclutch recover {self._file.path}.partial keeps what is there"
+            remedy = f"erclutch recover {self.file.path}.partial keeps what is there"
             self.ended = f"{self.ended or 'it could not be closed: ' + (error.strerror or str(error))}; {remedy}"
-        self._reader.close()
+        self.reader.close()
 
 
 class _Process:
     """The recorder as a process: when to stop, and what to say."""
 
-    def __init__(self, recorder: Recorder) -> None:
+    def __init__(self, recorder: FrameRecorder) -> None:
         self.recorder = recorder
         self.parent = os.getppid()
         self.stopped = False
@@ -155,7 +151,7 @@ class _Process:
             elif self._over(now):
                 break
             if now - synced >= _SYNC:
-                self.recorder.sync()
+                self.recorder.file.sync()
                 synced = time.monotonic()
             if now - said >= _REPORT:
                 self.say()
@@ -197,7 +193,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--after", type=int, default=None)
     given: Any = parser.parse_args(arguments)
     try:
-        process = _Process(Recorder(given.ring, given.file, given.after))
+        process = _Process(FrameRecorder(given.ring, given.file, given.after))
     except ErclutchError as error:
         sys.stderr.write(f"error: {error}\n")
         return error.exit_code

@@ -1,24 +1,22 @@
-"""The recordings of a session: starts recorders, names their files, and goes on where one was killed."""
+"""A session starts recorders, names their files, and goes on recording where a recorder was killed."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.live.frame import RingReader
-from erclutch.live.mcap_file import RecordingError, partial_of
-from erclutch.live.recorder import Progress
-from erclutch.live.recover import recover
+from erclutch.live.companion_process import CompanionProcess, end_process
+from erclutch.live.recording.mcap_file import RecordingError, partial_of
+from erclutch.live.recording.recorder import Progress
+from erclutch.live.recording.recover_recording import recover
+from erclutch.live.ring import RingReader
 
 _BEGIN = 30.0  # s that a recorder may take to begin on a busy machine; the ring holds frames for twice as long
 _END = 10.0  # s that it may take to end its file
@@ -29,7 +27,7 @@ _DISK = 3  # exit code of a recorder whose disk ended it
 class Started:
     """A recorder that runs: its process, its file, the frame after which it began, the first file of the recording."""
 
-    process: subprocess.Popen[bytes]
+    process: CompanionProcess
     path: Path
     after: int
     first: Path
@@ -57,7 +55,6 @@ class Recordings:
         self.files: list[Path] = []
         self._say = say
         self._running: Started | None = None
-        self._heard = b""
 
     @property
     def running(self) -> bool:
@@ -98,11 +95,7 @@ class Recordings:
             time.sleep(0.01)  # on a busy machine it may not be there yet; the ring still holds its frames
         with contextlib.suppress(OSError):
             started.process.terminate()
-        try:
-            started.process.wait(_END)
-        except subprocess.TimeoutExpired:
-            started.process.kill()
-            started.process.wait()
+        end_process(started.process, _END)
         self.poll(go_on=False)
 
     def poll(self, *, go_on: bool = True) -> None:
@@ -115,8 +108,6 @@ class Recordings:
         if code is None:
             return
         self._listen(started)
-        if started.process.stdout is not None:
-            started.process.stdout.close()
         self._running = None
         if code in (0, _DISK):
             self._finished(started, full=code == _DISK)
@@ -136,7 +127,7 @@ class Recordings:
                 remedy="Give another with --folder",
             ) from error
         if not os.access(self.folder, os.W_OK):
-            raise RecordingError("it cannot be written", where=str(self.folder), remedy="Give another folder")
+            raise RecordingError("the folder cannot be written", where=str(self.folder), remedy="Give another folder")
         number, free = 2, path
         while free.exists() or partial_of(free).exists():
             free = path.with_name(f"{path.stem}-{number}.mcap")
@@ -144,11 +135,8 @@ class Recordings:
         return free
 
     def _start(self, path: Path, after: int, first: Path) -> None:
-        words = [sys.executable, "-m", "erclutch.live.recorder", str(self.ring), str(path), "--after", str(after)]
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, start_new_session=True)
-        assert process.stdout is not None
-        os.set_blocking(process.stdout.fileno(), False)
-        self._heard = b""
+        words = (str(self.ring), str(path), "--after", str(after))
+        process = CompanionProcess("erclutch.live.recording.recorder", *words)
         self._running = Started(process, path, after, first)
 
     def _begun(self, started: Started) -> bool:
@@ -157,16 +145,10 @@ class Recordings:
         return self.progress is not None and self.progress.path == str(started.path)
 
     def _listen(self, started: Started) -> None:
-        """The last whole line that the recorder wrote."""
-        assert started.process.stdout is not None
-        with contextlib.suppress(BlockingIOError, ValueError):
-            while chunk := os.read(started.process.stdout.fileno(), 65536):
-                self._heard += chunk
-        *lines, self._heard = self._heard.split(b"\n")
-        if lines:
+        """What the recorder said of itself; a recorder that was killed may leave a piece of a line."""
+        for line in started.process.lines():
             with contextlib.suppress(ValueError, TypeError):
-                body: Any = json.loads(lines[-1])
-                self.progress = Progress(**body)
+                self.progress = Progress(**json.loads(line))
 
     def _finished(self, started: Started, *, full: bool) -> None:
         why = self.progress.ended if self.progress and full else ""

@@ -1,11 +1,9 @@
-"""A whole MCAP file out of one that was not closed or is damaged: every chunk whose checksum holds is kept."""
+"""A file that was not closed or is damaged becomes a whole MCAP file: every chunk whose checksum holds is kept."""
 
 from __future__ import annotations
 
 import contextlib
 import mmap
-import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,16 +14,17 @@ from mcap import records as kinds
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from erclutch.live.mcap_file import RecordingError, chunk_index, seal
-from erclutch.logs.mcap_records import (
+from erclutch.files import whole_file
+from erclutch.live.recording.mcap_file import RecordingError, chunk_index, seal, unwritable
+from erclutch.logs.readers.mcap_records import (
     MAGIC,
     Contents,
     DamageError,
     Place,
-    Run,
     TornError,
     parse,
     places,
+    require_channels,
     runs_of,
     unpack_chunk,
 )
@@ -78,29 +77,24 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     source = Path(path)
     target = default_output(source) if output is None else Path(output)
     if target.exists():
-        raise RecordingError("it exists already", where=str(target), remedy="Give another name with --out")
+        raise RecordingError("the file exists already", where=str(target), remedy="Give another name with --out")
     try:
-        with open(source, "rb") as file, contextlib.closing(_mapped(file, source)) as data:
-            if data[: len(MAGIC)] != MAGIC:
-                raise RecordingError("this is no MCAP file (wrong first bytes)", where=str(source), remedy="Give one")
-            return _write(data, source, target)
+        with open(source, "rb") as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise RecordingError(
+                    "this is no MCAP file (wrong first bytes)", where=str(source), remedy="Give an MCAP file"
+                )
+            with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
+                return _write(data, source, target)
     except OSError as error:
-        where = source if error.filename == str(source) else target
-        problem = f"it cannot be {'read' if where == source else 'written'}: {error.strerror or error}"
-        raise RecordingError(problem, where=str(where), remedy="Check the path and the space on the disk") from error
-
-
-def _mapped(file: Any, source: Path) -> mmap.mmap:
-    if os.fstat(file.fileno()).st_size < len(MAGIC):
-        raise RecordingError("this is no MCAP file (too short)", where=str(source), remedy="Give one")
-    return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        problem = f"it cannot be read: {error.strerror or error}"
+        raise RecordingError(problem, where=str(source), remedy="Check the path") from error
 
 
 def _write(data: Any, source: Path, target: Path) -> Recovered:
     tally = _Tally()
-    handle, partial = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with open(handle, "wb") as out:
+    with whole_file(target, unwritable) as partial:
+        with open(partial, "wb") as out:
             out.write(MAGIC)
             for place, body in _good(data, tally):
                 if place.kind == Opcode.CHUNK:
@@ -108,12 +102,10 @@ def _write(data: Any, source: Path, target: Path) -> Recovered:
                 else:
                     out.write(data[place.start - 9 : place.stop])
         if not tally.messages:
-            raise RecordingError("no message of it is whole", where=str(source), remedy="There is nothing to recover")
+            raise RecordingError(
+                "no message of the recording is whole", where=str(source), remedy="There is nothing to recover"
+            )
         seal(partial)
-        Path(partial).chmod(0o644)
-        os.replace(partial, target)
-    finally:
-        Path(partial).unlink(missing_ok=True)
     return Recovered(
         target, tally.messages, tally.last, tally.missing, tally.damaged, tally.torn, tally.ended and not tally.damaged
     )
@@ -182,12 +174,12 @@ def _checked(data: Any, place: Place, tally: _Tally) -> bytes | None:
     if place.kind == Opcode.CHUNK:
         body = unpack_chunk(data[place.start : place.stop])
         for run in runs_of(body, tally.contents):
-            _require_channels(run, tally)
+            require_channels(run, tally.contents)
         return body
     body = data[place.start : place.stop]
     if place.kind == Opcode.MESSAGE:
         for run in runs_of(data[place.start - 9 : place.stop], tally.contents):
-            _require_channels(run, tally)
+            require_channels(run, tally.contents)
             tally.count(int(run.array["channel"][0]), run.array["seq"])
         return body
     if place.kind in _KEPT:
@@ -201,11 +193,6 @@ def _checked(data: Any, place: Place, tally: _Tally) -> bytes | None:
         parse(kinds.Metadata, body)
         return body
     return None
-
-
-def _require_channels(run: Run, tally: _Tally) -> None:
-    if not set(np.unique(run.array["channel"]).tolist()) <= set(tally.contents.channels):
-        raise DamageError("messages of a channel that is not described")
 
 
 def _copy_chunk(data: Any, place: Place, body: bytes, out: Any, tally: _Tally) -> None:

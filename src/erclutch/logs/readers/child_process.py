@@ -1,4 +1,4 @@
-"""Read a file with native code in a child process, so that a damaged file can kill or hang only the child.
+"""Native code reads a file in a child process, so that a damaged file can kill or hang only the child.
 
 The child is this package's own module, started with ``python -m``. It writes ``columns.npz`` (no pickles) and
 ``table.json`` into a temporary folder that the parent always removes.
@@ -11,16 +11,14 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib import import_module
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 MEMORY = 4 << 30  # bytes of address space of the child
 SECONDS = 60.0  # of processor time; the wall clock gets twice that
@@ -28,82 +26,51 @@ _ARRAYS, _TEXTS = "columns.npz", "table.json"
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What a child read.
-
-    Attributes:
-        arrays: float64 vectors by number.
-        texts: everything else, as JSON.
-    """
-
-    arrays: Sequence[Array]
-    texts: Mapping[str, Any]
+#: What a child reads: float64 vectors, and everything else as JSON.
+Answer = tuple[list[Array], dict[str, Any]]
 
 
-def run(module: str, path: Path, *arguments: str, name: str, memory: int = MEMORY, seconds: float = SECONDS) -> Answer:
-    """Run ``python -m module path folder *arguments`` under limits and fetch its answer.
+def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds: float = SECONDS) -> Answer:
+    """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
-    Args:
-        module: a module that calls `serve` when run.
-        path: the file to read.
-        arguments: texts handed on to the child.
-        name: the file's name, for messages.
-        memory: limit on the child's address space in bytes, where the platform has it.
-        seconds: limit on its processor time; its wall-clock limit is twice that.
+    Its limits are bytes of address space, where the platform has them, and seconds of processor time.
 
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
-    root = str(Path(__file__).resolve().parents[2])
+    root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     environment = {**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
-        command = [
-            sys.executable,
-            "-W",
-            "ignore",
-            "-m",
-            module,
-            str(path),
-            folder,
-            str(memory),
-            str(int(seconds)),
-            *arguments,
-        ]
+        limits = str(memory), str(int(seconds))
+        command = [sys.executable, "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
+        no_input, wait = subprocess.DEVNULL, 2 * seconds
         try:
             done = subprocess.run(
-                command,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=2 * seconds,
-                check=False,
+                command, env=environment, stdin=no_input, capture_output=True, timeout=wait, check=False
             )
         except subprocess.TimeoutExpired as error:
-            problem = f"reading the file takes longer than {2 * seconds:g} s"
-            raise LogError(problem, remedy=_DAMAGED, where=name) from error
-        return _answer(Path(folder), done.returncode, done.stderr, name)
+            raise LogError(f"reading the file takes longer than {wait:g} s", remedy=_DAMAGED) from error
+        return _answer(Path(folder), done.returncode, done.stderr)
 
 
-def _answer(folder: Path, code: int, stderr: bytes, name: str) -> Answer:
+def _answer(folder: Path, code: int, stderr: bytes) -> Answer:
     try:
         texts = cast("dict[str, Any]", json.loads((folder / _TEXTS).read_text(encoding="utf-8")))
         if code == 0 and "problem" in texts:
-            raise LogError(str(texts["problem"]), remedy=str(texts["remedy"]), where=name)
+            raise LogError(str(texts["problem"]), remedy=str(texts["remedy"]))
         with np.load(folder / _ARRAYS, allow_pickle=False) as file:
             arrays = [np.asarray(file[f"a{index}"], dtype=np.float64) for index in range(int(texts["count"]))]
     except (OSError, ValueError, KeyError):
         last = stderr.decode("utf-8", "replace").strip().splitlines()
         how = f"signal {-code}" if code < 0 else f"code {code}" + (f": {last[-1][:120]}" if last else "")
-        problem = f"the reader broke on this file ({how})"
-        raise LogError(problem, remedy=_DAMAGED, where=name) from None
+        raise LogError(f"the reader broke on this file ({how})", remedy=_DAMAGED) from None
     if code != 0:
-        raise LogError(f"the reader broke on this file (code {code})", remedy=_DAMAGED, where=name)
-    return Answer(arrays, texts)
+        raise LogError(f"the reader broke on this file (code {code})", remedy=_DAMAGED)
+    return arrays, texts
 
 
-def serve(read: Any) -> int:
+def serve(read: Callable[..., Answer]) -> int:
     """The child's side: limit itself, call ``read(path, *arguments) -> (arrays, texts)`` and write the answer.
 
     Every error becomes a report; running out of memory too. Returns the exit code.
@@ -118,8 +85,7 @@ def serve(read: Any) -> int:
     except LogError as error:
         report = {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
-        problem = f"reading the file needs more than {int(memory) >> 20} MiB"
-        report = {"problem": problem, "remedy": _DAMAGED}
+        report = {"problem": f"reading the file needs more than {int(memory) >> 20} MiB", "remedy": _DAMAGED}
     except Exception as error:  # scipy and h5py raise anything on damaged files
         cause = f"{type(error).__name__}: {str(error).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"
@@ -131,7 +97,7 @@ def serve(read: Any) -> int:
 def _limit(memory: int, seconds: int) -> None:
     """Limit address space, processor time and core dumps, where the platform can."""
     try:
-        resource: Any = import_module("resource")
+        import resource
     except ImportError:
         return  # Windows: the wall-clock limit of the parent remains
     for limit, value in (("RLIMIT_AS", memory), ("RLIMIT_CPU", seconds), ("RLIMIT_CORE", 0)):

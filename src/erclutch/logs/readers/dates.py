@@ -1,48 +1,35 @@
-"""Date and time-of-day columns as seconds since the first row."""
+"""Columns of dates and times of day become seconds since the first row."""
 
 from __future__ import annotations
 
 import re
+from datetime import datetime
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_DATES = (
-    "%Y-%m-%d",
-    "%Y/%m/%d",
-    "%m/%d/%Y",
-    "%d/%m/%Y",
-    "%d.%m.%Y",
-    "%d.%m.%y",
-    "%m/%d/%y",
-    "%d-%m-%Y",
-    "%d-%b-%Y",
-    "",
-)
+_DATES = ("%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y", "%m/%d/%y", "%d-%m-%Y", "%d-%b-%Y")
 _TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%I:%M:%S.%f %p", "%I:%M:%S %p", "%H:%M")
 _LIKELY = re.compile(r".*\d:\d\d.*")
 
 
 def _format(first: str, last: str) -> str | None:
     """The strptime format that reads the first and the last cell, months before days where both would do."""
-    from datetime import datetime
-
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
     joint = "T" if re.search(r"\dT\d", first) else " "
-    for date in _DATES:
-        for time in _TIMES:
-            pattern = f"{date}{joint if date else ''}{time}{zone}"
-            try:
-                datetime.strptime(first, pattern)
-                datetime.strptime(last, pattern)
-            except ValueError:
-                continue
-            return pattern
+    for date, time in product((*(f"{date}{joint}" for date in _DATES), ""), _TIMES):
+        try:
+            datetime.strptime(first, f"{date}{time}{zone}")
+            datetime.strptime(last, f"{date}{time}{zone}")
+        except ValueError:
+            continue
+        return f"{date}{time}{zone}"
     return None
 
 
@@ -53,9 +40,7 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
     if cells.isna().any():
         return None
     first, last = (str(cells.iloc[row]).strip().replace(",", ".") for row in (0, -1))
-    if len(first) > 40 or not _LIKELY.match(first):
-        return None
-    pattern = _format(first, last)
+    pattern = _format(first, last) if len(first) <= 40 and _LIKELY.match(first) else None
     if pattern is None:
         return None
     texts = cells.astype(str).str.strip()

@@ -1,4 +1,4 @@
-"""What a text log looks like: delimiter, decimal mark, header, units, first row of data. Decided on its first lines."""
+"""The first lines of a text log decide its delimiter, decimal mark, header, units and first row of data."""
 
 from __future__ import annotations
 
@@ -8,34 +8,16 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from erclutch import units
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
+from erclutch.signals import units
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
 _TAILS = (60, 10, 1)
 _COMMENT = ("#", "%", "//")
-_WORDS = {
-    "",
-    *[
-        "nan",
-        "-nan",
-        "+nan",
-        "inf",
-        "-inf",
-        "+inf",
-        "infinity",
-        "-infinity",
-        "na",
-        "n/a",
-        "null",
-        "1.#qnan",
-        "-1.#qnan",
-        "1.#ind",
-        "-1.#ind",
-    ],
-}
+_SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
+_WORDS = {*_SIGNED, "", "na", "n/a", "null", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind", "infinity", "-infinity"}
 _CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"),
@@ -93,7 +75,7 @@ def is_number(cell: str, decimal: str) -> bool:
     return _NUMBER[decimal].fullmatch(cell) is not None
 
 
-def sniff(text: str, name: str) -> Dialect:
+def sniff(text: str) -> Dialect:
     """Find the dialect of a text log from its first 256 K characters.
 
     Raises:
@@ -107,13 +89,13 @@ def sniff(text: str, name: str) -> Dialect:
         delimiter, decimal = _separators(full[-size:])
         rows = [cells_of(line, delimiter) for line in full[-size:]]
         kinds = _kinds(rows, decimal)
-        first = _first_row(lines, delimiter, decimal, kinds)
-        if first is not None:
-            rows = [row for row in rows if _is_data(row, decimal, kinds)]
-            return _with_header(lines, first, delimiter, decimal, rows, name)
+        for first, line in enumerate(lines):
+            if line.strip() and not is_comment(line) and _is_data(cells_of(line, delimiter), decimal, kinds):
+                rows = [row for row in rows if _is_data(row, decimal, kinds)]
+                return _with_header(lines, first, delimiter, decimal, rows)
     shown = f" (it begins with {full[0].strip()[:60]!r})" if full else ""
     remedy = "Give a table of numbers with one row a sample, or check the file's format"
-    raise LogError(f"no row of numbers in {len(lines)} lines{shown}", remedy=remedy, where=name)
+    raise LogError(f"no row of numbers in {len(lines)} lines{shown}", remedy=remedy)
 
 
 def _separators(tail: Sequence[str]) -> tuple[str | None, str]:
@@ -148,15 +130,8 @@ def _is_data(row: Sequence[str], decimal: str, kinds: Sequence[bool]) -> bool:
     return numbers > 0 and 2 * (numbers + words) > sum(kinds)
 
 
-def _first_row(lines: Sequence[str], delimiter: str | None, decimal: str, kinds: Sequence[bool]) -> int | None:
-    for index, line in enumerate(lines):
-        if line.strip() and not is_comment(line) and _is_data(cells_of(line, delimiter), decimal, kinds):
-            return index
-    return None
-
-
 def _with_header(
-    lines: Sequence[str], first: int, delimiter: str | None, decimal: str, rows: Sequence[Sequence[str]], name: str
+    lines: Sequence[str], first: int, delimiter: str | None, decimal: str, rows: Sequence[Sequence[str]]
 ) -> Dialect:
     """Complete the dialect with names, units and header block from the lines above the first row."""
     begin = cells_of(lines[first], delimiter)
@@ -168,7 +143,7 @@ def _with_header(
     labels, own = header or ([""] * (width - trailing), None)
     if header is None:
         if above:
-            _refuse_bad_first_row(lines[above[-1]], above[-1], delimiter, decimal, width, name)
+            _refuse_bad_first_row(lines[above[-1]], above[-1], delimiter, decimal, width)
         notes.append(f"no header row: the columns are called c1 .. c{len(labels)}")
     elif len(labels) > 1 and not labels[-1] and (trailing or len(labels) > width):
         labels, own = labels[:-1], own and own[:-1]
@@ -176,17 +151,9 @@ def _with_header(
     names, found, renamed = name_columns(labels, own)
     numeric = _kinds(rows, decimal) + [False] * len(names)
     metadata = header_pairs(lines[index].lstrip("#%/ ") for index in above[: len(above) - used])
-    return Dialect(
-        delimiter,
-        decimal,
-        tuple(names),
-        tuple(found),
-        first,
-        trailing,
-        tuple(numeric[: len(names)]),
-        metadata,
-        (*notes, *renamed),
-    )
+    notes += renamed
+    kinds = tuple(numeric[: len(names)])
+    return Dialect(delimiter, decimal, tuple(names), tuple(found), first, trailing, kinds, metadata, tuple(notes))
 
 
 def _header(
@@ -221,20 +188,19 @@ def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing
     return None
 
 
-def _refuse_bad_first_row(line: str, index: int, delimiter: str | None, decimal: str, width: int, name: str) -> None:
+def _refuse_bad_first_row(line: str, index: int, delimiter: str | None, decimal: str, width: int) -> None:
     """Right above the data, a line of half as many names or of numbers and text is a fault, not a comment."""
     cells = cells_of(line, delimiter)
-    if delimiter == "," and 2 * len(cells) == width and not is_comment(line) and all(cells):
+    if is_comment(line):
+        return
+    if delimiter == "," and 2 * len(cells) == width and all(cells):
         raise LogError(
             f"line {index + 1} names {len(cells)} columns but the rows have {width} cells (commas in the numbers?)",
             remedy="Export it with a decimal point, or with a semicolon between the columns",
-            where=name,
         )
     bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not is_number(cell, decimal)]
-    if not is_comment(line) and len(cells) == width > 1 and bad and len(bad) < len(cells):
-        number, cell = bad[0]
+    if len(cells) == width > 1 and 0 < len(bad) < len(cells):
         raise LogError(
-            f"line {index + 1}, column {number} is '{cell}' where a number is expected",
+            f"line {index + 1}, column {bad[0][0]} is '{bad[0][1]}' where a number is expected",
             remedy="Correct or delete that line, or put a complete header row above the data",
-            where=name,
         )

@@ -1,19 +1,19 @@
-"""MATLAB logs, v5 (save -v6, -v7) and v7.3 (HDF5). The file is opened in a child process only (`child`).
+"""MATLAB logs of v5 (save -v6, -v7) and v7.3 (HDF5) are opened in a child process only.
 
-This module is both sides: `read_mat` checks the magic bytes and starts the child; run as a module it is the child.
+This module is both sides. `read_mat` checks the magic bytes and starts the child. Run as a module, it is the child.
 """
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Any
 
 from erclutch.errors import LogError
-from erclutch.logs import child
 from erclutch.logs.labels import name_columns
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import child_process
 from erclutch.logs.table import Table
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
@@ -30,34 +30,26 @@ def version(head: bytes) -> str | None:
     return None
 
 
-def read_mat(path: Path, head: bytes, name: str, digest: str, variable: str | None = None) -> Table:
+def read_mat(source: LogSource) -> Table:
     """Read one recording of a MATLAB file.
-
-    Args:
-        path: the file.
-        head: its first bytes, at least 520 where it has them.
-        name: its name, for messages.
-        digest: SHA-256 of the file.
-        variable: which top-level variable to take where several hold a recording.
 
     Raises:
         LogError: no MATLAB file, a damaged one, no recording in it, or several and none chosen.
     """
-    kind = version(head)
+    kind = version(source.data[:520])
     if kind is None:
         problem = "this is neither a MATLAB v5 nor a v7.3 file (wrong first bytes)"
-        raise LogError(problem, remedy="Save it with save -v7, or export it as CSV", where=name)
-    answer = child.run("erclutch.logs.mat", path, kind, variable or "", name=name)
-    texts = answer.texts
+        raise LogError(problem, remedy="Save it with save -v7, or export it as CSV")
+    arguments = kind, source.variable or ""
+    arrays, texts = child_process.run("erclutch.logs.readers.mat", source.path.resolve(), *arguments)
     names, units, renamed = name_columns(
         [str(label) for label in texts["labels"]], [str(u) if u else None for u in texts["units"]]
     )
-    columns = dict(zip(names, answer.arrays, strict=True))
     return Table(
-        name=name,
-        columns=columns,
+        name=source.name,
+        columns=dict(zip(names, arrays, strict=True)),
         units=dict(zip(names, units, strict=True)),
-        digest=digest,
+        digest=source.digest,
         sample_period=texts["period"],
         constants={str(key): float(value) for key, value in texts["constants"].items()},
         metadata={str(key): str(value) for key, value in texts["metadata"].items()},
@@ -67,7 +59,7 @@ def read_mat(path: Path, head: bytes, name: str, digest: str, variable: str | No
 
 def _read(path: str, kind: str, variable: str) -> tuple[list[Array], dict[str, Any]]:
     """The child's work: file -> tree -> recording."""
-    from erclutch.logs import mat_layout, mat_tree
+    from erclutch.logs.readers import mat_layout, mat_tree
 
     tree = mat_tree.load_v5(path) if kind == "5" else mat_tree.load_v73(path)
     found = mat_layout.choose(tree, variable or None)
@@ -81,5 +73,11 @@ def _read(path: str, kind: str, variable: str) -> tuple[list[Array], dict[str, A
     }
 
 
+def _claims(head: bytes) -> bool:
+    return version(head) is not None
+
+
+READER = LogReader((".mat",), _claims, read_mat)
+
 if __name__ == "__main__":
-    sys.exit(child.serve(_read))
+    sys.exit(child_process.serve(_read))

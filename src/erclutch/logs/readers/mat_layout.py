@@ -1,4 +1,4 @@
-"""Where in a MATLAB file the recording is: dSPACE structures, structs and matrices, plain vectors of the workspace.
+"""A MATLAB file holds its recording in dSPACE structures, structs and matrices, or plain vectors of the workspace.
 
 The layout of a ControlDesk recording was learnt from public scripts that read them, not from dSPACE's documents:
 HoriFujimotoLab/AcqTools ``dmat2struct.m`` (``X(1).Data``, ``Y(k).Data``, ``Y(k).Name`` like
@@ -18,7 +18,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
@@ -43,15 +43,13 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
         LogError: none, several without a choice, or no variable of that name.
     """
     if variable is not None and variable not in tree:
-        raise LogError(
-            f"there is no variable '{variable}' (there are: {_listed(tree)})", remedy="Give one of these as --variable"
-        )
+        problem = f"there is no variable '{variable}' (there are: {_listed(tree)})"
+        raise LogError(problem, remedy="Give one of these as --variable")
     if variable is not None:
         found = _structure(variable, tree[variable]) or _workspace({variable: tree[variable]})
         if found is None:
-            raise LogError(
-                f"variable '{variable}' holds no recording", remedy=f"Give another as --variable ({_listed(tree)})"
-            )
+            remedy = f"Give another as --variable ({_listed(tree)})"
+            raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
         return found
     recordings = {name: found for name, node in tree.items() if (found := _structure(name, node)) is not None}
     loose = _workspace({name: node for name, node in tree.items() if name not in recordings})
@@ -61,17 +59,14 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
         name, found = next(iter(recordings.items()))
         found.notes.insert(0, f"recording read from variable {name}")
         return found
-    if not recordings:
-        objects = [name for name, node in tree.items() if node is None]
-        hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)" if objects else ""
-        raise LogError(
-            f"no recording in the variables {_listed(tree)}{hint}",
-            remedy="Save a struct of vectors, or vectors of one length",
-        )
-    names = [*recordings, *(loose.columns if loose else ())]
-    raise LogError(
-        f"the file holds several recordings: {', '.join(names)}", remedy=f"Choose one, such as --variable {names[0]}"
-    )
+    if recordings:
+        names = [*recordings, *(loose.columns if loose else ())]
+        problem = f"the file holds several recordings: {', '.join(names)}"
+        raise LogError(problem, remedy=f"Choose one, such as --variable {names[0]}")
+    hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
+    objects = any(node is None for node in tree.values())
+    problem = f"no recording in the variables {_listed(tree)}{hint if objects else ''}"
+    raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
 
 
 def _listed(tree: dict[str, Any]) -> str:
@@ -84,11 +79,8 @@ def _structure(name: str, node: Any) -> Found | None:
     if not isinstance(node, dict):
         return None
     fields = cast("dict[str, Any]", node)
-    if (
-        {"X", "Y"} <= fields.keys()
-        and (signals := _structs(fields["Y"]))
-        and all({"Name", "Data"} <= one.keys() for one in signals)
-    ):
+    signals = _structs(fields.get("Y")) if "X" in fields else []
+    if signals and all({"Name", "Data"} <= one.keys() for one in signals):
         return _dspace(fields, signals)
     if isinstance(fields.get("signals"), dict | list):
         return _simulink(fields)
@@ -151,17 +143,12 @@ def _short_names(paths: list[str]) -> list[str]:
         for path in paths
     ]
     lengths = [2 if len(parts) > 1 and _GENERIC.fullmatch(parts[-1]) else 1 for parts in split]
-    for _ in range(max(map(len, split), default=1)):
+    names: list[str] = []
+    for _ in range(max(map(len, split), default=1) + 1):
         names = ["/".join(parts[-length:]) for parts, length in zip(split, lengths, strict=True)]
-        lengths = [
-            length + (names.count(name) > 1 and length < len(parts))
-            for name, length, parts in zip(names, lengths, split, strict=True)
-        ]
-    names = ["/".join(parts[-length:]) for parts, length in zip(split, lengths, strict=True)]
-    shorter = [
-        "/".join(name.split("/")[:-1]) if _GENERIC.fullmatch(name.split("/")[-1]) and "/" in name else name
-        for name in names
-    ]
+        lengths = [length + (names.count(name) > 1) for name, length in zip(names, lengths, strict=True)]
+    ends = [name.rpartition("/") for name in names]
+    shorter = [end[0] if end[0] and _GENERIC.fullmatch(end[2]) else name for name, end in zip(names, ends, strict=True)]
     return shorter if len(set(shorter)) == len(shorter) else names
 
 
@@ -176,11 +163,8 @@ def _simulink(fields: dict[str, Any]) -> Found | None:
 
 def _workspace(nodes: dict[str, Any]) -> Found | None:
     """Vectors and matrices of one length as a recording; single numbers become constants, other lengths a note."""
-    arrays = {
-        name: array
-        for name, node in nodes.items()
-        if isinstance(node, np.ndarray) and (array := _flat(node)) is not None
-    }
+    flat = {name: _flat(node) for name, node in nodes.items()}
+    arrays = {name: array for name, array in flat.items() if array is not None}
     constants = {name: float(array.ravel()[0]) for name, array in arrays.items() if array.size == 1}
     arrays = {name: array for name, array in arrays.items() if array.size > 1}
     if not arrays:
@@ -212,23 +196,21 @@ def _own_units(metadata: dict[str, str]) -> dict[str, str]:
 
 
 def _flat(node: Any) -> np.ndarray[Any, Any] | None:
-    """Numbers as a vector or a matrix; None for anything of more dimensions."""
-    array = cast("np.ndarray[Any, Any]", node)
-    squeezed = array.squeeze()
-    if squeezed.dtype.kind not in "biuf" or squeezed.ndim > 2:
+    """Numbers as a vector or a matrix; None for anything else, and for arrays of more dimensions."""
+    if not isinstance(node, np.ndarray):
         return None
-    return squeezed
+    squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
+    return squeezed if squeezed.dtype.kind in "biuf" and squeezed.ndim <= 2 else None
 
 
 def _vector(node: Any) -> Array | None:
-    if not isinstance(node, np.ndarray) or (array := _flat(node)) is None or array.ndim == 2:
-        return None
-    return np.atleast_1d(array).astype(np.float64)
+    array = _flat(node)
+    return None if array is None or array.ndim == 2 else np.atleast_1d(array).astype(np.float64)
 
 
 def _columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
     """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
-    array = _flat(node) if isinstance(node, np.ndarray) else None
+    array = _flat(node)
     if array is None or array.size < 2 or (rows is not None and rows not in array.shape):
         return []
     if array.ndim == 1:

@@ -1,11 +1,10 @@
-"""MATLAB files as plain Python: dict for a struct, list for a struct array or cell, str, ndarray for numbers.
+"""MATLAB files become plain Python: dict for a struct, list for a struct array or cell, str, ndarray for numbers.
 
 Runs in the child process only. What cannot be plain (function handles, objects such as timeseries) becomes None.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, cast
 
 import numpy as np
@@ -17,7 +16,8 @@ _MOST = 200_000  # elements of cells and struct arrays: a log has hundreds
 
 def load_v5(path: str) -> dict[str, Node]:
     """Top-level variables of a v5 file, read by SciPy."""
-    loadmat: Any = import_module("scipy.io.matlab").loadmat
+    from scipy.io.matlab import loadmat
+
     found = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
     return {str(name): _plain(value, 0) for name, value in found.items() if not str(name).startswith("__")}
 
@@ -37,18 +37,16 @@ def _plain(value: Any, depth: int) -> Node:
         items = [_plain(item, depth + 1) for item in array.ravel(order="F")[:_MOST]]
         single = len(items) == 1 and isinstance(items[0], dict)
         return items[0] if single else items
-    if array.dtype.kind in "biuf":
-        return array
-    return None
+    return array if array.dtype.kind in "biuf" else None
 
 
 def load_v73(path: str) -> dict[str, Node]:
     """Top-level variables of a v7.3 file, read by h5py. Links to other files are never followed."""
-    h5py: Any = import_module("h5py")
+    import h5py
+
     with h5py.File(path, "r") as file:
-        return {
-            str(name): _node(h5py, file, file, name, 0) for name in _own(h5py, file) if not str(name).startswith("#")
-        }
+        own = (name for name in _own(h5py, file) if not str(name).startswith("#"))
+        return {str(name): _value(h5py, file, file[name], 0) for name in own}
 
 
 def _own(h5py: Any, group: Any) -> list[str]:
@@ -56,23 +54,18 @@ def _own(h5py: Any, group: Any) -> list[str]:
     return [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
 
 
-def _node(h5py: Any, file: Any, group: Any, name: str, depth: int) -> Node:
-    return None if depth > _DEEPEST else _value(h5py, file, group[name], depth)
-
-
 def _value(h5py: Any, file: Any, item: Any, depth: int) -> Node:
     """One HDF5 object. Groups are structs; a struct array is a group whose members are arrays of references."""
+    if depth > _DEEPEST:
+        return None
     if isinstance(item, h5py.Group):
         fields = {str(name): item[name] for name in _own(h5py, item)}
-        if fields and all(
-            _is_references(h5py, field) and "MATLAB_class" not in field.attrs for field in fields.values()
-        ):
+        arrays = all(_is_references(h5py, each) and "MATLAB_class" not in each.attrs for each in fields.values())
+        if fields and arrays:
             count = min(int(field.size) for field in fields.values())
             each = {name: _followed(h5py, file, field, depth) for name, field in fields.items()}
             return [{name: values[index] for name, values in each.items()} for index in range(min(count, _MOST))]
-        return {
-            name: _value(h5py, file, field, depth + 1) if depth < _DEEPEST else None for name, field in fields.items()
-        }
+        return {name: _value(h5py, file, field, depth + 1) for name, field in fields.items()}
     if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or "MATLAB_object_decode" in item.attrs:
         return None
     kind = item.attrs.get("MATLAB_class", b"")
@@ -85,9 +78,8 @@ def _value(h5py: Any, file: Any, item: Any, depth: int) -> Node:
         return None
     array = np.asarray(item[()]).T  # HDF5 stores the dimensions of MATLAB in reverse
     if kind == "char":
-        return "\n".join(
-            "".join(chr(int(code)) for code in row).rstrip() for row in np.atleast_2d(array)[:1000, :10000]
-        )
+        rows = np.atleast_2d(array)[:1000, :10000]
+        return "\n".join("".join(chr(int(code)) for code in row).rstrip() for row in rows)
     return array
 
 

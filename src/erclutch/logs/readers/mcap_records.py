@@ -1,4 +1,4 @@
-"""The records of an MCAP file, walked strictly: lengths, checksums and counts, before anything is believed.
+"""The records of an MCAP file are walked strictly: lengths, checksums and counts, before anything is believed.
 
 MCAP (mcap.dev/spec): magic, then records of one byte of kind, eight of length and a body; messages stand in compressed
 chunks with a checksum. Messages of one length in a row are taken as one array, so an hour at 1 kHz reads in seconds.
@@ -10,7 +10,6 @@ import struct
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from io import BytesIO
 from typing import Any
 
@@ -24,9 +23,7 @@ MAGIC = b"\x89MCAP0\r\n"
 LARGEST = 8 << 30  # bytes that all chunks together may take when unpacked
 LARGEST_CHUNK = 1 << 30
 _HEAD = struct.Struct("<BQ")
-_CHUNK = struct.Struct(
-    "<QQQII"
-)  # first and last time, size and checksum when unpacked, length of the compression's name
+_CHUNK_HEAD = 40  # bytes ahead of a chunk's data, without the name of its compression
 #: Ahead of each message's data.
 _MESSAGE = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
 _MESSAGE_FIELDS = 22
@@ -50,7 +47,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Run:
+class MessageRun:
     """Messages of one length that follow each other.
 
     Attributes:
@@ -64,9 +61,7 @@ class Run:
     @property
     def data(self) -> NDArray[np.uint8]:
         """The messages' bytes, shape (n, length)."""
-        size = self.array.dtype.itemsize
-        head = 9 + _MESSAGE_FIELDS
-        return self.array.view(np.uint8).reshape(-1, size)[:, head:]
+        return self.array.view(np.uint8).reshape(-1, self.array.dtype.itemsize)[:, _HEAD.size + _MESSAGE_FIELDS :]
 
 
 @dataclass
@@ -83,7 +78,7 @@ class Contents:
     schemas: dict[int, kinds.Schema] = field(default_factory=dict[int, kinds.Schema])
     channels: dict[int, kinds.Channel] = field(default_factory=dict[int, kinds.Channel])
     metadata: dict[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
-    runs: list[Run] = field(default_factory=list[Run])
+    runs: list[MessageRun] = field(default_factory=list[MessageRun])
     statistics: kinds.Statistics | None = None
 
 
@@ -116,11 +111,7 @@ def places(data: Any, start: int = len(MAGIC), *, ended: bool = True) -> Iterato
 
 
 def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
-    """A record's body as mcap's record class.
-
-    Raises:
-        DamageError: the body does not fit the kind.
-    """
+    """A record's body as mcap's record class; DamageError where it does not fit the kind."""
     stream = ReadDataStream(BytesIO(body))
     reader: Any = kind
     try:
@@ -142,47 +133,39 @@ def unpack_chunk(body: bytes, room: int = LARGEST_CHUNK) -> bytes:
     Raises:
         DamageError: it does not unpack to the size and checksum that it states, or needs more room.
     """
-    if len(body) < _CHUNK.size:
-        raise DamageError("a chunk is too short")
-    _, _, size, checksum, name_length = _CHUNK.unpack_from(body)
-    name_end = _CHUNK.size + name_length
-    if name_end + 8 > len(body):
-        raise DamageError("a chunk is too short")
-    (length,) = struct.unpack_from("<Q", body, name_end)
-    packed = body[name_end + 8 :]
-    if length != len(packed):
+    chunk = parse(kinds.Chunk, body)
+    data_at = _CHUNK_HEAD + len(chunk.compression.encode())
+    if struct.unpack_from("<Q", body, data_at - 8)[0] != len(body) - data_at:
         raise DamageError("a chunk is shorter than it says")
-    if size > room:
-        raise DamageError(f"a chunk of {size / 1e6:.0f} MB, more than a reader should take")
-    unpacked = _decompress(bytes(body[_CHUNK.size : name_end]), packed, size)
-    if len(unpacked) != size or (checksum and zlib.crc32(unpacked) != checksum):
+    if chunk.uncompressed_size > room:
+        raise DamageError(f"a chunk has {chunk.uncompressed_size / 1e6:.0f} MB, more than a reader should take")
+    unpacked = _decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
+    wrong = chunk.uncompressed_crc and zlib.crc32(unpacked) != chunk.uncompressed_crc
+    if len(unpacked) != chunk.uncompressed_size or wrong:
         raise DamageError("the checksum of a chunk does not match")
     return unpacked
 
 
-def _decompress(name: bytes, packed: bytes, size: int) -> bytes:
+def _decompress(name: str, packed: bytes, size: int) -> bytes:
     """At most ``size`` bytes and one more, whatever the packed data say of themselves."""
-    if name == b"":
+    if name == "":
         return packed
-    if name not in (b"zstd", b"lz4"):
+    if name not in ("zstd", "lz4"):
         raise DamageError(f"a chunk is packed by {name[:20]!r}, which is neither zstd nor lz4")
     try:
-        if name == b"zstd":
+        if name == "zstd":
             import zstandard
 
             return zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1)
-        frame: Any = import_module("lz4.frame")
-        return frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
+        from lz4.frame import LZ4FrameDecompressor
+
+        return LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
     except Exception as error:  # each library has its own error, and MemoryError, RuntimeError
         raise DamageError("a chunk does not unpack") from error
 
 
-def runs_of(body: bytes, contents: Contents) -> Iterator[Run]:
-    """Messages of an unpacked chunk; its schemas and channels go into ``contents``.
-
-    Raises:
-        DamageError: lengths that do not add up.
-    """
+def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
+    """Messages of an unpacked chunk; its schemas and channels go into ``contents``. DamageError for wrong lengths."""
     at, size, step = 0, len(body), 64
     while at < size:
         if at + _HEAD.size > size:
@@ -197,7 +180,7 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[Run]:
         if length < _MESSAGE_FIELDS:
             raise DamageError("a message is too short")
         kept = _equal_messages(body, at, length, step)
-        yield Run(at, kept)
+        yield MessageRun(at, kept)
         # Longer and longer looks ahead while lengths stay equal, so that mixed lengths cost no more than their number.
         step = step * 4 if kept.size == step else 64
         at += kept.size * (_HEAD.size + length)
@@ -247,9 +230,11 @@ def read_contents(data: bytes) -> Contents:
         elif place.kind == Opcode.MESSAGE:
             contents.runs.extend(runs_of(data[place.start - _HEAD.size : place.stop], contents))
         elif place.kind == Opcode.DATA_END:
-            _check_data(data, place, end)
-        elif place.kind == Opcode.FOOTER:
-            _check_summary(data, place)
+            _require_checksum(parse(kinds.DataEnd, body).data_section_crc, data, 0, end, "data")
+        elif place.kind == Opcode.FOOTER:  # its own checksum ends inside it
+            footer = parse(kinds.Footer, body)
+            start = footer.summary_start or place.start - _HEAD.size
+            _require_checksum(footer.summary_crc, data, start, place.start + 16, "summary")
         else:
             _note(place.kind, body, contents)
         end = place.stop
@@ -259,22 +244,10 @@ def read_contents(data: bytes) -> Contents:
     return contents
 
 
-def _check_data(data: bytes, place: Place, stop: int) -> None:
-    """The checksum of all before the end of the data, where the file has one."""
-    if place.stop - place.start != 4:
-        raise DamageError("the end of the data is not as it should be")
-    (checksum,) = struct.unpack_from("<I", data, place.start)
-    if checksum and zlib.crc32(memoryview(data)[:stop]) != checksum:
-        raise DamageError("the checksum of its data does not match")
-
-
-def _check_summary(data: bytes, place: Place) -> None:
-    """The checksum of what the file says of itself after its data, where it has one; it ends inside the footer."""
-    footer = parse(kinds.Footer, data[place.start : place.stop])
-    start = footer.summary_start or place.start - _HEAD.size
-    until = place.start + 16
-    if footer.summary_crc and zlib.crc32(memoryview(data)[start:until]) != footer.summary_crc:
-        raise DamageError("the checksum of its summary does not match")
+def _require_checksum(stated: int, data: bytes, start: int, stop: int, what: str) -> None:
+    """A checksum of part of the file, where the file states one."""
+    if stated and zlib.crc32(memoryview(data)[start:stop]) != stated:
+        raise DamageError(f"the checksum of its {what} does not match")
 
 
 def _check_counts(contents: Contents) -> None:
@@ -284,5 +257,10 @@ def _check_counts(contents: Contents) -> None:
     if known is not None and known.message_count != there:
         raise DamageError(f"it says {known.message_count} messages and holds {there}")
     for run in contents.runs:
-        if not set(np.unique(run.array["channel"]).tolist()) <= set(contents.channels):
-            raise DamageError("messages of a channel that is not described")
+        require_channels(run, contents)
+
+
+def require_channels(run: MessageRun, contents: Contents) -> None:
+    """Raise a DamageError for messages of a channel that no record describes."""
+    if not set(np.unique(run.array["channel"]).tolist()) <= set(contents.channels):
+        raise DamageError("messages of a channel that is not described")

@@ -16,11 +16,12 @@ from mcap import records as kinds
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError
-from erclutch.logs import mcap_records
 from erclutch.logs.labels import name_columns
-from erclutch.logs.mcap_records import Contents, DamageError, TornError
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers import mcap_records
+from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun, TornError
 from erclutch.logs.table import Table
-from erclutch.signals import Array
+from erclutch.signals.array import Array, Mask
 
 MAGIC = mcap_records.MAGIC
 #: Key of a channel's metadata that gives the unit of a column.
@@ -38,39 +39,31 @@ _FIELD = re.compile(r"([A-Za-z][\w/]*)\s+([A-Za-z]\w*)")
 _CONSTANT = re.compile(r"[A-Za-z]\w*\s+[A-Za-z]\w*\s*=.*")
 
 
-def read_mcap(data: bytes, name: str, digest: str, variable: str | None = None) -> Table:
-    """Read one channel of an MCAP file from its bytes.
-
-    Args:
-        data: the file.
-        name: its name, for messages.
-        digest: SHA-256 of the file.
-        variable: topic of the channel to take where several hold numbers.
+def read_mcap(source: LogSource) -> Table:
+    """Read the channel of an MCAP file that holds numbers, or that of the chosen topic.
 
     Raises:
         LogError: no MCAP file, not closed, damaged, without a channel of numbers, or several and none chosen.
     """
     try:
-        contents = mcap_records.read_contents(data)
+        contents = mcap_records.read_contents(source.data)
     except TornError as error:
-        problem = f"the MCAP file was not closed ({error})"
-        remedy = f"Make a whole one of it: erclutch recover {name}"
-        raise LogError(problem, remedy=remedy, where=name) from error
+        remedy = f"Make a whole one of it: erclutch recover {source.name}"
+        raise LogError(f"the MCAP file was not closed ({error})", remedy=remedy) from error
     except DamageError as error:
-        raise LogError(f"the MCAP file is damaged: {error}", remedy=_COPY, where=name) from error
+        raise LogError(f"the MCAP file is damaged: {error}", remedy=_COPY) from error
     except MemoryError as error:
-        raise LogError("the MCAP file does not fit into memory", remedy="Split the log", where=name) from error
+        raise LogError("the MCAP file does not fit into memory", remedy="Split the log") from error
     notes: list[str] = []
-    tables = _tables(contents, name, notes)
-    channel, columns, times = _choose(tables, name, variable)
+    channel, columns, times = _choose(_tables(contents, notes), source.variable)
     seconds = (times - times[0]).astype(np.float64) * 1e-9
     own = [channel.metadata.get(UNIT_KEY + label) for label in columns]
     names, units, renamed = name_columns(list(columns), own)
     return Table(
-        name=name,
+        name=source.name,
         columns=dict(zip(names, columns.values(), strict=True)),
         units=dict(zip(names, units, strict=True)),
-        digest=digest,
+        digest=source.digest,
         clock=seconds,
         clock_name="log_time",
         metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
@@ -85,7 +78,7 @@ def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[s
     return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
 
 
-def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> NDArray[np.bool_] | None:
+def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> Mask | None:
     bits = channel.metadata.get(UNSAMPLED_KEY, "")
     if not bits.isdecimal() or len(bits) > 9 or "events" not in columns:
         return None
@@ -95,7 +88,7 @@ def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> NDArray[
 _Found = tuple[kinds.Channel, dict[str, Array], NDArray[np.int64]]
 
 
-def _tables(contents: Contents, name: str, notes: list[str]) -> dict[str, _Found]:
+def _tables(contents: Contents, notes: list[str]) -> dict[str, _Found]:
     """Each channel of numbers: its columns and its times in ns; what is no number is left out and said."""
     found: dict[str, _Found] = {}
     for number, channel in contents.channels.items():
@@ -106,40 +99,28 @@ def _tables(contents: Contents, name: str, notes: list[str]) -> dict[str, _Found
             continue
         if columns and times.size:
             if channel.topic in found:
-                problem = f"two channels are called {channel.topic}"
-                raise LogError(problem, remedy="Record one channel a topic", where=name)
+                raise LogError(f"two channels are called {channel.topic}", remedy="Record one channel a topic")
             found[channel.topic] = (channel, columns, times)
     return found
 
 
-def _choose(tables: Mapping[str, _Found], name: str, variable: str | None) -> _Found:
+def _choose(tables: Mapping[str, _Found], variable: str | None) -> _Found:
     if variable is not None and variable not in tables:
-        listed = ", ".join(tables) or "none"
-        raise LogError(
-            f"there is no topic '{variable}' of numbers (there are: {listed})",
-            remedy="Give one of these as --variable",
-            where=name,
-        )
+        problem = f"there is no topic '{variable}' of numbers (there are: {', '.join(tables) or 'none'})"
+        raise LogError(problem, remedy="Give one of these as --variable")
     if not tables:
-        raise LogError(
-            "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)",
-            remedy="Record the signals as numbers, or export them as CSV",
-            where=name,
-        )
+        problem = "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)"
+        raise LogError(problem, remedy="Record the signals as numbers, or export them as CSV")
     if variable is None and len(tables) > 1:
         problem = f"the file holds several recordings: {', '.join(tables)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {next(iter(tables))}", where=name)
+        raise LogError(problem, remedy=f"Choose one, such as --variable {next(iter(tables))}")
     return tables[variable] if variable is not None else next(iter(tables.values()))
 
 
 def _columns(contents: Contents, number: int, channel: kinds.Channel) -> tuple[dict[str, Array], NDArray[np.int64]]:
-    """Columns and log times of a channel.
-
-    Raises:
-        DamageError: its encoding or its fields are not read here; the text says which.
-    """
-    runs = [run.array[run.array["channel"] == number] for run in contents.runs]
-    parts = [mcap_records.Run(run.offset, kept) for run, kept in zip(contents.runs, runs, strict=True) if kept.size]
+    """Columns and log times of a channel; DamageError says which encoding or field is not read here."""
+    runs = ((run.offset, run.array[run.array["channel"] == number]) for run in contents.runs)
+    parts = [MessageRun(offset, kept) for offset, kept in runs if kept.size]
     if not parts:
         return {}, np.empty(0, np.int64)
     times = np.concatenate([part.array["log_time"] for part in parts]).astype(np.int64)
@@ -188,16 +169,14 @@ def layout(text: str, *, aligned: bool = False) -> np.dtype[Any]:
     if not aligned:
         return np.dtype(list(zip(names, formats, strict=True)))
     offsets: list[int] = []
-    at = 0
-    for kind in formats:
-        size = np.dtype(kind).itemsize
-        at = -(-at // size) * size
-        offsets.append(4 + at)
-        at += size
-    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": 4 + at})
+    end = 4
+    for size in (np.dtype(kind).itemsize for kind in formats):
+        offsets.append(4 + -(-(end - 4) // size) * size)
+        end = offsets[-1] + size
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": end})
 
 
-def _json_columns(parts: list[mcap_records.Run]) -> dict[str, Array]:
+def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
     """Numbers of JSON objects; those inside other objects under ``outer.inner``. What is missing becomes NaN."""
     rows: list[dict[str, float]] = []
     for part in parts:

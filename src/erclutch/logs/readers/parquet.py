@@ -1,4 +1,4 @@
-"""Parquet logs: numeric columns, units from the field metadata ``unit`` or from a label such as ``V [cm/s]``."""
+"""Parquet logs give their numeric columns. Units come from a field's metadata ``unit`` or from a label ``V [cm/s]``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import io
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +13,19 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
+from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.table import Table
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 MAGIC = b"PAR1"
 _LARGEST = 1 << 33  # bytes that the columns may take when unpacked
+_PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
+_READ = 65_536  # rows
+_ANEW = "Copy the file again or export it as CSV"
+_ROWS_WANTED = "Give a log with one row a sample"
 
 
-def read_parquet(data: bytes, name: str, digest: str) -> Table:
+def read_parquet(source: LogSource) -> Table:
     """Read a Parquet file from its bytes.
 
     Text and nested columns are left out and said; date columns become the clock; file metadata (such as erclutch's own
@@ -30,23 +34,22 @@ def read_parquet(data: bytes, name: str, digest: str) -> Table:
     Raises:
         LogError: no Parquet file, a damaged one, or one without numbers.
     """
+    data = source.data
     if data[:4] != MAGIC or data[-4:] != MAGIC or len(data) < 12:
         what = "it is cut off" if data[:4] == MAGIC else "it does not begin with PAR1"
-        raise LogError(
-            f"this is not a whole Parquet file ({what})", remedy="Copy the file again or export it as CSV", where=name
-        )
-    parquet: Any = import_module("pyarrow.parquet")
-    with _damage_named(name):
+        raise LogError(f"this is not a whole Parquet file ({what})", remedy=_ANEW)
+    from pyarrow import parquet
+
+    with _damage_named():
         file = parquet.ParquetFile(io.BytesIO(data))
         size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
         if not 0 <= size <= _LARGEST or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > _LARGEST:
-            raise LogError("the columns would need more than 8 GiB", remedy="Split the log", where=name)
-        table = file.read()
-        return _table(table, name, digest)
+            raise LogError("the columns would need more than 8 GiB", remedy="Split the log")
+        return _table(file.read(), source.name, source.digest)
 
 
 @contextmanager
-def _damage_named(name: str) -> Generator[None]:
+def _damage_named() -> Generator[None]:
     """Whatever the library says of a damaged file, as one error."""
     try:
         yield
@@ -54,13 +57,7 @@ def _damage_named(name: str) -> Generator[None]:
         raise
     except Exception as error:  # pyarrow raises ArrowInvalid, OSError, MemoryError, UnicodeDecodeError, ... on damage
         problem = f"the Parquet data is damaged ({type(error).__name__}: {str(error).strip()[:120]})"
-        raise LogError(problem, remedy="Copy the file again or export it as CSV", where=name) from error
-
-
-def is_parquet(path: Path) -> bool:
-    """Whether a file is Parquet by its first bytes or its name."""
-    with path.open("rb") as file:
-        return file.read(4) == MAGIC or path.suffix.lower() in {".parquet", ".pq"}
+        raise LogError(problem, remedy=_ANEW) from error
 
 
 def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, int, Table]]:
@@ -78,12 +75,13 @@ def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, i
     Raises:
         LogError: no Parquet file, a damaged one, or one without rows of numbers.
     """
-    parquet: Any = import_module("pyarrow.parquet")
-    pyarrow: Any = import_module("pyarrow")
+    import pyarrow
+    from pyarrow import parquet
+
     name, first, start = path.name, 0, 0
-    with _damage_named(name), parquet.ParquetFile(path, buffer_size=_PAGES, pre_buffer=False) as file:
+    with _damage_named(), parquet.ParquetFile(path, buffer_size=_PAGES, pre_buffer=False) as file:
         if not file.metadata.num_rows:
-            raise LogError("the file has no rows of numbers", remedy="Give a log with one row a sample", where=name)
+            raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED)
         held: Any = file.schema_arrow.empty_table()
         for batch in file.iter_batches(batch_size=min(rows, _READ)):
             held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
@@ -96,19 +94,15 @@ def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, i
         yield start, first + held.num_rows, replace(_table(held, name, ""), first_row=first)
 
 
-_PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
-_READ = 65_536  # rows
-
-
 def _table(table: Any, name: str, digest: str) -> Table:
     fields = list(table.schema)
     own = [_metadata(field).get("unit") for field in fields]
     names, units, notes = name_columns([str(field.name) for field in fields], own)
     columns: dict[str, Array] = {}
-    clock: tuple[str, Array] | None = None
+    clock: tuple[str, Array | None] = ("", None)
     for label, field, values in zip(names, fields, table.columns, strict=True):
         numbers = _numbers(values)
-        stamps = _stamps(values) if numbers is None and clock is None else None
+        stamps = _stamps(values) if numbers is None and clock[1] is None else None
         if numbers is not None:
             columns[label] = numbers
         elif stamps is not None:
@@ -116,13 +110,12 @@ def _table(table: Any, name: str, digest: str) -> Table:
         else:
             notes.append(f"column {label} holds {field.type}: left out")
     if not columns:
-        raise LogError("the file has no column of numbers", remedy="Give a log with one row a sample", where=name)
+        raise LogError("the file has no column of numbers", remedy=_ROWS_WANTED)
     metadata = {key: text for key, text in _metadata(table.schema).items() if key not in {"pandas", "ARROW:schema"}}
     kept = {label: unit for label, unit in zip(names, units, strict=True) if label in columns}
     return Table(
-        name, columns, kept, digest, clock=clock[1] if clock else None, clock_name=clock[0] if clock else "",
-        metadata=metadata, notes=tuple(notes),
-    )  # fmt: skip
+        name, columns, kept, digest, clock_name=clock[0], clock=clock[1], metadata=metadata, notes=tuple(notes)
+    )
 
 
 def _metadata(thing: Any) -> dict[str, str]:
@@ -133,11 +126,12 @@ def _metadata(thing: Any) -> dict[str, str]:
 
 def _numbers(values: Any) -> Array | None:
     """A column as float64 (missing becomes NaN), or None if it holds no numbers."""
-    types: Any = import_module("pyarrow").types
+    import pyarrow
+    from pyarrow import types
+
     kind = values.type
     if not (types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind) or types.is_decimal(kind)):
         return None
-    pyarrow: Any = import_module("pyarrow")
     if types.is_boolean(kind):
         values = values.cast(pyarrow.uint8())
     return np.array(values.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
@@ -145,14 +139,19 @@ def _numbers(values: Any) -> Array | None:
 
 def _stamps(values: Any) -> Array | None:
     """Seconds since the first row of a date-time or duration column, or None."""
-    pyarrow: Any = import_module("pyarrow")
+    import pyarrow
+
     kind = values.type
-    if (
-        values.null_count
-        or not len(values)
-        or not (pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind))
-    ):
+    stamped = pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind)
+    if not stamped or values.null_count or not len(values):
         return None
     ticks = np.asarray(values.cast(pyarrow.int64()).to_numpy(), dtype=np.int64)
     per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
     return (ticks - ticks[0]).astype(np.float64) / per_second
+
+
+def _claims(head: bytes) -> bool:
+    return head.startswith(MAGIC)
+
+
+READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows)

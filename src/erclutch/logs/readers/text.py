@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs import dates
-from erclutch.logs.dialect import LINE_END, Dialect, cells_of, is_comment, sniff
 from erclutch.logs.labels import sample_period
+from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
+from erclutch.logs.readers import dates
+from erclutch.logs.readers.dialect import LINE_END, Dialect, cells_of, is_comment, sniff
 from erclutch.logs.table import Table
-from erclutch.signals import Array
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,14 +28,14 @@ _LARGEST = 1 << 32  # bytes after decompression
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
 
 
-def decode(data: bytes, name: str) -> str:
+def decode(data: bytes) -> str:
     """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), else Latin-1.
 
     Raises:
         LogError: the bytes are no text.
     """
     if data[:2] == b"\x1f\x8b":
-        data = _unzip(data, name)
+        data = _unzip(data)
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         encoding = "utf-16"
     elif len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
@@ -46,52 +47,43 @@ def decode(data: bytes, name: str) -> str:
         head = data[:65536]
         odd = len(head) - len(head.translate(None, _CONTROL))
         if b"\0" in data or odd > 0.01 * len(head):
-            raise _not_text(name)
+            raise _not_text()
     try:
         return data.decode(encoding)
     except UnicodeDecodeError:
         if encoding != "utf-8-sig":
-            raise _not_text(name) from None
+            raise _not_text() from None
         return data.decode("latin-1")
 
 
-def _not_text(name: str) -> LogError:
-    return LogError(
-        "the file holds binary data, not text",
-        remedy="Export it as CSV, or give a .mat (MATLAB) or .parquet file",
-        where=name,
-    )
+def _not_text() -> LogError:
+    remedy = "Export it as CSV, or give a .mat (MATLAB) or .parquet file"
+    return LogError("the file holds binary data, not text", remedy=remedy)
 
 
-def _unzip(data: bytes, name: str) -> bytes:
+def _unzip(data: bytes) -> bytes:
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             text = file.read(_LARGEST)
     except (OSError, EOFError, zlib.error) as error:
-        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again", where=name) from error
+        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
     if len(text) == _LARGEST:
-        raise LogError("the file unpacks to more than 4 GiB", remedy="Split the log", where=name)
+        raise LogError("the file unpacks to more than 4 GiB", remedy="Split the log")
     return text
 
 
-def read_text(data: bytes, name: str, digest: str) -> Table:
-    """Read a text log from its bytes.
-
-    Args:
-        data: the whole file.
-        name: the file's name, for messages.
-        digest: SHA-256 of the file.
+def read_text(source: LogSource) -> Table:
+    """Read a text log.
 
     Raises:
         LogError: no text, no numbers, text in a number column (line and column are named), ragged rows.
     """
-    text = decode(data, name)
+    text = decode(source.data)
     if not text.strip():
-        raise LogError("the file is empty", remedy="Give a log with one row a sample", where=name)
-    dialect = sniff(text, name)
+        raise LogError("the file is empty", remedy="Give a log with one row a sample")
+    dialect = sniff(text)
     body, cut = _body(text, dialect)
-    frame = _parse(body, dialect, name)
-    return _table(frame, body, dialect, name, digest, cut)
+    return _table(_parse(body, dialect), body, dialect, source, cut)
 
 
 def _body(text: str, dialect: Dialect) -> tuple[str, bool]:
@@ -101,22 +93,21 @@ def _body(text: str, dialect: Dialect) -> tuple[str, bool]:
         match = LINE_END.search(text, start)
         start = match.end() if match else start
     body = text[start:]
-    if any(mark in body for mark in ("#", "%", "//")):
-        lines = LINE_END.split(body)
-        body = "\n".join("" if is_comment(line) else line for line in lines)  # blank: line numbers stay right
+    if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
+        body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
     needed = max((index for index, numeric in enumerate(dialect.numeric) if numeric), default=0)
     unfinished = 0 < last < len(body) and len(cells_of(body[last:], dialect.delimiter)) <= needed
     return (body[:last], True) if unfinished and body[last:].strip() else (body, False)
 
 
-def _parse(body: str, dialect: Dialect, name: str) -> pd.DataFrame:
+def _parse(body: str, dialect: Dialect) -> pd.DataFrame:
     """All rows as pandas reads them; one column more than named shows rows that are too long."""
     import pandas as pd
 
-    options: dict[str, Any] = {}
-    if tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1):
-        options["float_precision"] = "round_trip"  # later versions always round correctly
+    # Later versions always round correctly.
+    exact = tuple(int(part) for part in pd.__version__.split(".")[:2]) >= (3, 1)
+    options: dict[str, Any] = {} if exact else {"float_precision": "round_trip"}
     width = len(dialect.names) + dialect.trailing + 1
     try:
         read_csv: Any = pd.read_csv  # its overloads do not take a mapping of options
@@ -134,30 +125,31 @@ def _parse(body: str, dialect: Dialect, name: str) -> pd.DataFrame:
         )
         return frame
     except Exception as error:  # ParserError, but also MemoryError, OverflowError and others on hostile text
-        _find_ragged(body, dialect, name, [])
+        _refuse_ragged(body, dialect)
         problem = f"the rows cannot be read as a table ({type(error).__name__}: {str(error).strip()[:120]})"
-        raise LogError(problem, remedy="Check the quotes and delimiters of the file", where=name) from error
+        raise LogError(problem, remedy="Check the quotes and delimiters of the file") from error
 
 
-def _table(frame: pd.DataFrame, body: str, dialect: Dialect, name: str, digest: str, cut: bool) -> Table:
+def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, cut: bool) -> Table:
     """Sort the columns into numbers, header constants, a clock and text left out."""
     columns: dict[str, Array] = {}
     constants: dict[str, float] = {}
     notes = list(dialect.notes)
-    clock: tuple[str, Array] | None = None
+    clock: tuple[str, Array | None] = ("", None)
     if cut:
         notes.append("the last row was cut off in the middle: left out")
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
     if frame.iloc[:, len(dialect.names) :].notna().to_numpy().any():
-        _find_ragged(body, dialect, name, [])
+        _refuse_ragged(body, dialect)
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
-        values = _numbers(cells, index, body, dialect, name)
+        values = _numbers(cells, index, body, dialect)
         if values is None:
-            stamps = dates.seconds(cells) if clock is None else None
-            clock = (label, stamps) if stamps is not None else clock
-            if stamps is None:
+            stamps = dates.seconds(cells) if clock[1] is None else None
+            if stamps is not None:
+                clock = (label, stamps)
+            else:
                 notes.append(f"column {label} holds text in {int(cells.notna().sum())} of {len(cells)} rows: left out")
             continue
         filled = int(np.count_nonzero(~np.isnan(values)))
@@ -168,32 +160,31 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, name: str, digest: 
             notes.append(f"column {label} is filled in its first row only: kept as the constant {values[0]:g}")
         else:
             columns[label] = values
-    _refuse_short_rows(columns, body, dialect, name)
+    if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
+        last = max(columns, key=dialect.names.index)
+        empty = np.flatnonzero(np.isnan(columns[last])).tolist()
+        _refuse_ragged(body, dialect, empty, needed=dialect.names.index(last) + 1)
     kept = {*columns, *constants}
     period = sample_period(dialect.metadata)
     if period:
         notes.append(f"sampling period {period[0]:g} s from '{period[1]}' in the header")
     return Table(
-        name=name,
+        name=source.name,
         columns=columns,
         units={label: unit for label, unit in zip(dialect.names, dialect.units, strict=True) if label in kept},
-        digest=digest,
+        digest=source.digest,
         numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
         sample_period=period[0] if period else None,
-        clock=clock[1] if clock else None,
-        clock_name=clock[0] if clock else "",
+        clock=clock[1],
+        clock_name=clock[0],
         constants=constants,
         metadata=dialect.metadata,
         notes=tuple(notes),
     )
 
 
-def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect, name: str) -> Array | None:
-    """The column as float64, or None if it is a column of text.
-
-    Raises:
-        LogError: a cell with text among numbers.
-    """
+def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
+    """The column as float64, or None if it is a column of text; LogError for text among numbers."""
     import pandas as pd
 
     if pd.api.types.is_numeric_dtype(cells.dtype):
@@ -208,40 +199,30 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect, nam
     if not bad.any():
         return values
     row = int(np.argmax(bad))
-    line = _line_numbers(body, dialect)[row]
-    label = dialect.names[index]
-    raise LogError(
-        f"line {line}, column {label} is '{str(texts.iloc[row])[:40]}' where a number is expected"
-        + (f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""),
-        remedy="Correct or empty that cell, or delete the line",
-        where=name,
-    )
+    more = f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""
+    where = f"line {_numbered_lines(body, dialect)[row][0]}, column {dialect.names[index]}"
+    problem = f"{where} is '{str(texts.iloc[row])[:40]}' where a number is expected{more}"
+    raise LogError(problem, remedy="Correct or empty that cell, or delete the line")
 
 
-def _line_numbers(body: str, dialect: Dialect) -> list[int]:
-    """Line in the file, counted from 1, of each row."""
-    return [dialect.first + 1 + at for at, line in enumerate(LINE_END.split(body)) if line.strip()]
+def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
+    """The line of each row, with its number in the file, counted from 1."""
+    return [(dialect.first + 1 + at, line) for at, line in enumerate(LINE_END.split(body)) if line.strip()]
 
 
-def _refuse_short_rows(columns: dict[str, Array], body: str, dialect: Dialect, name: str) -> None:
-    """Empty cells at the end of a row may be a missing value or a row that is too short; only the lines can tell."""
-    last = next((label for label in reversed(dialect.names) if label in columns), None)
-    empty = [] if last is None else np.flatnonzero(np.isnan(columns[last])).tolist()
-    if last is not None and empty:
-        _find_ragged(body, dialect, name, empty, needed=dialect.names.index(last) + 1)
-
-
-def _find_ragged(body: str, dialect: Dialect, name: str, rows: list[int], needed: int | None = None) -> None:
-    """Raise for the first row with a wrong number of cells; look at the given rows only, or at all."""
+def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
+    """Raise for the first row with too many cells or fewer than needed; look at the given rows only, or at all."""
+    if rows == []:
+        return
     width = len(dialect.names) + dialect.trailing
-    lines = [(dialect.first + 1 + at, line) for at, line in enumerate(LINE_END.split(body)) if line.strip()]
-    for number, line in (lines[row] for row in rows if row < len(lines)) if needed else lines:
+    lines = _numbered_lines(body, dialect)
+    for number, line in lines if rows is None else [lines[row] for row in rows if row < len(lines)]:
         cells = cells_of(line, dialect.delimiter)
-        extra = [cell for cell in cells[width:] if cell]
-        if extra or (needed is not None and len(cells) < needed):
+        extra = any(cells[width:])
+        if extra or len(cells) < needed:
             hint = " (a decimal comma?)" if extra and dialect.delimiter == "," and dialect.decimal == "." else ""
-            raise LogError(
-                f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}",
-                remedy="Correct or delete that line",
-                where=name,
-            )
+            problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
+            raise LogError(problem, remedy="Correct or delete that line")
+
+
+READER = LogReader((".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), claims_nothing, read_text)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from erclutch.laws.law import VISCOSITY, YIELD, Law
-from erclutch.laws.smooth import TRANSITION_SLIP, direction
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import VISCOSITY, YIELD, Law, LawFamily
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction
+from erclutch.models.laws.yield_stress import YieldForm
 
 
 def bingham(yield_form: YieldForm) -> Law:
@@ -23,3 +23,14 @@ def bingham(yield_form: YieldForm) -> Law:
         shape=(TRANSITION_SLIP, *yield_form.shape),
         gains=(YIELD, VISCOSITY),
     )
+
+
+LAW = LawFamily(
+    law=bingham,
+    formula="T_y y(E) sgn w + eta w",
+    about="""Bingham's law adds a yield effort that the field sets and a constant viscosity. It has two gains. Few
+data suffice to fit it, so judge every other model by how far it beats it. `bingham/critical` has Choi's yield stress.
+Where all data lie on one side of $E_c$, the data do not identify $E_c$, and its interval says so.""",
+    curves="w_s=0.05 n=2 T_y=1 eta=0.3",
+    ladder={"bingham": 30, "bingham/critical": 40},
+)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.laws.law import PER_SLIP, YIELD, Law, Shape
-from erclutch.laws.smooth import TRANSITION_SLIP, direction, power
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import PER_SLIP, YIELD, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
+from erclutch.models.laws.yield_stress import YieldForm
 
-_RATIO = Shape("r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log")
+_RATIO = ShapeParameter("r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log")
 
 
 def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
@@ -37,3 +37,13 @@ def casson(yield_form: YieldForm) -> Law:
         gains=(YIELD,),
         paper_form=_paper_form,
     )
+
+
+LAW = LawFamily(
+    law=casson,
+    formula="(sqrt(T_y y(E)) + sqrt(eta |w|))^2 sgn w",
+    about=r"""The square roots of yield effort and viscous effort add up, so the curve bends into the viscous range
+instead of breaking. $r$ is the viscous effort over the yield effort: $\eta = r\,T_y$ is printed beside it.""",
+    curves="w_s=0.05 r=0.3 n=2 T_y=1",
+    ladder={"casson": 50},
+)

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from erclutch.laws.law import PER_SLIP, VISCOSITY, YIELD, Law, Shape
-from erclutch.laws.smooth import TRANSITION_SLIP, direction, power, signed_power
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import PER_SLIP, VISCOSITY, YIELD, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power, signed_power
+from erclutch.models.laws.yield_stress import YieldForm
 
-_T1 = Shape("t_1", "time after which the yield effort falls", 1e-3, 1e3, PER_SLIP, "log")
-_A = Shape("a", "exponent (alpha in the source) of the fall", 0.05, 6.0, scale="log")
-_T2 = Shape("t_2", "time of the viscosity's rise toward low slip", 1e-3, 1e3, PER_SLIP, "log")
-_B = Shape("b", "exponent (beta in the source) of that rise", 0.02, 1.0)
+_T1 = ShapeParameter("t_1", "time after which the yield effort falls", 1e-3, 1e3, PER_SLIP, "log")
+_A = ShapeParameter("a", "exponent (alpha in the source) of the fall", 0.05, 6.0, scale="log")
+_T2 = ShapeParameter("t_2", "time of the viscosity's rise toward low slip", 1e-3, 1e3, PER_SLIP, "log")
+_B = ShapeParameter("b", "exponent (beta in the source) of that rise", 0.02, 1.0)
 
 
 def cho_choi_jhon(yield_form: YieldForm) -> Law:
@@ -32,3 +32,15 @@ def cho_choi_jhon(yield_form: YieldForm) -> Law:
         shape=(TRANSITION_SLIP, _T1, _A, _T2, _B, *yield_form.shape),
         gains=(YIELD, VISCOSITY),
     )
+
+
+LAW = LawFamily(
+    law=cho_choi_jhon,
+    formula="T_y y(E) / (1 + (t_1|w|)^a) sgn w + eta (1 + (t_2|w|)^-b) w",
+    about="""The yield effort falls with slip, and the viscosity rises toward low slip. The six parameters trade off
+unless the log covers several decades of slip. [The original article](decisions/0003-sources-of-ss-and-ccj.md) could
+not be seen.""",
+    curves="w_s=0.02 t_1=2 a=0.8 t_2=2 b=0.6 n=2 T_y=1 eta=0.3",
+    ladder={"cho-choi-jhon": 80},
+    aliases=("ccj",),
+)

@@ -15,12 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.laws.law import PER_FIELD, VISCOUS, YIELD, Gain, Law, Shape
-from erclutch.laws.smooth import OFF_ZERO, TRANSITION_SLIP, direction
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import PER_FIELD, VISCOUS, YIELD, Gain, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.smooth import OFF_ZERO, TRANSITION_SLIP, direction
+from erclutch.models.laws.yield_stress import YieldForm
 
-_KAPPA = Shape("kappa", "rise of the viscosity up to the reference field, as a share", -20.0, 20.0, usual=(-1.5, 4.0))
-_BETA = Shape("beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD, usual=(-6.0, 6.0))
+_KAPPA = ShapeParameter(
+    "kappa", "rise of the viscosity up to the reference field, as a share", -20.0, 20.0, usual=(-1.5, 4.0)
+)
+_BETA = ShapeParameter(
+    "beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD, usual=(-6.0, 6.0)
+)
 _ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS)
 
 
@@ -50,3 +54,14 @@ def hem(yield_form: YieldForm) -> Law:
         gains=(YIELD, _ETA_0),
         paper_form=_paper_form,
     )
+
+
+LAW = LawFamily(
+    law=hem,
+    formula="T_y y(E) sgn w + eta_0 (1 + kappa (e^(beta E) - 1) / (e^beta - 1)) w",
+    about=r"""In the paper's heuristic explicit model the viscosity grows (or falls) exponentially with the field. As
+printed, two of its parameters can hardly be told apart. The form below is the same family, with $\kappa$ as the rise
+up to the largest field. `fit` prints the paper's $k_2$, $\beta_1$, $\beta_2$ too.""",
+    curves="w_s=0.05 kappa=2 beta=3 n=2 T_y=1 eta_0=0.2",
+    ladder={"hem": 90},
+)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from erclutch.laws.law import EFFORT, YIELD, Gain, Law, Shape
-from erclutch.laws.smooth import TRANSITION_SLIP, direction, signed_power
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import EFFORT, YIELD, Gain, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, signed_power
+from erclutch.models.laws.yield_stress import YieldForm
 
-_FLOW_INDEX = Shape("m", "flow index: below 1 thins, above 1 thickens with slip", 0.1, 3.0)
+_FLOW_INDEX = ShapeParameter("m", "flow index: below 1 thins, above 1 thickens with slip", 0.1, 3.0)
 _CONSISTENCY = Gain("K", "viscous effort at the reference slip", EFFORT)
 
 
@@ -26,3 +26,13 @@ def herschel_bulkley(yield_form: YieldForm) -> Law:
         shape=(TRANSITION_SLIP, _FLOW_INDEX, *yield_form.shape),
         gains=(YIELD, _CONSISTENCY),
     )
+
+
+LAW = LawFamily(
+    law=herschel_bulkley,
+    formula="T_y y(E) sgn w + K |w|^m sgn w",
+    about="The viscous effort thins ($m < 1$) or thickens ($m > 1$) with slip.",
+    curves="w_s=0.05 m=0.6 n=2 T_y=1 K=0.3",
+    ladder={"herschel-bulkley": 60},
+    aliases=("hb",),
+)

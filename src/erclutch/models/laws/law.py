@@ -7,9 +7,11 @@ into the user's units.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, Literal
+
+from erclutch.registry import Plugin
 
 #: The columns of one element, ``columns(E, w, *shape)``, are one array (n,) a gain.
 #: Branch-free; arrays, duals or symbols.
@@ -27,7 +29,7 @@ class Dimension:
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeParameter:
     """A parameter that enters a law nonlinearly; shared by all elements of a device.
 
     Attributes:
@@ -54,6 +56,23 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class YieldForm:
+    """How the yield stress grows with the field.
+
+    Attributes:
+        name: identifier on the command line: square, power or critical.
+        label: how tables show it.
+        factor: ``factor(E, *shape)``, 0 at E = 0 and 1 at E = 1.
+        shape: its parameters.
+    """
+
+    name: str
+    label: str
+    factor: Callable[..., Any]
+    shape: tuple[ShapeParameter, ...]
+
+
+@dataclass(frozen=True)
 class Gain:
     """A parameter that multiplies a column; one for each element.
 
@@ -62,12 +81,14 @@ class Gain:
         meaning: one phrase.
         dimension: exponents of the units.
         nonnegative: whether physics bounds it by zero from below.
+        extra: index of the further input that its column is, None for all other columns.
     """
 
     name: str
     meaning: str
     dimension: Dimension
     nonnegative: bool = True
+    extra: int | None = None
 
 
 @dataclass(frozen=True)
@@ -87,18 +108,47 @@ class Law:
         paper_form: gives the published symbols from (shape, gains of one element, reference field), all in the user's
             units, where they differ from ours.
         forward: whether the yield effort keeps its sign, that in which the device drives, at any slip.
+        yield_form: how its yield effort grows with the field, where users choose that; a memory of the slip shares it.
+        plugin: of another package that brings the law; None for ours.
     """
 
     name: str
     title: str
     source: str
     columns: Columns
-    shape: tuple[Shape, ...]
+    shape: tuple[ShapeParameter, ...]
     gains: tuple[Gain, ...]
     stimulus: Callable[..., Any] | None = None
-    stimulus_shape: tuple[Shape, ...] = ()
+    stimulus_shape: tuple[ShapeParameter, ...] = ()
     paper_form: Callable[[dict[str, float], dict[str, float], float], dict[str, float]] | None = None
     forward: bool = False
+    yield_form: YieldForm | None = None
+    plugin: Plugin | None = None
+
+
+@dataclass(frozen=True)
+class LawFamily:
+    """What a law's file or package brings under the name ``LAW``.
+
+    Attributes:
+        law: the law; or a function that makes it from a `YieldForm`, where the user chooses how the yield effort grows
+            with the field; or from a `YieldForm` and a number N, where `count` is given.
+        formula: effort of one element on one line, as published; y(E) is the yield form.
+        about: a paragraph for the pages (Markdown): what the law is good for, and what to beware of.
+        curves: numbers for which the pages draw the law, for example ``w_s=0.05 n=2 T_y=1 eta=0.3``; "" for no curves.
+        ladder: which of its specifications ``--models all`` fits, and the place of each: a larger one stands behind,
+            as the richer model. Ours have 10, 20, ... 110.
+        aliases: further names.
+        count: of a family such as rbfm-N: the N that the name without a number stands for.
+    """
+
+    law: Law | Callable[..., Law]
+    formula: str
+    about: str
+    curves: str = ""
+    ladder: Mapping[str, int] = field(default_factory=dict[str, int])
+    aliases: tuple[str, ...] = ()
+    count: int | None = None
 
 
 EFFORT = Dimension(effort=1)

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.laws.law import VISCOUS, YIELD, Gain, Law
-from erclutch.laws.smooth import TRANSITION_SLIP, direction
-from erclutch.laws.yield_stress import YieldForm
+from erclutch.models.laws.law import VISCOUS, YIELD, Gain, Law, LawFamily
+from erclutch.models.laws.smooth import TRANSITION_SLIP, direction
+from erclutch.models.laws.yield_stress import YieldForm
 
 # Equations (13), (14): sigma_1 = 0.01 and sigma_2 = 1 over fields up to 0.5, here over normalised fields up to 1.
 _NARROWEST, _WIDEST = 0.01 / 0.5, 1.0 / 0.5
 _LARGEST = 100
 
 
-def rbfm(yield_form: YieldForm, kernels: int = 5) -> Law:
+def rbfm(yield_form: YieldForm, kernels: int) -> Law:
     """The radial basis function model; with the square yield form it is the paper's.
 
     Raises:
@@ -58,3 +58,15 @@ def rbfm(yield_form: YieldForm, kernels: int = 5) -> Law:
         gains=(YIELD, Gain("eta_0", "viscous effort per slip without field", VISCOUS), *free),
         paper_form=paper_form,
     )
+
+
+LAW = LawFamily(
+    law=rbfm,
+    formula="T_y y(E) sgn w + w sum k_i exp(-(E - mu_i)^2 / 2 sigma_i^2)",
+    about="""The viscosity is any smooth function of the field: a sum of $N$ Gaussian kernels at fixed centres
+(`rbfm-5`, `rbfm-10`; equations 12 to 16). The equation is shown for $N = 2$. The weights trade off: together they
+predict, one by one they mean nothing.""",
+    curves="w_s=0.05 n=2 T_y=1 eta_0=0.2 k_2=0.6",
+    ladder={"rbfm-5": 100, "rbfm-10": 110},
+    count=5,
+)

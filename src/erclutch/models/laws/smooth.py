@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.laws.law import SLIP, Shape
+from erclutch.models.laws.law import SLIP, ShapeParameter
 
 TINY = 1e-12
 #: Keeps a rate off zero where it stands in a quotient that has a limit there.
 OFF_ZERO = 1e-10
 
 #: Slip over which the sign turns. A stiff sign (far below the data's slips) is its lower bound.
-TRANSITION_SLIP = Shape("w_s", "slip over which the sign of the yield effort turns", 1e-3, 3.0, SLIP, scale="log")
+TRANSITION_SLIP = ShapeParameter(
+    "w_s", "slip over which the sign of the yield effort turns", 1e-3, 3.0, SLIP, scale="log"
+)
 
 
 #: In place of w_s: the slip has one sign, whatever the sensors say.

@@ -1,18 +1,16 @@
-"""A law's equation as SymPy sees it: the same function that is fitted, run on symbols; imported where needed."""
+"""A law's own function, run on SymPy's symbols, gives the law's equation. SymPy is imported only where it is needed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import numpy as np
+import sympy
 
-from erclutch.laws.law import Law
-from erclutch.laws.smooth import OFF_ZERO, TINY
-from erclutch.operand import Operand
-
-sympy: Any = import_module("sympy")
+from erclutch.arithmetic.operand import Operand
+from erclutch.models.laws.law import Law
+from erclutch.models.laws.smooth import OFF_ZERO, TINY
 
 _UNARY: dict[np.ufunc, Callable[[Any], Any]] = {
     np.negative: lambda x: -x,
@@ -83,7 +81,15 @@ def equation(law: Law) -> Any:
 
 def _tidy(expression: Any) -> Any:
     flat = sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True)
-    return sympy.powsimp(flat, deep=True, force=True)
+    return sympy.powsimp(flat, deep=True, force=True).replace(_is_power, _with_expanded_exponent)
+
+
+def _is_power(part: Any) -> bool:
+    return bool(part.is_Pow)
+
+
+def _with_expanded_exponent(part: Any) -> Any:
+    return part.base ** sympy.expand(part.exp)
 
 
 def _awkward(part: Any) -> bool:

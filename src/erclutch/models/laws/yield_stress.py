@@ -6,31 +6,12 @@ Sources: power law, Huang and Ishikawa equation (1) with exponents 1 - 2; critic
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from erclutch.laws.law import FIELD, Shape
-from erclutch.laws.smooth import power
-
-
-@dataclass(frozen=True)
-class YieldForm:
-    """How the yield stress grows with the field.
-
-    Attributes:
-        name: identifier on the command line: square, power or critical.
-        label: how tables show it.
-        factor: ``factor(E, *shape)``, 0 at E = 0 and 1 at E = 1.
-        shape: its parameters.
-    """
-
-    name: str
-    label: str
-    factor: Callable[..., Any]
-    shape: tuple[Shape, ...]
+from erclutch.models.laws.law import FIELD, ShapeParameter, YieldForm
+from erclutch.models.laws.smooth import power
 
 
 def _square(E: Any) -> Any:
@@ -46,13 +27,20 @@ def _critical(E: Any, E_c: Any) -> Any:
     return power(E, 1.5) * np.tanh(power(E / E_c, 0.5)) / np.tanh(E_c**-0.5)
 
 
+def _constant(E: Any) -> Any:
+    return 1.0 + 0.0 * E
+
+
 SQUARE = YieldForm("square", "E^2", _square, ())
-POWER = YieldForm("power", "E^n", _power, (Shape("n", "exponent of the field in the yield effort", 0.2, 4.0),))
+POWER = YieldForm("power", "E^n", _power, (ShapeParameter("n", "exponent of the field in the yield effort", 0.2, 4.0),))
 CRITICAL = YieldForm(
     "critical",
     "Choi",
     _critical,
-    (Shape("E_c", "critical field, where the exponent turns from 2 to 1.5", 0.05, 20.0, FIELD, scale="log"),),
+    (ShapeParameter("E_c", "critical field, where the exponent turns from 2 to 1.5", 0.05, 20.0, FIELD, scale="log"),),
 )
 
-YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL)}
+#: For a log with one field: the yield effort is one number. Any other field gives the same effort.
+CONSTANT = YieldForm("constant", "const", _constant, ())
+
+YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, CONSTANT)}

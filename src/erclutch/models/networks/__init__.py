@@ -10,12 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from erclutch.device import DeviceName
-from erclutch.dynamics import DynamicsForm
 from erclutch.errors import SettingError
+from erclutch.models.stages import NONE, slip_stages, stages_of
+from erclutch.signals.device import DeviceName
 
-Kind = Literal["fnn", "rbfn"]
+NetworkKind = Literal["fnn", "rbfn"]
 Centres = Literal["forward", "kmeans", "refined", "spreads"]
+
+#: The networks of table II; `models.laws.PAPER` are its laws.
+PAPER_NETWORKS = ("rbfn-10", "rbfn-50", "fnn-6", "fnn-16", "fnn-10-6")
 
 MOST_NEURONS = 500
 _FORMS: tuple[Centres, ...] = ("forward", "kmeans", "refined", "spreads")
@@ -31,19 +34,24 @@ class NetworkStructure:
         kind: fnn (equations 19, 20) or rbfn (equations 17, 18).
         hidden: neurons of each hidden layer.
         centres: how an RBFN's centres are found.
-        dynamics: stages between command and field; their time constants are given to a network, not fitted with it.
+        dynamics: names of the stages on command, slip and effort, joined by ``+``. Their constants are given to a
+            network, not fitted with it.
         past: rows back that are inputs too, for example (1, 2).
         extras: names of further logged inputs.
+        field: whether the field is an input; without, the network knows the one field of its log and no other.
+        past_extras: whether past samples of the further inputs are inputs too.
     """
 
     device: DeviceName
     specification: str
-    kind: Kind
+    kind: NetworkKind
     hidden: tuple[int, ...]
     centres: Centres = "forward"
-    dynamics: DynamicsForm = "none"
+    dynamics: str = NONE
     past: tuple[int, ...] = ()
     extras: tuple[str, ...] = ()
+    field: bool = True
+    past_extras: bool = True
 
     @property
     def title(self) -> str:
@@ -55,15 +63,25 @@ class NetworkStructure:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs, in their order."""
-        base = base_inputs(self.device, self.kind)
-        return (*base, *(f"{name}[-{k}]" for k in self.past for name in base), *self.extras)
+        base = base_inputs(self.device, self.kind, field=self.field)
+        recalled = (*base, *(self.extras if self.past_extras else ()))
+        return (*base, *(f"{name}[-{k}]" for k in self.past for name in recalled), *self.remembered, *self.extras)
+
+    @property
+    def remembered(self) -> tuple[str, ...]:
+        """Names of the inputs that stages on the slip give, elements one after another."""
+        tails = ("",) if self.device == "single" else ("_1", "_2")
+        stages = slip_stages(self.dynamics)
+        return tuple(f"{name}{tail}" for tail in tails for stage in stages for name in stage.outputs)
 
 
-def base_inputs(device: DeviceName, kind: Kind) -> tuple[str, ...]:
-    """Inputs of equation (18) for the RBFN, (20) for the FNN; field and slip of a single device."""
+def base_inputs(device: DeviceName, kind: NetworkKind, *, field: bool = True) -> tuple[str, ...]:
+    """Inputs of equation (18) for the RBFN, (20) for the FNN; field and slip of a single device; or without field."""
     if device == "single":
-        return ("field", "slip")
-    return ("E1-E2", "w1", "w2") if kind == "rbfn" else ("E1-E2", "theta_dot", "alpha_dot")
+        inputs = ("field", "slip")
+    else:
+        inputs = ("E1-E2", "w1", "w2") if kind == "rbfn" else ("E1-E2", "theta_dot", "alpha_dot")
+    return inputs if field else inputs[1:]
 
 
 def is_network(specification: str) -> bool:
@@ -75,9 +93,10 @@ def network_from_name(
     specification: str,
     device: DeviceName = "coaxial",
     *,
-    dynamics: DynamicsForm = "none",
+    dynamics: str = NONE,
     past: tuple[int, ...] = (),
     extras: tuple[str, ...] = (),
+    field: bool = True,
 ) -> NetworkStructure:
     """The network for a specification such as ``fnn-10-6`` or ``rbfn-50/refined``.
 
@@ -103,5 +122,7 @@ def network_from_name(
         raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16 or fnn-10-6, at most 5 layers")
     if any(k < 1 or k > 1000 for k in past):
         raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
+    stages_of(dynamics)
     canonical = "-".join([kind, *(str(n) for n in hidden)]) + (f"/{form}" if form and form != "forward" else "")
-    return NetworkStructure(device, canonical, kind, hidden, cast(Centres, form or "forward"), dynamics, past, extras)
+    centres = cast(Centres, form or "forward")
+    return NetworkStructure(device, canonical, kind, hidden, centres, dynamics, past, extras, field)

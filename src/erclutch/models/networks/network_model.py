@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.device import Element, Units
-from erclutch.dynamics import Clock
-from erclutch.errors import ErclutchError, RunError
-from erclutch.exact import exp, tanh
-from erclutch.model import SCHEMA, Range, Rows, digest_of, outside_of, require_schema
-from erclutch.networks import NetworkStructure, network_from_name
-from erclutch.networks.inputs import inputs_of
-
-Array = NDArray[np.float64]
+from erclutch.arithmetic import as_in_c
+from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.elementary import elementary
+from erclutch.arithmetic.precision import FLOAT32, Precision
+from erclutch.errors import ErclutchError, PluginError, RunError
+from erclutch.models.law_model import SCHEMA, digest_of, require_schema
+from erclutch.models.model import Pair, Range, Rows, full_name, settled_memory
+from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.network_inputs import Past, inputs_from, inputs_of, moved_of
+from erclutch.models.stages import outside_stages, stages_at
+from erclutch.models.stages.stage import Moved
+from erclutch.registry import Plugin, require
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
+_SAME_PERIOD = 0.01
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
@@ -51,7 +58,8 @@ class NetworkModel:
         scaling: normalisation of inputs and output.
         weights: tables by name. fnn: W1 (h1, inputs), b1 (h1,), ..., W_out (1, h), b_out (1,). rbfn: centres
             (n, inputs), spreads (n,), w (n,), b (1,); all in normalised units.
-        dynamics: delay and time constants of the command in s; empty for none.
+        dynamics: numbers of the stages by name, in s and in the unit of the slip, and those of
+            `network_inputs.STRENGTH`; empty for none.
         units: units of the device's signals.
         trained_on: range of the training data.
         input_range: smallest and largest training value of each input, shape (inputs, 2).
@@ -67,17 +75,53 @@ class NetworkModel:
     input_range: Array
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     period: float | None = None
+    #: Nothing is added to a network's effort.
+    correction: None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def name(self) -> str:
         """Identifier: specification and dynamics, for example ``fnn-16+lag``."""
-        lag = "" if self.structure.dynamics == "none" else f"+{self.structure.dynamics}"
-        return f"{self.structure.specification}{lag}"
+        return full_name(self.structure.specification, self.structure.dynamics)
 
     @property
     def title(self) -> str:
         """Name for people."""
         return self.structure.title
+
+    @property
+    def times(self) -> Mapping[str, float]:
+        """Parameters of the stages by name."""
+        return self.dynamics
+
+    @property
+    def extras(self) -> Mapping[str, Pair]:
+        """Further inputs, and the range of each."""
+        names = self.structure.extras
+        ranges = self.input_range[len(self.input_range) - len(names) :]
+        return {name: (float(low), float(high)) for name, (low, high) in zip(names, ranges, strict=True)}
+
+    @property
+    def past(self) -> tuple[int, ...]:
+        """Rows back whose signals are inputs too."""
+        return self.structure.past
+
+    @property
+    def signed(self) -> bool:
+        """A network sees the sign of the field."""
+        return True
+
+    @property
+    def numbers(self) -> Mapping[str, Any]:
+        """Weights, time constants and what normalises the inputs, by name."""
+        s = self.scaling
+        scaling = {"offset": s.offset, "scale": s.scale, "effort_offset": s.effort_offset}
+        return {
+            **self.weights,
+            **self.dynamics,
+            **scaling,
+            "effort_scale": s.effort_scale,
+            "input range": self.input_range,
+        }
 
     @property
     def parameters(self) -> int:
@@ -97,7 +141,23 @@ class NetworkModel:
                 where=self.name,
                 remedy="Read the log with the device and the units of the training data",
             )
+        self.require_period(data.clock)
         return self.effort(data.elements, data.clock, data.extras)
+
+    def require_period(self, clock: Clock) -> None:
+        """Past samples are rows: at another sampling rate they would be other instants.
+
+        Raises:
+            ErclutchError: the rows come at another rate than those of the training data.
+        """
+        own = self.period if self.past else None
+        other = [s.period for s in clock.spans if own and s.period and abs(s.period - own) > _SAME_PERIOD * own]
+        if own and other:
+            raise ErclutchError(
+                f"rows at {1 / other[0]:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
+                where=self.name,
+                remedy=f"Read the log with --resample {1 / own:.6g}",
+            )
 
     def effort(
         self,
@@ -109,7 +169,11 @@ class NetworkModel:
     ) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
         inputs = inputs_of(self.structure, elements, clock, extras or {}, self.dynamics)
-        return self.of_inputs(inputs, exactly=exactly)
+        effort = self.of_inputs(inputs, exactly=exactly)
+        for stage in stages_at(self.structure.dynamics, "effort"):
+            q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
+            effort = np.asarray(stage.respond(exact(effort), clock, q, slice(None)))
+        return effort
 
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
         """Effort from all inputs as they are (inputs, n), shape (n,)."""
@@ -121,12 +185,61 @@ class NetworkModel:
     def forward(self, x: Array, *, exactly: bool = True) -> Array:
         """Effort from normalised inputs (inputs, n), shape (n,)."""
         forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
-        unit = forward(self.weights, x, exactly=exactly)
-        return unit * self.scaling.effort_scale + self.scaling.effort_offset
+        return forward(self.weights, x, exactly=exactly) * self.scaling.effort_scale + self.scaling.effort_offset
+
+    def rounded_effort(self, inputs: NDArray[Any], precision: Precision) -> NDArray[Any]:
+        """Effort from all inputs as they are (inputs, n), shape (n,), with every operation rounded to a precision."""
+        to, dtype = self.scaling, precision.dtype
+        x = (inputs - to.offset.astype(dtype)[:, None]) / to.scale.astype(dtype)[:, None]
+        forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
+        unit = forward(self.weights, x)
+        return unit * dtype.type(to.effort_scale) + dtype.type(to.effort_offset)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the network was trained on, shape (n,): a guess there."""
-        return outside_of(data, self.trained_on)
+        return self.trained_on.outside(data)
+
+    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+        """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
+        remembered = settled_memory(self, self.moved(*(map(exact, x) for x in (fields, slips))))
+        inputs = inputs_from(self.structure, fields, slips, remembered, extras, lambda x, _: x)
+        return self.of_inputs(np.array(inputs, np.float64))
+
+    def command(self, field: Any) -> Any:
+        """What the stages work on: the field itself."""
+        return field
+
+    def moved(self, fluids: Iterable[Any], slips: Iterable[Any]) -> list[Moved]:
+        """What the stages on the slip of each element work on, elementwise on any operand."""
+        return moved_of(self.structure, list(fluids), list(slips), self.dynamics)
+
+    def from_fluid(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Sequence[Any],
+        past: Past,
+    ) -> Any:
+        """Effort of operands that record: all of the network is one operation of the record."""
+        inputs = inputs_from(self.structure, fluids, slips, remembered, extras, past)
+        return inputs[0].record("network", *inputs)
+
+    def equation(self) -> list[str]:
+        """The equation and its inputs, as lines of a comment."""
+        s, to = self.structure, self.scaling
+        first = f"{self.title}, x = (input - offset) / scale of each input, effort = y {to.effort_scale:.9g}"
+        if s.kind == "rbfn":
+            formula = "y = b + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))"
+        else:
+            layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
+            formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
+        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", f"Inputs: {', '.join(s.inputs)}."]
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """What the model needs of other packages; its file names them."""
+        return outside_stages(self.structure.dynamics)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
@@ -158,29 +271,42 @@ class NetworkModel:
         }
         if self.period is not None:
             body["period_s"] = self.period
+        if self.plugins:
+            body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return {**body, "digest": digest_of(body)}
 
 
-def forward_fnn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
-    """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,)."""
+def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+    """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,).
+
+    Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
+    """
+    tanh = _functions(x)["tanh"] if exactly else np.tanh
+    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
     a, layer = x, 1
-    while f"W{layer}" in weights:
-        w, b = weights[f"W{layer}"], weights[f"b{layer}"]
-        a = tanh(_affine(w, a, b)) if exactly else np.tanh(w @ a + b[:, None])
+    while f"W{layer}" in tables:
+        w, b = tables[f"W{layer}"], tables[f"b{layer}"]
+        a = tanh(_affine(w, a, b) if exactly else w @ a + b[:, None])
         layer += 1
-    w_out = weights["W_out"][0]
-    return weights["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
+    w_out = tables["W_out"][0]
+    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
 
 
-def forward_rbfn(weights: Mapping[str, Array], x: Array, *, exactly: bool = True) -> Array:
-    """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,)."""
-    centres = weights["centres"]
+def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+    """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,); see `forward_fnn`."""
+    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
+    centres, spread = tables["centres"], (weights["spreads"] ** 2).astype(x.dtype, copy=False)
     square = np.zeros((len(centres), x.shape[1]), x.dtype)
     for j in range(len(x)):
         distance = x[j] - centres[:, j : j + 1]
         square += distance * distance
-    function = exp if exactly else np.exp
-    return weights["b"][0] + _weighted(weights["w"], function(-0.5 * square / (weights["spreads"] ** 2)[:, None]))
+    exp = _functions(x)["exp"] if exactly else np.exp
+    return tables["b"][0] + _weighted(tables["w"], exp(-0.5 * square / spread[:, None]))
+
+
+def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
+    """The exported C's functions in the precision of an array."""
+    return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
 
 
 def _affine(weights: Array, x: Array, offset: Array) -> Array:
@@ -222,13 +348,14 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkM
             remedy="Give a network's file of the models folder of a run",
         )
     require_schema(body.get("schema"), SCHEMA, where)
+    require(body.get("plugins", []), where)
     try:
         if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
             raise RunError(
                 "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
             )
         return _network_from(body)
-    except RunError:
+    except (PluginError, RunError):
         raise
     except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
         raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
@@ -237,13 +364,7 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkM
 def _network_from(body: Mapping[str, Any]) -> NetworkModel:
     numbers = cast(dict[str, Any], dict(body["dynamics"]))
     form = numbers.pop("form")
-    structure = network_from_name(
-        body["network"],
-        body["device"],
-        dynamics=form,
-        past=tuple(int(k) for k in body["past"]),
-        extras=tuple(str(name) for name in body["extras"]),
-    )
+    structure = _structure_from(body, str(form))
     scaling = body["scaling"]
     weights = {str(name): np.asarray(table, np.float64) for name, table in body["weights"].items()}
     expected = table_shapes(structure)
@@ -272,6 +393,17 @@ def _network_from(body: Mapping[str, Any]) -> NetworkModel:
     )
 
 
+def _structure_from(body: Mapping[str, Any], dynamics: str) -> NetworkStructure:
+    """The inputs tell whether the field is one of them, and past samples of further inputs."""
+    past, extras = tuple(int(k) for k in body["past"]), tuple(str(name) for name in body["extras"])
+    made = network_from_name(body["network"], body["device"], dynamics=dynamics, past=past, extras=extras)
+    return replace(
+        made,
+        field=body["inputs"][0] == made.inputs[0],
+        past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
+    )
+
+
 def _period_of(body: Mapping[str, Any]) -> float | None:
     if "period_s" not in body:
         return None
@@ -282,7 +414,7 @@ def _period_of(body: Mapping[str, Any]) -> float | None:
 
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
-    """Shape of each table of weights, in their order."""
+    """ShapeParameter of each table of weights, in their order."""
     k = len(structure.inputs)
     if structure.kind == "rbfn":
         n = structure.hidden[0]

@@ -1,4 +1,4 @@
-"""Calibrating the twin: chosen parameters of a rig, within their ranges, to a log or to the paper's summary figures.
+"""A calibration fits chosen parameters of a rig, within their ranges, to a log or to the paper's summary figures.
 
 Coordinates run from 0 to 1 over the logarithm of a parameter's plausible range (over the range itself where it may be
 zero). A target gives weighted residuals for a rig; the plausible range enters as a wide prior round the start.
@@ -7,33 +7,37 @@ zero). A target gives weighted residuals for a rig; the plausible range enters a
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.calibrate.search import Progress, Residuals, local, wide
 from erclutch.errors import SettingError
 from erclutch.fit.intervals import uncertainty
-from erclutch.rig.parameters import Entry, RigParameters
+from erclutch.fit.one_thread import one_thread
+from erclutch.paper.calibration.calibration_search import (
+    STEP,
+    Residuals,
+    SearchProgress,
+    difference_quotients,
+    local,
+    wide,
+)
+from erclutch.rig.twin.parameters import ParameterEntry, RigParameters
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
-
-__all__ = ["Calibrated", "Calibration", "Target", "calibrate"]
+__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate"]
 
 #: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
 PRIOR = 0.25
-_STEP = 0.04  # of a difference quotient, as a share of the range
 
 
-class Target(Protocol):
+class CalibrationTarget(Protocol):
     """What a rig is calibrated to."""
 
     @property
@@ -41,13 +45,9 @@ class Target(Protocol):
         """For people: the log's name, or what the figures are of."""
         ...
 
-    @property
-    def ordered(self) -> bool:
-        """Whether residuals are samples in time, whose spread and correlation give the intervals.
-
-        Otherwise their standard deviation is one by what the target asks for.
-        """
-        ...
+    ordered: ClassVar[bool]
+    """Whether residuals are samples in time: then their spread and correlation give the intervals. Otherwise their
+    standard deviation is one by what the target asks for."""
 
     def residuals(self, rig: RigParameters) -> Array:
         """Weighted differences between the rig and the target, shape (n,)."""
@@ -98,13 +98,13 @@ class Calibration:
 def calibrate(
     rig: RigParameters,
     paths: Sequence[str],
-    target: Target,
+    target: CalibrationTarget,
     *,
     seed: int = 1,
     evaluations: int = 0,
     workers: int = 2,
     journal: Path | None = None,
-    progress: Progress | None = None,
+    progress: SearchProgress = lambda done, cost: None,
 ) -> Calibration:
     """Calibrate parameters of a rig.
 
@@ -125,13 +125,12 @@ def calibrate(
     space = _Space(rig, paths)
     with _side_by_side(space, target, workers) as all_residuals:
         before = target.residuals(space.rig_at(space.start))
-        report = progress or _silent
         found, count = space.start, 0
         if evaluations:
             settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
-            found, count = wide(all_residuals, space.start, seed, evaluations, journal, settings, report)
+            found, count = wide(all_residuals, space.start, seed, evaluations, journal, settings, progress)
         if target.ordered or not evaluations:
-            found, more = local(all_residuals, found, _STEP, report)
+            found, more = local(all_residuals, found, STEP, progress)
             count += more
         slopes = difference_quotients(all_residuals, found)
     after = target.residuals(space.rig_at(found))
@@ -141,7 +140,9 @@ def calibrate(
 
 def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
     """Half widths of 95 % intervals, linearised; the last rows of the slopes are the prior's."""
-    quantile: float = import_module("scipy.stats").norm.ppf(0.975)
+    from scipy.stats import norm
+
+    quantile = float(norm.ppf(0.975))
     if not ordered:
         return quantile * np.sqrt(np.sum(np.linalg.pinv(np.linalg.qr(slopes, mode="r")) ** 2, axis=1))
     spread = uncertainty(slopes[: residual.size], residual, ordered=True)
@@ -150,11 +151,10 @@ def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
 
 
 @contextmanager
-def _side_by_side(space: _Space, target: Target, workers: int) -> Generator[Residuals, None, None]:
+def _side_by_side(space: _Space, target: CalibrationTarget, workers: int) -> Generator[Residuals, None, None]:
     """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock)."""
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
     if workers <= 1:
-        with threadpool_limits(1):
+        with one_thread():
             yield lambda points: [space.residuals(u, target) for u in points]
         return
     with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_one_blas_thread) as pool:
@@ -172,22 +172,9 @@ def _side_by_side(space: _Space, target: Target, workers: int) -> Generator[Resi
 def _one_blas_thread() -> None:
     """In a worker: one thread, and Ctrl-C is the parent's to answer."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threadpool_limits: Any = import_module("threadpoolctl").threadpool_limits
+    from threadpoolctl import threadpool_limits
+
     threadpool_limits(1)
-
-
-def _silent(done: int, cost: float) -> None:
-    """No progress is shown."""
-
-
-def difference_quotients(residuals: Callable[[Sequence[Array]], list[Array]], u: Array, step: float = _STEP) -> Array:
-    """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
-    highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
-    lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
-    values = residuals([*highs, *lows])
-    widths = [float((h - low).sum()) for h, low in zip(highs, lows, strict=True)]
-    pairs = zip(values[: u.size], values[u.size :], widths, strict=True)
-    return np.column_stack([(high - low) / width for high, low, width in pairs])
 
 
 class _Space:
@@ -203,11 +190,8 @@ class _Space:
         starts = [e.value if e.start is None else e.start for e in self.entries]
         for path, entry, value in zip(paths, self.entries, starts, strict=True):
             if not entry.low <= value <= entry.high:
-                raise SettingError(
-                    f"{path} starts at {value:g} {entry.unit}, outside its range {entry.low:g} to {entry.high:g}",
-                    remedy="Correct the value or the range",
-                    where=rig.name,
-                )
+                problem = f"{path} starts at {value:g} {entry.unit}, outside its range {entry.low:g} to {entry.high:g}"
+                raise SettingError(problem, remedy="Correct the value or the range", where=rig.name)
         self.start = np.array([_coordinate(e, v) for e, v in zip(self.entries, starts, strict=True)])
 
     def rig_at(self, u: Array) -> RigParameters:
@@ -215,7 +199,7 @@ class _Space:
         values = {p: _value(e, float(x)) for p, e, x in zip(self.paths, self.entries, u, strict=True)}
         return self.rig.changed(values)
 
-    def residuals(self, u: Array, target: Target) -> Array:
+    def residuals(self, u: Array, target: CalibrationTarget) -> Array:
         """Residuals of the target and of the prior."""
         return np.concatenate([target.residuals(self.rig_at(u)), (u - self.start) / PRIOR])
 
@@ -230,24 +214,18 @@ class _Space:
             value, start = _value(entry, float(u[i])), _value(entry, float(self.start[i]))
             learnt = max(0.0, 1.0 - float(widths[i]) / (1.96 * PRIOR))
             found.append(Calibrated(path, value, _value(entry, low), _value(entry, high), start, learnt, bound))
-        values: Mapping[str, tuple[float, float, float, float]] = {
-            c.path: (c.value, c.start, c.low, c.high) for c in found
-        }
+        values = {c.path: (c.value, c.start, c.low, c.high) for c in found}
         return Calibration(self.rig.calibrated(values), tuple(found), target, before, after, evaluations)
 
 
-def _logarithmic(entry: Entry) -> bool:
-    return entry.low > 0
-
-
-def _coordinate(entry: Entry, value: float) -> float:
-    if _logarithmic(entry):
+def _coordinate(entry: ParameterEntry, value: float) -> float:
+    if entry.low > 0:
         return float(np.log(value / entry.low) / np.log(entry.high / entry.low))
     return (value - entry.low) / (entry.high - entry.low)
 
 
-def _value(entry: Entry, u: float) -> float:
-    if _logarithmic(entry):
+def _value(entry: ParameterEntry, u: float) -> float:
+    if entry.low > 0:
         value: Any = entry.low * (entry.high / entry.low) ** u
     else:
         value = entry.low + u * (entry.high - entry.low)

@@ -1,4 +1,4 @@
-"""Target: a log of the user's own pair. The twin gets the log's commands and is compared sample by sample.
+"""The target is a log of the user's own pair: the twin gets the log's commands and is compared sample by sample.
 
 The log is cut into short stretches; each starts from the measured angles and speeds, so that neither drift nor a guard
 at the stroke's end makes the two part ways, and its first rows, while inner states settle, are left out. Compared are
@@ -8,63 +8,54 @@ the torque and both speeds (over 5 ms, so that encoder steps do not drown them),
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import CheckError, MappingError
-from erclutch.rig.parameters import RigParameters
-from erclutch.rig.parts import parts_of
-from erclutch.rig.replay import follow
-from erclutch.rig.twin import PERIOD, substeps
-from erclutch.signals import Recording
-
-Array = NDArray[np.float64]
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.rig.twin.part_parameters import parts_of
+from erclutch.rig.twin.twin import PERIOD, substeps
+from erclutch.rig.twin.twin_replay import follow
+from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
 
 _SETTLING, _STRETCH, _MOST = 150, 650, 60  # rows, rows, stretches
 _APART = 5  # rows of a speed's difference quotient
 
 
 @dataclass(frozen=True)
-class Trace:
+class LogTrace:
     """The target.
 
     Attributes:
         recording: a coaxial log with E1 and E2 (or E), theta, alpha, T and motor_torque, sampled at 1 kHz.
+        ordered: residuals are samples in time.
     """
 
     recording: Recording
+    ordered: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        missing = [name for name in ("theta", "alpha", "T", "motor_torque") if name not in self.recording.signals]
+        log = self.recording
+        missing = [name for name in ("theta", "alpha", "T", "motor_torque") if name not in log.signals]
         if missing:
             raise MappingError(
                 f"a log to calibrate to needs theta, alpha, T and motor_torque; {', '.join(missing)} is missing",
                 remedy='Name its column, such as --motor-torque "M [N*m]"',
-                where=self.recording.name,
+                where=log.name,
             )
-        if abs(self.recording.period - PERIOD) > 1e-6:
-            raise CheckError(
-                f"sampled at {1 / self.recording.period:g} Hz, and the twin runs at {1 / PERIOD:g} Hz",
-                remedy="Resample the log",
-                where=self.recording.name,
-            )
+        if abs(log.period - PERIOD) > 1e-6:
+            problem = f"sampled at {1 / log.period:g} Hz, and the twin runs at {1 / PERIOD:g} Hz"
+            raise CheckError(problem, remedy="Resample the log", where=log.name)
         if not self._starts():
-            raise CheckError(
-                f"no stretch without a gap is {(_STRETCH + 2 * _APART) * PERIOD:g} s long",
-                remedy="Give a longer log",
-                where=self.recording.name,
-            )
+            problem = f"no stretch without a gap is {(_STRETCH + 2 * _APART) * PERIOD:g} s long"
+            raise CheckError(problem, remedy="Give a longer log", where=log.name)
 
     @property
     def name(self) -> str:
         """For people."""
         return self.recording.name
-
-    @property
-    def ordered(self) -> bool:
-        """Residuals are samples in time."""
-        return True
 
     def _starts(self) -> list[int]:
         whole = [
@@ -81,26 +72,19 @@ class Trace:
         signals = self.recording.signals
         fields = signals["E1"] - signals["E2"] if "E1" in signals else signals["E"]
         parts, steps = parts_of(rig), substeps(rig)
+        compared = {"T": signals["T"], "theta": _rate(signals["theta"]), "alpha": _rate(signals["alpha"])}
+        angles = np.column_stack([signals["theta"], signals["alpha"]])
         out: list[Array] = []
         for start in self._starts():
             rows = slice(start, start + _STRETCH)
-            speeds = [
-                float(signals[s][start + _APART] - signals[s][start - _APART]) / (2 * _APART * PERIOD)
-                for s in ("theta", "alpha")
-            ]
-            log = follow(
-                parts, fields[rows], signals["motor_torque"][rows], signals["theta"][start], signals["alpha"][start],
-                speeds[0], speeds[1], float(signals["T"][start]), PERIOD / steps, steps,
-            )  # fmt: skip
-            pairs = ((log[:, 2], signals["T"][rows], self._spread("T")),
-                     (_rate(log[:, 0]), _rate(signals["theta"][rows]), self._spread("theta")),
-                     (_rate(log[:, 1]), _rate(signals["alpha"][rows]), self._spread("alpha")))  # fmt: skip
-            out += [(ours - theirs)[_SETTLING:] / spread for ours, theirs, spread in pairs]
+            speeds = (angles[start + _APART] - angles[start - _APART]) / (2 * _APART * PERIOD)
+            first = np.array([*angles[start], *speeds, signals["T"][start]], np.float64)
+            log = follow(parts, fields[rows], signals["motor_torque"][rows], first, PERIOD / steps, steps)
+            ours = {"T": log[:, 2], "theta": _rate(log[:, 0]), "alpha": _rate(log[:, 1])}
+            for name, values in compared.items():
+                theirs = signals["T"][rows] if name == "T" else _rate(signals[name][rows])
+                out.append((ours[name] - theirs)[_SETTLING:] / (float(np.std(values)) or 1.0))
         return np.concatenate(out)
-
-    def _spread(self, signal: str) -> float:
-        values = self.recording.signals[signal]
-        return float(np.std(values if signal == "T" else _rate(values))) or 1.0
 
 
 def _rate(angle: Array) -> Array:

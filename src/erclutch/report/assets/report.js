@@ -4,20 +4,20 @@
   const $ = (id) => document.getElementById(id);
   const DATA = JSON.parse($("data").textContent);
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const element = (tag, className = "", textContent = "") => Object.assign(document.createElement(tag), { className, textContent });
   const redrawn = [];
 
   // --- theme and copying ---------------------------------------------------------------------------------------------
 
   const THEMES = ["", "dark", "light"];
-  const SAID = { "": "Colours: as the system has them", dark: "Colours: dark", light: "Colours: light" };
   let theme = 0;
   $("theme").addEventListener("click", () => {
     theme = (theme + 1) % THEMES.length;
-    const name = THEMES[theme];
+    const name = THEMES[theme], said = `Colours: ${name || "as the system has them"}`;
     if (name) document.documentElement.dataset.theme = name;
     else delete document.documentElement.dataset.theme;
-    $("theme").setAttribute("aria-label", SAID[name]);
-    $("theme").title = SAID[name];
+    $("theme").setAttribute("aria-label", said);
+    $("theme").title = said;
     redrawn.forEach((draw) => draw());
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redrawn.forEach((draw) => draw()));
@@ -45,35 +45,27 @@
 
   // --- error maps ----------------------------------------------------------------------------------------------------
 
-  function mapReadout() {
-    const out = $("mapread");
-    const [left, right, top, bottom, width, height] = [46, 10, 24, 36, 430, 300];
-    const cell = (edges, value) => {
-      let k = 0;
-      while (k < edges.length - 2 && value >= edges[k + 1]) k++;
-      return k;
-    };
-    for (const block of document.querySelectorAll("[data-map]")) {
-      const g = DATA.grids[+block.dataset.map];
-      const unit = (k) => (g.units[k] ? ` ${g.units[k]}` : "");
-      for (const svg of block.querySelectorAll("svg.plot"))
-        svg.addEventListener("pointermove", (event) => {
-          const box = svg.getBoundingClientRect();
-          const x = ((event.clientX - box.left) / box.width) * width;
-          const y = ((event.clientY - box.top) / box.height) * height;
-          const across = (x - left) / (width - left - right);
-          const up = (height - bottom - y) / (height - top - bottom);
-          if (across < 0 || across > 1 || up < 0 || up > 1) return;
-          const at = (edges, share) => edges[0] + share * (edges[edges.length - 1] - edges[0]);
-          const i = cell(g.field, at(g.field, across));
-          const j = cell(g.slip, at(g.slip, up));
-          const rmse = g.rmse[i][j] < 0 ? "no row held out" : `RMSE ${minus(String(g.rmse[i][j]))}${unit(2)} over ${g.test[i][j]} rows held out`;
-          const where = (edges, k) => minus(`${edges[k]} to ${edges[k + 1]}`);
-          out.textContent = `${g.name ? `${g.name}: ` : ""}field ${where(g.field, i)}${unit(0)}, slip ${where(g.slip, j)}${unit(1)}: ${rmse}, ${g.train[i][j]} training rows`;
-        });
-    }
+  const mapRead = $("mapread");
+  const cell = (edges, share) => {
+    const value = edges[0] + share * (edges[edges.length - 1] - edges[0]);
+    return Math.max(0, edges.slice(0, -1).findLastIndex((edge) => edge <= value));
+  };
+  for (const block of document.querySelectorAll("[data-map]")) {
+    const g = DATA.grids[+block.dataset.map];
+    const unit = (k) => (g.units[k] ? ` ${g.units[k]}` : "");
+    for (const svg of block.querySelectorAll("svg.plot"))
+      svg.addEventListener("pointermove", (event) => {
+        const box = svg.getBoundingClientRect();
+        const [left, top, right, bottom] = g.inside;
+        const across = ((event.clientX - box.left) / box.width - left) / (right - left);
+        const up = (bottom - (event.clientY - box.top) / box.height) / (bottom - top);
+        if (across < 0 || across > 1 || up < 0 || up > 1) return;
+        const [i, j] = [cell(g.field, across), cell(g.slip, up)];
+        const rmse = g.rmse[i][j] < 0 ? "no row held out" : `RMSE ${minus(String(g.rmse[i][j]))}${unit(2)} over ${g.test[i][j]} rows held out`;
+        const where = (edges, k) => minus(`${edges[k]} to ${edges[k + 1]}`);
+        mapRead.textContent = `${g.name ? `${g.name}: ` : ""}field ${where(g.field, i)}${unit(0)}, slip ${where(g.slip, j)}${unit(1)}: ${rmse}, ${g.train[i][j]} training rows`;
+      });
   }
-  if (DATA.grids && DATA.grids.length) mapReadout();
 
   // --- packed rows ---------------------------------------------------------------------------------------------------
 
@@ -113,19 +105,13 @@
     value(k) { return k * this.step + this.middle; }
     // Smallest and largest of rows [a, b).
     range(layer, a, b) {
+      const each = layer.bucket > 1 ? 2 : 1;
+      const at = (row) => each * Math.floor((row - layer.start) / layer.bucket);
       let low = 32767, high = -32768;
-      if (layer.bucket === 1) {
-        for (let r = a - layer.start; r < b - layer.start; r++) {
-          const v = layer.values[r];
-          if (v < low) low = v;
-          if (v > high) high = v;
-        }
-      } else {
-        const first = Math.floor((a - layer.start) / layer.bucket), last = Math.floor((b - 1 - layer.start) / layer.bucket);
-        for (let k = first; k <= last; k++) {
-          if (layer.values[2 * k] < low) low = layer.values[2 * k];
-          if (layer.values[2 * k + 1] > high) high = layer.values[2 * k + 1];
-        }
+      for (let k = at(a); k < at(b - 1) + each; k++) {
+        const v = layer.values[k];
+        if (v < low) low = v;
+        if (v > high) high = v;
       }
       return [this.value(low), this.value(high)];
     }
@@ -168,71 +154,46 @@
     let view = [...T.windows.typical], cursor = null, frame = null, drawn = null;
     const inputs = (kind) => T.inputs.filter((i) => i.kind === kind);
 
-    // What is on screen: x, and for each channel the smallest and largest value of each step.
+    // What is on screen: each step is two points, the smallest and the largest value of its rows.
     async function sample() {
       const [r0, r1] = view;
       const names = ["measured", ...chosen.flatMap((m) => [`estimate:${m}`, `residual:${m}`]), ...T.inputs.map((i) => i.channel)];
       await Promise.all(names.map((n) => channels[n].ready(r0, r1)).filter(Boolean));
       if (view[0] !== r0 || view[1] !== r1) return null;
-      const steps = Math.max(60, Math.min(r1 - r0, Math.floor(box.clientWidth * 0.9)));
-      const single = r1 - r0 <= steps * 2;
-      const edges = [];
-      if (single) for (let r = r0; r <= r1; r++) edges.push(r);
-      else for (let k = 0; k <= steps; k++) edges.push(Math.round(r0 + ((r1 - r0) * k) / steps));
-      const gaps = T.breaks.filter((b) => b > r0 && b < r1);
+      const most = Math.max(60, Math.floor(box.clientWidth * 0.9)), single = r1 - r0 <= 2 * most;
+      const steps = single ? r1 - r0 : most;
+      const edges = Array.from({ length: steps + 1 }, (_, k) => Math.round(r0 + ((r1 - r0) * k) / steps));
+      const each = (range) => edges.slice(1).map((stop, k) => range(edges[k], stop));
+      const breaks = T.breaks.filter((b) => b > r0 && b < r1);
       const x = [], at = [];
-      let g = 0;
-      for (let k = 0; k + 1 < edges.length; k++) {
-        if (g < gaps.length && edges[k] >= gaps[g]) {
-          x.push(timeOf(edges[k]) - 1e-9);
-          at.push(-1);
-          while (g < gaps.length && edges[k] >= gaps[g]) g++;
+      for (let k = 0; k < steps; k++) {
+        const [a, b] = [timeOf(edges[k]), timeOf(edges[k + 1] - 1)];
+        if (k && breaks.some((row) => row > edges[k - 1] && row <= edges[k])) {
+          x.push(a - 1e-9);
+          at.push(null);
         }
-        if (single) { x.push(timeOf(edges[k])); at.push(k); }
-        else {
-          const [a, b] = [timeOf(edges[k]), timeOf(edges[k + 1] - 1)];
-          x.push(a, a + 0.5 * Math.max(b - a, 1e-9));
-          at.push(k, k);
-        }
+        x.push(a, a + 0.5 * Math.max(b - a, 1e-9));
+        at.push([k, 0], [k, 1]);
       }
-      const values = {};
-      const pair = (name) => {
-        const c = channels[name], layer = c.pick(r0, r1), low = [], high = [];
-        for (let k = 0; k + 1 < edges.length; k++) {
-          const [a, b] = c.range(layer, edges[k], edges[k + 1]);
-          low.push(a); high.push(b);
-        }
-        return { low, high, bucket: layer.bucket };
-      };
-      for (const name of names) values[name] = pair(name);
+      const layers = Object.fromEntries(names.map((name) => [name, channels[name].pick(r0, r1)]));
+      const values = Object.fromEntries(names.map((name) => [name, each((a, b) => channels[name].range(layers[name], a, b))]));
       // Where both are there row by row, the residual follows from them to the last row.
       for (const m of chosen)
-        if (values.measured.bucket === 1 && values[`estimate:${m}`].bucket === 1)
-          values[`residual:${m}`] = difference(channels.measured, channels[`estimate:${m}`], edges, r0, r1);
-      const series = (name, factor) => {
-        const v = values[name], out = new Array(at.length);
-        for (let i = 0; i < at.length; i++) {
-          const k = at[i];
-          const second = single ? v.bucket > 1 && k % 2 === 1 : i > 0 && at[i - 1] === k;
-          out[i] = k < 0 ? null : factor * (second ? v.high[k] : v.low[k]);
-        }
-        return out;
-      };
-      return { r0, r1, x, at, edges, single, values, series };
+        if (layers.measured.bucket === 1 && layers[`estimate:${m}`].bucket === 1)
+          values[`residual:${m}`] = each((a, b) => difference(layers, `estimate:${m}`, a, b));
+      const series = (name, factor) => at.map((place) => place && factor * values[name][place[0]][place[1]]);
+      return { r0, r1, x, edges, whole: single && layers.measured.bucket === 1, values, series };
     }
 
-    function difference(y, e, edges, r0, r1) {
-      const [p, q] = [y.pick(r0, r1), e.pick(r0, r1)], low = [], high = [];
-      for (let k = 0; k + 1 < edges.length; k++) {
-        let a = Infinity, b = -Infinity;
-        for (let r = edges[k]; r < edges[k + 1]; r++) {
-          const d = y.value(p.values[r - p.start]) - e.value(q.values[r - q.start]);
-          if (d < a) a = d;
-          if (d > b) b = d;
-        }
-        low.push(a); high.push(b);
+    function difference(layers, name, a, b) {
+      const value = (of, row) => channels[of].value(layers[of].values[row - layers[of].start]);
+      let low = Infinity, high = -Infinity;
+      for (let row = a; row < b; row++) {
+        const d = value("measured", row) - value(name, row);
+        low = Math.min(low, d);
+        high = Math.max(high, d);
       }
-      return { low, high, bucket: 1 };
+      return [low, high];
     }
 
     // --- plots
@@ -297,14 +258,13 @@
       const order = [...chosen].reverse(), shown = order.map((m) => [m, ...style(m)]);
       const input = (kind) => inputs(kind).map((i, k) => [["--measured", "--mut"][k], k ? [6, 3] : [], 1.2]);
       panels = [
-        { u: plot("panel-effort", narrow ? 210 : 270, E.name + unit(E.unit), [["--measured", [], 1.4], ...shown.map(([, c, d]) => [c, d, 1.5])]), names: ["measured", ...order.map((m) => `estimate:${m}`)], factors: () => E.factor },
-        { u: plot("panel-residual", narrow ? 100 : 120, "residual" + unit(E.unit), shown.map(([, c]) => [c, [], 1.1])), names: order.map((m) => `residual:${m}`), factors: () => E.factor },
+        { u: plot("panel-effort", narrow ? 210 : 270, E.name + unit(E.unit), [["--measured", [], 1.4], ...shown.map(([, c, d]) => [c, d, 1.5])]), names: ["measured", ...order.map((m) => `estimate:${m}`)], factor: E.factor },
+        { u: plot("panel-residual", narrow ? 100 : 120, "residual" + unit(E.unit), shown.map(([, c]) => [c, [], 1.1])), names: order.map((m) => `residual:${m}`), factor: E.factor },
       ];
-      const kinds = ["field", "slip"];
-      kinds.forEach((kind, k) => {
-        const list = inputs(kind);
-        panels.push({ u: plot(`panel-${kind}`, k === kinds.length - 1 ? 108 : 84, kind + unit(list[0].unit), input(kind), k === kinds.length - 1), names: list.map((i) => i.channel), factors: () => list[0].factor });
-      });
+      for (const kind of ["field", "slip"]) {
+        const list = inputs(kind), last = kind === "slip";
+        panels.push({ u: plot(`panel-${kind}`, last ? 108 : 84, kind + unit(list[0].unit), input(kind), last), names: list.map((i) => i.channel), factor: list[0].factor });
+      }
     }
 
     async function render() {
@@ -314,7 +274,7 @@
       const span = [timeOf(made.r0), timeOf(made.r1 - 1)];
       for (const p of panels) {
         p.u.batch(() => {
-          p.u.setData([made.x, ...p.names.map((n) => made.series(n, p.factors()))], false);
+          p.u.setData([made.x, ...p.names.map((n) => made.series(n, p.factor))], false);
           p.u.setScale("x", { min: span[0], max: span[1] });
         });
       }
@@ -323,7 +283,7 @@
       for (const b of box.querySelectorAll("[data-go]")) if (places[b.dataset.go]) b.setAttribute("aria-pressed", String(same(places[b.dataset.go]())));
       box.dataset.ready = "yes";
       box.dataset.rows = `${made.r0},${made.r1}`;
-      box.dataset.whole = String(made.single && made.values.measured.bucket === 1);
+      box.dataset.whole = String(made.whole);
     }
     const later = () => { if (!frame) frame = requestAnimationFrame(() => { frame = null; render(); }); };
 
@@ -379,15 +339,10 @@
     function readout(row) {
       if (!drawn) return;
       const E = T.effort, items = [];
-      let k = -1;
-      if (row !== null && row >= drawn.r0 && row < drawn.r1) {
-        k = drawn.edges.length - 2;
-        while (k > 0 && drawn.edges[k] > row) k--;
-      }
+      const k = row !== null && row >= drawn.r0 && row < drawn.r1 ? drawn.edges.slice(0, -1).findLastIndex((edge) => edge <= row) : -1;
       const show = (name, factor, unit) => {
         if (k < 0) return "";
-        const v = drawn.values[name], step = channels[name].step * factor;
-        const [a, b] = [v.low[k] * factor, v.high[k] * factor];
+        const [a, b] = drawn.values[name][k].map((v) => v * factor), step = channels[name].step * factor;
         return (a === b ? digits(a, step) : `${digits(a, step)} … ${digits(b, step)}`) + (unit ? ` ${unit}` : "");
       };
       const dash = (d) => (d.length ? (d[0] < 4 ? "dotted" : "dashed") : "solid");
@@ -403,30 +358,17 @@
       });
       const out = $("readout");
       out.replaceChildren();
-      const time = document.createElement("span");
-      time.className = "item";
       const log = row === null ? null : T.logs.find(([, a, b]) => row >= a && row < b);
-      time.textContent = k >= 0 ? `${digits(timeOf(row), 1e-4)} s${held(row) ? ", held out" : ", training"}${T.logs.length > 1 && log ? `, ${log[0]}` : ""}` : "";
-      if (k >= 0) out.append(time);
+      if (k >= 0) out.append(element("span", "item", `${digits(timeOf(row), 1e-4)} s${held(row) ? ", held out" : ", training"}${T.logs.length > 1 && log ? `, ${log[0]}` : ""}`));
       for (const [name, colour, line, value, gone] of items) {
-        const item = document.createElement("span");
-        item.className = "item";
-        const mark = document.createElement("i");
+        const item = element("span", "item"), mark = element("i");
         mark.style.borderTopColor = css(colour);
         mark.style.borderTopStyle = line;
-        const text = document.createElement("span");
-        text.textContent = name;
-        item.append(mark, text);
-        if (value) {
-          const v = document.createElement("span");
-          v.className = "value";
-          v.textContent = value;
-          item.append(v);
-        }
+        item.append(mark, element("span", "", name));
+        if (value) item.append(element("span", "value", value));
         if (gone && k < 0) {
-          const b = document.createElement("button");
+          const b = element("button", "", "×");
           b.type = "button";
-          b.textContent = "×";
           b.setAttribute("aria-label", `Leave out ${gone}`);
           b.addEventListener("click", () => { chosen = chosen.filter((n) => n !== gone); select(); build(); later(); });
           item.append(b);
@@ -453,7 +395,7 @@
 
     // --- the whole log as a strip
     const strip = $("overview");
-    let whole = null, margin = AXIS;
+    let margin = AXIS;
     function overview() {
       const ratio = devicePixelRatio || 1, width = strip.clientWidth, height = strip.clientHeight;
       margin = panels[0].u.over.offsetLeft;
@@ -464,9 +406,8 @@
       const x = (row) => margin + (row / T.rows) * inner;
       ctx.fillStyle = css("--held");
       for (const [a, b] of T.test) ctx.fillRect(x(a), 0, x(b) - x(a), height);
-      if (!whole) return void c.ready(0, T.rows)?.then(() => { whole = true; overview(); }) ?? ((whole = true), overview());
-      const layer = c.layers.find((l) => l.start === 0 && l.stop === T.rows && l.values) || c.pick(0, T.rows);
-      if (!layer.values) return;
+      const waiting = c.ready(0, T.rows), layer = c.pick(0, T.rows);
+      if (waiting) return void waiting.then(overview);
       const n = Math.floor(inner), lows = [], highs = [];
       for (let k = 0; k < n; k++) {
         const a = Math.floor((k * T.rows) / n), [lo, hi] = c.range(layer, a, Math.max(a + 1, Math.floor(((k + 1) * T.rows) / n)));

@@ -1,4 +1,4 @@
-"""290,000 rows in a page: rounded, packed as differences, with as much detail as fits, and honest about it.
+"""A page holds 290,000 rows: rounded, packed as differences, with as much detail as fits; it says what it left out.
 
 Each signal comes in layers. A layer holds rows [start, stop) either each on its own or as the smallest and largest
 value of every ``bucket`` rows. Coarse layers of everything always fit; whole rows are added, the most wanted first,
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from erclutch.signals.array import Array
 
 #: Bytes of base64 for all layers of a page; the page's limit is 2 MB.
 BUDGET = 1_350_000

@@ -1,49 +1,46 @@
-"""Parameters with units, intervals and bounds hit, in the paper's symbols where it has any."""
+"""This section lists parameters with units, intervals and bounds hit, in the paper's symbols where it has any."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from markupsafe import Markup
 
-from erclutch.diagnostics.material import Material
-from erclutch.diagnostics.text import Scale, number, span, unit_text
-from erclutch.model import TorqueModel
-from erclutch.report.equations import terms_of
-from erclutch.report.section import Section
-from erclutch.report.symbols import plain_symbol, symbol
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.stages import slip_stages, stages_at
+from erclutch.report.html.equations import terms_of
+from erclutch.report.html.section import Section
+from erclutch.report.html.symbols import plain_symbol, symbol
+from erclutch.report.numbers.number_text import Scale, interval, number, unit_text
+from erclutch.report.numbers.run_material import Material
 
 
-class ParametersSection(Section):
+def _fill(material: Material) -> dict[str, Any]:
     """One table a law; the recommended one open."""
+    ranking = sorted(material.body["ranking"], key=lambda e: e["name"] != material.recommended)
+    laws = [_law(material, e) for e in ranking if not e["fit"]["weights"]]
+    networks = [e for e in ranking if e["fit"]["weights"]]
+    return {
+        "laws": laws,
+        "networks": [{"name": e["name"], "weights": e["fit"]["weights"]} for e in networks],
+        "recommended": material.recommended,
+    }
 
-    name: ClassVar[str] = "parameters"
-    title: ClassVar[str] = "Parameters"
-    short: ClassVar[str] = "Parameters"
 
-    def fill(self, material: Material) -> dict[str, Any]:
-        """See `Section.fill`."""
-        ranking = sorted(material.body["ranking"], key=lambda e: e["name"] != material.recommended)
-        laws = [_law(material, e) for e in ranking if not e["fit"]["weights"]]
-        networks = [e for e in ranking if e["fit"]["weights"]]
-        return {
-            "laws": laws,
-            "networks": [{"name": e["name"], "title": e["title"], "weights": e["fit"]["weights"]} for e in networks],
-            "recommended": material.recommended,
-        }
+PARAMETERS = Section("parameters", "Parameters", "Parameters", _fill)
 
 
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
-    model = material.models[entry["name"]]
+    model = material.laws[entry["name"]]
     fit = entry["fit"]
     chosen = entry["name"] == material.recommended
     return {
         "name": entry["name"],
         "title": entry["title"],
-        "equation": equation_of(model) if isinstance(model, TorqueModel) else "",
-        "reference": _reference(material, model) if isinstance(model, TorqueModel) else "",
-        "source": model.structure.law.source if isinstance(model, TorqueModel) else "",
+        "equation": equation_of(model),
+        "reference": _reference(material, model),
+        "source": model.structure.law.source,
         "rows": [_parameter(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
         "condition": number(fit["condition"], 2),
@@ -53,20 +50,14 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
     scale = Scale(1e3, "ms") if p["unit"] == "s" else Scale(1.0, "" if p["unit"] == "1" else unit_text(p["unit"]))
-    low, high = (None if v is None else v * scale.factor for v in (p["low"], p["high"]))
-    if p["at_bound"]:
-        band, state = f"at its {p['at_bound']} bound", "bound"
-    elif low is None or high is None:
-        band, state = "not identified", "bound"
-    else:
-        band, state = span(low, high), ""
+    band, identified = interval(p, scale.factor)
     return {
         "symbol": symbol(p["name"]),
         "plain": plain_symbol(p["name"]),
         "meaning": p["meaning"],
         "value": scale.bare(p["value"], 4),
         "band": band,
-        "state": state,
+        "identified": identified,
         "unit": scale.unit,
     }
 
@@ -74,12 +65,15 @@ def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
 def _reference(material: Material, model: TorqueModel) -> str:
     """What E and w are over in the equation."""
     pair = "of one clutch, numbered by the parameters' last index; " if len(material.rows.data.elements) > 1 else ""
-    fluid = (
-        " in the fluid, which follows the command after the lag below," if model.structure.dynamics != "none" else ""
+    dynamics = model.structure.dynamics
+    lagged = stages_at(dynamics, "command")
+    fluid = " in the fluid, which follows the command after the lag above," if lagged else ""
+    more = (
+        " the stages on slip and effort come on top;" if slip_stages(dynamics) or stages_at(dynamics, "effort") else ""
     )
     return (
         f"{pair}E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over "
-        f"{material.slip.of(model.reference.slip, 4)}; the table's numbers have their own units."
+        f"{material.slip.of(model.reference.slip, 4)};{more} the table's numbers have their own units."
     )
 
 

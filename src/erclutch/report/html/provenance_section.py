@@ -1,49 +1,46 @@
-"""Provenance: logs with digests, settings, versions, seed, and the command that repeats the run."""
+"""This section states provenance: logs with digests, settings, versions, seed, and the command that repeats the run."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
-from erclutch.diagnostics.material import BADGE_MEANS, Material
-from erclutch.diagnostics.text import count, number
-from erclutch.report.section import Section
+from erclutch.fit.comparison import Settings
+from erclutch.report.html.section import Section
+from erclutch.report.numbers.number_text import count, number
+from erclutch.report.numbers.run_material import Material
 
 
-class Provenance(Section):
+def _fill(material: Material) -> dict[str, Any]:
     """Where every number comes from."""
+    body = material.body
+    reading: dict[str, Any] = body["reading"] or {}
+    return {
+        "logs": [
+            {
+                "name": log["name"],
+                "origin": log["origin"] or "RECORDING",
+                "rows": count(log["rows"]),
+                "gaps": log["segments"] - 1,
+                "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
+                "sha256": log["sha256"],
+            }
+            for log in body["logs"]
+        ],
+        "means": material.badge_means,
+        "mappings": _mappings(body),
+        "notes": body["notes"],
+        "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
+        "reading": [(key, setting_text(value)) for key, value in reading.items()],
+        "versions": list(body["versions"].items()),
+        "command": command_of(body),
+        "digest": body["digest"],
+        "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",
+    }
 
-    name: ClassVar[str] = "provenance"
-    title: ClassVar[str] = "Provenance"
-    short: ClassVar[str] = "Provenance"
 
-    def fill(self, material: Material) -> dict[str, Any]:
-        """See `Section.fill`."""
-        body = material.body
-        reading: dict[str, Any] = body["reading"] or {}
-        return {
-            "logs": [
-                {
-                    "name": log["name"],
-                    "origin": log["origin"] or "RECORDING",
-                    "rows": count(log["rows"]),
-                    "gaps": log["segments"] - 1,
-                    "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
-                    "sha256": log["sha256"],
-                }
-                for log in body["logs"]
-            ],
-            "means": BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
-            "mappings": _mappings(body),
-            "notes": body["notes"],
-            "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
-            "reading": [(key, setting_text(value)) for key, value in reading.items()],
-            "versions": list(body["versions"].items()),
-            "command": command_of(body),
-            "digest": body["digest"],
-            "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",
-        }
+PROVENANCE = Section("provenance", "Provenance", "Provenance", _fill)
 
 
 def _mappings(body: Mapping[str, Any]) -> list[dict[str, str]]:
@@ -64,15 +61,6 @@ def setting_text(value: Any) -> str:
 
 
 _SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
-_USUAL: dict[str, Any] = {
-    "lag": "auto",
-    "blocks": 0,
-    "friction": None,
-    "offset": None,
-    "seed": 0,
-    "past": [],
-    "polish": False,
-}
 
 
 def command_of(body: Mapping[str, Any]) -> str:
@@ -83,14 +71,9 @@ def command_of(body: Mapping[str, Any]) -> str:
     for key, value in body["reading"].items():
         words += _option(_SHORT.get(str(key), str(key).replace("_", "-")), value)
     settings = body["settings"]
-    if list(settings["models"]) != ["all"]:
-        words += ["--models", *map(str, settings["models"])]
-    test = settings["test"]
-    if test != 0.3:
-        for pattern in test if isinstance(test, list) else [test]:  # pyright: ignore[reportUnknownVariableType]
-            words += ["--test", str(pattern)]  # pyright: ignore[reportUnknownArgumentType]
-    for key, usual in _USUAL.items():
-        if settings[key] != usual:
+    usual = Settings().to_dict()
+    for key in dict.fromkeys(("models", "test", *usual)):
+        if settings[key] != (list(usual[key]) if isinstance(usual[key], tuple) else usual[key]):
             words += _option(key, settings[key])
     return shlex.join([*words, "--out", "RUN"])
 
@@ -98,8 +81,8 @@ def command_of(body: Mapping[str, Any]) -> str:
 def _option(name: str, value: Any) -> list[str]:
     if isinstance(value, bool):
         return [f"--{name}" if value else f"--no-{name}"]
-    if name == "past":
-        return ["--past", *map(str, value)]
+    if name in ("models", "past"):
+        return [f"--{name}", *map(str, value)]
     if isinstance(value, list):
         return [word for item in value for word in (f"--{name}", str(item))]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     # A value that starts with a minus sign would be taken for an option.

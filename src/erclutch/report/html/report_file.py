@@ -1,4 +1,4 @@
-"""Where a report goes: never over a file that is not a report."""
+"""A report is never written over a file that is not a report."""
 
 from __future__ import annotations
 

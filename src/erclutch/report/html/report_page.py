@@ -1,4 +1,4 @@
-"""A page from sections: one HTML file that needs nothing else and asks nobody for anything."""
+"""Sections make a page: one HTML file that needs nothing else and asks nobody for anything."""
 
 from __future__ import annotations
 
@@ -6,63 +6,49 @@ import base64
 import hashlib
 import json
 from collections.abc import Sequence
-from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
-from erclutch.diagnostics.material import BADGE_MEANS, Material
-from erclutch.diagnostics.text import count, number
-from erclutch.figures.style import write_whole
-from erclutch.report.dynamics import DynamicsSection
-from erclutch.report.error_map import ErrorMaps
-from erclutch.report.flow_curves import FlowSection
-from erclutch.report.parameters import ParametersSection
-from erclutch.report.parity import ParitySection
-from erclutch.report.provenance import Provenance
-from erclutch.report.ranking import Ranking
-from erclutch.report.residual import ResidualSection
-from erclutch.report.section import Section
-from erclutch.report.symbols import safe_json
-from erclutch.report.traces import Traces
-from erclutch.report.verdict import Verdict
+from erclutch.report.html.dynamics_section import DYNAMICS
+from erclutch.report.html.parameters_section import PARAMETERS
+from erclutch.report.html.picture_sections import ERROR_MAP, FLOW_CURVES, LOOPS, PARITY, RESIDUAL
+from erclutch.report.html.provenance_section import PROVENANCE
+from erclutch.report.html.section import Section
+from erclutch.report.html.symbols import safe_json
+from erclutch.report.html.traces_section import TRACES
+from erclutch.report.html.verdict_section import RANKING, VERDICT
+from erclutch.report.numbers.number_text import count, number, percent, span
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.paper_style import placed
+from erclutch.report.plots.svg_painter import svg
 
 #: Sections in the order of the page.
-SECTIONS: tuple[type[Section], ...] = (
-    Verdict,
-    Ranking,
-    Traces,
-    ErrorMaps,
-    ParitySection,
-    ResidualSection,
-    FlowSection,
-    DynamicsSection,
-    ParametersSection,
-    Provenance,
+SECTIONS: tuple[Section, ...] = (
+    *(VERDICT, RANKING, TRACES, ERROR_MAP, PARITY),
+    *(RESIDUAL, FLOW_CURVES, LOOPS, DYNAMICS, PARAMETERS, PROVENANCE),
 )
 
 
 def report_html(material: Material) -> str:
     """The report of a run as one HTML document."""
-    filled = [(s, s.fill(material)) for s in (kind() for kind in SECTIONS)]
     heading, line = headings(material)
-    return page(
-        title=f"{material.recommended}: {heading}",
-        heading=heading,
-        line=line,
-        badge=material.badge,
-        badge_means=BADGE_MEANS.get(material.badge, "Made by a computer, not a measurement."),
-        sections=[(s, values) for s, values in filled if values is not None],
-        legend=[{"name": s.name, "role": s.role} for s in material.shown],
-        word=material.word,
-    )
+    return page(material, SECTIONS, f"{material.recommended}: {heading}", heading, line)
 
 
 def headings(material: Material) -> tuple[str, str]:
     """What was measured, and a line about it."""
-    return _logs(material), _line(material)
+    body = material.body
+    names = [str(log["name"]) for log in body["logs"]]
+    more = f" and {len(names) - 1} more log{'s' if len(names) > 2 else ''}" if len(names) > 1 else ""
+    device = "A coaxial pair of clutches" if body["device"] == "coaxial" else "A single clutch, brake or damper"
+    rows = sum(int(log["rows"]) for log in body["logs"])
+    seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
+    rates = [f"{rate:g}" for rate in sorted({float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]})]
+    at = " and ".join(rates) if len(rates) <= 2 else f"{rates[0]} to {rates[-1]}"
+    return f"{names[0]}{more}", f"{device}, {count(rows)} rows, {number(seconds)} s at {at} Hz"
 
 
 def write_report(material: Material, path: Path) -> Path:
@@ -72,67 +58,44 @@ def write_report(material: Material, path: Path) -> Path:
         RunError: the folder cannot be written.
     """
     text = report_html(material)
-    return write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+    with placed(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+    return path
 
 
-def _logs(material: Material) -> str:
-    names = [str(log["name"]) for log in material.body["logs"]]
-    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more log{'s' if len(names) > 2 else ''}"
-
-
-def _line(material: Material) -> str:
-    body = material.body
-    device = "a coaxial pair of clutches" if body["device"] == "coaxial" else "a single clutch, brake or damper"
-    rows = sum(int(log["rows"]) for log in body["logs"])
-    seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
-    rates = sorted({float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]})
-    names = [f"{rate:g}" for rate in rates]
-    at = " and ".join(names) if len(names) <= 2 else f"{names[0]} to {names[-1]}"
-    return f"{_capital(device)}, {count(rows)} rows, {number(seconds)} s at {at} Hz"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def page(
-    *,
-    title: str,
-    heading: str,
-    line: str,
-    badge: str,
-    badge_means: str,
-    sections: Sequence[tuple[Section, dict[str, Any]]],
-    legend: Sequence[dict[str, str]],
-    word: str,
-) -> str:
+def page(material: Material, sections: Sequence[Section], title: str, heading: str, line: str) -> str:
     """Sections as one HTML document.
 
     Args:
+        material: what they are filled from.
+        sections: those that the material can fill are shown.
         title: of the window.
         heading: of the page; what was measured.
         line: under the heading.
-        badge: where the data come from, in a word, and what that means.
-        badge_means: see badge.
-        sections: with the values of their templates.
-        legend: models in the pictures, with their roles.
-        word: torque, force.
     """
+    filled = [(section, values) for section in sections if (values := section.fill(material)) is not None]
     environment = _environment()
-    data = {section.name: values["data"] for section, values in sections if "data" in values}
-    grids: list[Any] = [grid for _, values in sections for grid in values.get("grids", [])]
-    bodies = [_body(environment, section, {"legend": legend, "word": word, **values}) for section, values in sections]
-    scripts = [_asset("vendor/uplot/uPlot.iife.min.js")] if data else []
+    data = {section.name: values["data"] for section, values in filled if "data" in values}
+    grids: list[Any] = [grid for _, values in filled for grid in values.get("grids", [])]
+    common = {
+        "material": material,
+        "body": material.body,
+        "recommended": material.recommended,
+        "effort": material.effort,
+        "legend": material.shown,
+        "word": material.word,
+    }
+    scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if data else []
     scripts.append(_asset("report/assets/report.js"))
     shared = {"traces": data.get("traces"), "grids": grids}
     return environment.get_template("page.html.j2").render(
         title=title,
         heading=heading,
         line=line,
-        badge=badge,
-        badge_means=badge_means,
-        sections=bodies,
-        style=Markup(_asset("vendor/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
+        badge=material.badge,
+        badge_means=material.badge_means,
+        sections=[_body(environment, section, common | values) for section, values in filled],
+        style=Markup(_asset("report/assets/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
         scripts=[Markup(s) for s in scripts],
         allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
         data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
@@ -144,7 +107,7 @@ def _body(environment: Any, section: Section, values: dict[str, Any]) -> dict[st
         "name": section.name,
         "title": section.title,
         "short": section.short,
-        "html": Markup(environment.get_template(section.template).render(**values)),
+        "html": Markup(environment.get_template(f"{section.name}.html.j2").render(**values)),
     }
 
 
@@ -160,12 +123,16 @@ def _asset(path: str) -> str:
 
 
 def _environment() -> Any:
-    jinja: Any = import_module("jinja2")
+    import jinja2
+
     folder = Path(str(files("erclutch").joinpath("report/templates")))
-    return jinja.Environment(
-        loader=jinja.FileSystemLoader(folder),
+    made: Any = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
         autoescape=True,
-        undefined=jinja.StrictUndefined,
+        undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["svg"] = svg
+    made.globals.update(count=count, number=number, percent=percent, span=span)
+    return made

@@ -1,36 +1,34 @@
-"""Symbols as a page shows them, and data that may stand inside one."""
+"""A page shows symbols, and data may stand inside a page."""
 
 from __future__ import annotations
 
+import contextlib
+import unicodedata
+
 from markupsafe import Markup
 
-_GREEK = {
-    "alpha": "α",
-    "beta": "β",
-    "eta": "η",
-    "kappa": "κ",
-    "mu": "μ",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "theta": "θ",
-}
+
+def _letter(name: str) -> str:
+    """The Greek letter of that name, else the name."""
+    with contextlib.suppress(KeyError):
+        return unicodedata.lookup(f"GREEK SMALL LETTER {name.upper()}") if name.isascii() and len(name) > 1 else name
+    return name
 
 
 def symbol(name: str) -> Markup:
     """A parameter's name as a symbol: ``eta_0_1`` is an eta with the index 0,1."""
     head, *tail = name.split("_")
-    letter = _GREEK.get(head, head)
+    letter = _letter(head)
     body = Markup("<span class=word>{}</span>" if len(letter) > 2 else "<i>{}</i>").format(letter)
     if not tail:
         return body
-    return body + Markup("<sub>{}</sub>").format(", ".join(_GREEK.get(t, t) for t in tail))
+    return body + Markup("<sub>{}</sub>").format(", ".join(_letter(t) for t in tail))
 
 
 def plain_symbol(name: str) -> str:
     """The same in plain text."""
     head, *tail = name.split("_")
-    return _GREEK.get(head, head) + (f"_{','.join(tail)}" if tail else "")
+    return _letter(head) + (f"_{','.join(tail)}" if tail else "")
 
 
 def safe_json(text: str) -> Markup:

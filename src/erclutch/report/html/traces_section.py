@@ -1,18 +1,16 @@
-"""Measured against estimated: the rows themselves, as much detail as fits, with zoom, cursor and residual."""
+"""This section shows measured against estimated rows, in as much detail as fits, with zoom, cursor and residual."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.diagnostics.material import Material
-from erclutch.diagnostics.text import Scale, count
-from erclutch.report.pack import BUDGET, Packer
-from erclutch.report.section import Section
-
-Array = NDArray[np.float64]
+from erclutch.report.html.packed_rows import BUDGET, Packer
+from erclutch.report.html.section import Section
+from erclutch.report.numbers.correlation import stretches
+from erclutch.report.numbers.number_text import Scale, count
+from erclutch.report.numbers.run_material import Material
 
 #: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range.
 _FINE, _RANGE = 1 / 20, 1 / 2000
@@ -20,43 +18,37 @@ _BUCKETS = 3000
 _KNOT = 64
 
 
-class Traces(Section):
+def _fill(material: Material) -> dict[str, Any]:
     """The interactive plot."""
+    packer, inputs = _packed(material)
+    models = [
+        {"name": name, "role": material.shown.get(name, ""), "detail": _detail(packer, material, name)}
+        for name in material.run.names
+        if f"estimate:{name}" in packer.channels
+    ]
+    data, windows = material.rows.data, material.windows
+    return {
+        "data": {
+            "rows": data.rows,
+            "time": _clock(material),
+            "breaks": [span.start for span in data.clock.spans][1:],
+            "logs": [[name, a, b] for name, (a, b) in zip(data.sources, data.source_rows, strict=True)],
+            "test": stretches(material.rows.test),
+            "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
+            "recommended": material.recommended,
+            "models": models,
+            "effort": {"name": material.word, "unit": material.effort.unit, "factor": material.effort.factor},
+            "inputs": inputs,
+            "channels": {name: made.to_dict() for name, made in packer.channels.items()},
+        },
+        "detail": _said(packer, material, models),
+        "step": material.effort.of(packer.channels["measured"].step, 2),
+        "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
+        "word": material.word,
+    }
 
-    name: ClassVar[str] = "traces"
-    title: ClassVar[str] = "Measured against estimated"
-    short: ClassVar[str] = "Traces"
 
-    def fill(self, material: Material) -> dict[str, Any]:
-        """See `Section.fill`."""
-        packer, inputs = _packed(material)
-        order = list(material.body["ranking"])
-        roles = {s.name: s.role for s in material.shown}
-        models = [
-            {"name": e["name"], "role": roles.get(e["name"], ""), "detail": _detail(packer, material, e["name"])}
-            for e in order
-            if f"estimate:{e['name']}" in packer.channels
-        ]
-        windows = material.windows
-        return {
-            "data": {
-                "rows": material.rows.data.rows,
-                "time": _clock(material),
-                "breaks": [span.start for span in material.rows.data.clock.spans][1:],
-                "logs": _logs(material),
-                "test": _stretches(material.rows.test),
-                "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
-                "recommended": material.recommended,
-                "models": models,
-                "effort": {"name": material.word, "unit": material.effort.unit, "factor": material.effort.factor},
-                "inputs": inputs,
-                "channels": {name: made.to_dict() for name, made in packer.channels.items()},
-            },
-            "detail": _said(packer, material, models),
-            "step": material.effort.of(packer.channels["measured"].step, 2),
-            "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
-            "word": material.word,
-        }
+TRACES = Section("traces", "Measured against estimated", "Traces", _fill)
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
@@ -73,9 +65,9 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
         estimate = np.clip(rows.predicted[name], -limit, limit)
         packer.add(f"estimate:{name}", estimate, _FINE * rmse, buckets)
         packer.add(f"residual:{name}", data.effort - estimate, _FINE * rmse, buckets)
-    names = list(dict.fromkeys([*(n for n in material.shown_names if n in finite), *finite]))
+    names = list(dict.fromkeys([*(n for n in material.shown if n in finite), *finite]))
     whole = (0, data.rows)
-    held = [(a, b) for a, b in _stretches(rows.test)]
+    held = stretches(rows.test)
     first = ["measured", *(f"estimate:{n}" for n in names[:1]), *(i["channel"] for i in inputs)]
     wanted = [(c, part) for c in first for part in held]
     wanted += [(f"estimate:{n}", part) for n in names[1:3] for part in held]
@@ -105,7 +97,7 @@ def _detail(packer: Packer, material: Material, model: str) -> str:
     name = f"estimate:{model}"
     if packer.has(name, 0, material.rows.data.rows):
         return "all"
-    return "test" if all(packer.has(name, a, b) for a, b in _stretches(material.rows.test)) else "coarse"
+    return "test" if all(packer.has(name, a, b) for a, b in stretches(material.rows.test)) else "coarse"
 
 
 def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> str:
@@ -114,15 +106,11 @@ def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> s
     rows = material.rows.data.rows
     if packer.has("measured", 0, rows) and not by["test"] and not by["coarse"]:
         return f"Each of the {count(rows)} rows is in this page."
-    parts: list[str] = []
+    parts = ["No row is in this page by itself"]
     if packer.has("measured", 0, rows):
-        parts.append("Each measured row is in this page")
-    else:
-        parts.append(
-            "Of the measured rows each one held out is in this page"
-            if by["test"] or by["all"]
-            else "No row is in this page by itself"
-        )
+        parts = ["Each measured row is in this page"]
+    elif by["test"] or by["all"]:
+        parts = ["Of the measured rows each one held out is in this page"]
     if by["all"]:
         parts.append(f"each row of {_named(by['all'])}")
     if by["test"]:
@@ -134,11 +122,6 @@ def _named(names: list[str]) -> str:
     if len(names) > 4:
         return f"{len(names)} models"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _stretches(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _clock(material: Material) -> list[list[float]]:
@@ -159,8 +142,3 @@ def _clock(material: Material) -> list[list[float]]:
         knots += [[int(span.start + k), round(float(time[k]) + shift, 7)] for k in at]
         last = float(time[-1]) + shift
     return knots
-
-
-def _logs(material: Material) -> list[list[Any]]:
-    data = material.rows.data
-    return [[name, a, b] for name, (a, b) in zip(data.sources, data.source_rows, strict=True)]

@@ -1,4 +1,4 @@
-"""What of a residual is not noise: its spectrum and autocorrelation, on the rows held out, gap by gap."""
+"""Spectrum and autocorrelation say what of a residual is not noise, on the held-out rows, gap by gap."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.dynamics import Span, cut_spans
-from erclutch.evaluate import independent_rows
-from erclutch.run_rows import RunRows
-
-Array = NDArray[np.float64]
+from erclutch.fit.scoring import independent_rows
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.clock import Span, cut_spans
 
 _WINDOW = 4096
 _POINTS = 140
@@ -51,12 +49,22 @@ class Autocorrelation:
 
 def held_out_spans(rows: RunRows) -> list[Span]:
     """Gapless stretches of the rows held out."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], rows.test, [False])).astype(np.int8)))
+    return spans_inside(rows, rows.test)
+
+
+def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
+    """Gapless stretches of the rows of a mask."""
     return [
-        Span(int(a) + s.start, int(a) + s.stop, s.period)
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
-        for s in cut_spans(rows.data.clock.spans, int(a), int(b))
+        Span(a + s.start, a + s.stop, s.period)
+        for a, b in stretches(mask)
+        for s in cut_spans(rows.data.clock.spans, a, b)
     ]
+
+
+def stretches(mask: Mask) -> list[tuple[int, int]]:
+    """Rows [start, stop) of each stretch of a mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def period_of(rows: RunRows) -> float:
@@ -73,17 +81,16 @@ def _steps(rows: RunRows, span: Span) -> Array:
     return np.append(steps, steps[-1:])
 
 
-def _alike(rows: RunRows) -> tuple[list[Span], float]:
-    """Stretches of the rows held out that are sampled like most of them, and the period."""
+def _alike(rows: RunRows) -> tuple[list[Span], int, float]:
+    """Stretches of the rows held out that are sampled like most of them, rows of the longest, and the period."""
     period = period_of(rows)
-    spans = held_out_spans(rows)
-    return [s for s in spans if abs(float(np.median(_steps(rows, s))) - period) < 0.02 * period], period
+    alike = [s for s in held_out_spans(rows) if abs(float(np.median(_steps(rows, s))) - period) < 0.02 * period]
+    return alike, max((s.stop - s.start for s in alike), default=0), period
 
 
 def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     """Densities by averaged, windowed periodograms (Welch); None where no stretch is long enough."""
-    spans, period = _alike(rows)
-    longest = max((s.stop - s.start for s in spans), default=0)
+    spans, longest, period = _alike(rows)
     if longest < 64:
         return None
     width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)
@@ -111,8 +118,7 @@ def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> A
 
 def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
     """Autocorrelations up to where they have died away; None where no stretch is long enough."""
-    spans, period = _alike(rows)
-    longest = max((s.stop - s.start for s in spans), default=0)
+    spans, longest, period = _alike(rows)
     if longest < 64:
         return None
     most = min(longest // 3, max(50, round(2.0 / period)))
@@ -138,27 +144,3 @@ def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
         power = np.abs(np.fft.rfft(piece, size)) ** 2
         total += np.fft.irfft(power, size)[: most + 1]
     return total / total[0] if total[0] > 0 else np.eye(1, most + 1)[0]
-
-
-def follows_acceleration(rows: RunRows, model: str) -> float:
-    """Share of the residual's power, over the rows held out, that is proportional to an element's acceleration.
-
-    A law of field and slip leaves it where effort runs around a loop over slip. The largest of a pair's two.
-    """
-    residual = rows.residual(model)
-    shares = [0.0]
-    for element in rows.data.elements:
-        rate = np.concatenate([_slope(element.slip, rows.data.clock.time, s) for s in rows.data.clock.spans])
-        a, e = rate[rows.test], residual[rows.test]
-        a, e = a - a.mean(), e - e.mean()
-        power = float(a @ a) * float(e @ e)
-        if power > 0.0:
-            shares.append(float(a @ e) ** 2 / power)
-    return max(shares)
-
-
-def _slope(values: Array, time: Array, span: Span) -> Array:
-    inside = slice(span.start, span.stop)
-    if span.stop - span.start < 3:
-        return np.zeros(span.stop - span.start)
-    return np.asarray(np.gradient(values[inside], time[inside]), dtype=np.float64)

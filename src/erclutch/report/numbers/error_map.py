@@ -1,4 +1,4 @@
-"""Where in field and slip a model errs, and where the data have holes."""
+"""An error map says where in field and slip a model errs, and where the data have holes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.run_rows import RunRows
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 _FIELD_CELLS, _SLIP_CELLS = 32, 26
@@ -66,7 +66,7 @@ def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
 
 def _map(rows: RunRows, residual: Array, element: int) -> ErrorMap:
     field, slip = rows.data.elements[element].field, rows.data.elements[element].slip
-    edges = [_field_edges(field), _edges(slip, _SLIP_CELLS)]
+    edges = [_field_edges(field), even_edges(slip, _SLIP_CELLS)]
     size = (edges[0].size - 1, edges[1].size - 1)
     # One pass over the rows: np.histogram2d is several times slower.
     cell = _cell(field, edges[0]) * size[1] + _cell(slip, edges[1])
@@ -84,10 +84,11 @@ def _field_edges(field: Array) -> Array:
     if 2 <= levels.size <= _FEW_LEVELS:
         middles = 0.5 * (levels[1:] + levels[:-1])
         return np.concatenate([1.5 * levels[:1] - 0.5 * levels[1:2], middles, 1.5 * levels[-1:] - 0.5 * levels[-2:-1]])
-    return _edges(field, _FIELD_CELLS)
+    return even_edges(field, _FIELD_CELLS)
 
 
-def _edges(values: Array, cells: int) -> Array:
+def even_edges(values: Array, cells: int) -> Array:
+    """Edges of so many cells of the same width around all values."""
     low, high = float(values.min()), float(values.max())
     return np.linspace(low, high, cells + 1) if high > low else np.linspace(low - 0.5, low + 0.5, cells + 1)
 

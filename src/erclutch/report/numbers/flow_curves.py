@@ -1,4 +1,4 @@
-"""Effort against slip at several fields: each law as a curve, the data beside it as dots."""
+"""Flow curves show effort against slip at several fields: each law as a curve, the data beside it as dots."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.diagnostics.correlation import period_of
-from erclutch.model import TorqueModel
-from erclutch.run_rows import RunRows
+from erclutch.models.law_model import TorqueModel
+from erclutch.report.numbers.correlation import period_of
+from erclutch.report.numbers.switching import step_response
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 _LEVELS, _CURVE, _DOTS = 5, 81, 160
-_SETTLED = 5.0  # time constants after which a field has settled
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class FlowCurves:
 
 
 def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the laws of a run, each in its best form of dynamics, best first."""
+    """Names of the laws of a run, each with its best stages, best first."""
     found: dict[str, str] = {}
     for entry in body["ranking"]:
         if not entry["fit"]["weights"]:
@@ -111,33 +111,20 @@ def _near(rows: RunRows, settling: int, element: int, levels: Array) -> list[NDA
 
 def _settling(rows: RunRows, model: TorqueModel) -> int:
     """Rows after which the model's field has settled."""
-    shape = model.shape
-    tau = max((float(shape[name]) for name in ("tau", "tau_rise", "tau_fall") if name in shape), default=0.0)
-    if not tau:
-        return 1
-    return int(np.clip((float(shape["delay"]) + _SETTLED * tau) / period_of(rows), 1, rows.data.rows // 4))
+    response = step_response({"name": model.name, "dynamics": model.times})
+    return 1 if response is None else int(np.clip(response.settled / period_of(rows), 1, rows.data.rows // 4))
 
 
 def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     """Rows before which the field has stayed within a reach for some rows."""
     if back <= 1:
         return np.ones(field.size, np.bool_)
-    span = _running_largest(field, back) + _running_largest(-field, back)
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    shift = (back - 1) // 2  # so that the window ends with its row
+    span: Array = maximum_filter1d(field, back, origin=shift) - minimum_filter1d(field, back, origin=shift)
     span[: back - 1] = np.inf
     return span <= reach
-
-
-def _running_largest(values: Array, width: int) -> Array:
-    """Largest of each row and the ones before it, ``width`` in all (van Herk 1992)."""
-    blocks = -(-values.size // width)
-    padded = np.full(blocks * width, -np.inf)
-    padded[: values.size] = values
-    grid = padded.reshape(blocks, width)
-    ahead = np.maximum.accumulate(grid, axis=1).ravel()
-    behind = np.maximum.accumulate(grid[:, ::-1], axis=1)[:, ::-1].ravel()
-    out = ahead[: values.size].copy()
-    out[width - 1 :] = np.maximum(out[width - 1 :], behind[: values.size - width + 1])
-    return out
 
 
 def _spaced(low: float, high: float) -> Array:

@@ -1,10 +1,11 @@
-"""Numbers and units as people read them."""
+"""Numbers and units are written as people read them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
@@ -53,9 +54,23 @@ def span(low: float | None, high: float | None, digits: int = 3) -> str:
     return f"{number(low, digits)} to {number(high, digits)}"
 
 
+def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
+    """The 95 % interval of a parameter in run.json, and whether the data identify the parameter."""
+    if estimate["at_bound"]:
+        return f"at its {estimate['at_bound']} bound", False
+    low, high = estimate["low"], estimate["high"]
+    if low is None or high is None:
+        return "not identified", False
+    return span(low * factor, high * factor), True
+
+
 def unit_text(unit: str) -> str:
     """A unit as printed."""
-    return "units as logged" if unit == "?" else unit.replace("*", "·").replace("^", "").replace("?", "(as logged)")
+    return (
+        "units as logged"
+        if unit == "?"
+        else unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", "(as logged)")
+    )
 
 
 @dataclass(frozen=True)

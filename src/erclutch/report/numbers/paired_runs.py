@@ -1,4 +1,4 @@
-"""Runs side by side: the rows that all of them held out, differences of errors on them, settings that differ."""
+"""Runs are compared on the rows that all of them held out: differences of errors, settings that differ."""
 
 from __future__ import annotations
 
@@ -11,14 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import RunError, SettingError
-from erclutch.evaluate import Figure, Score, block_rows, difference, excess, score
-from erclutch.run_rows import RunRows, read_rows
-from erclutch.runs import Run
+from erclutch.fit.scoring import BandedFigure, Score, block_rows, difference, excess, score
+from erclutch.models.stages import stages_at
+from erclutch.models.stages.stage import Place
+from erclutch.runs.run_folder import Run
+from erclutch.runs.run_rows import RunRows, read_rows
+from erclutch.signals.array import Array
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 _FEWEST = 50
+_PLACES: tuple[Place, ...] = ("command", "slip", "effort")
+#: Settings that a model's own parts show, or that change no model.
+_SEEN = ("models", "lag", "past", "blocks", "polish")
 
 
 @dataclass(frozen=True)
@@ -42,8 +47,8 @@ class Contender:
     model: str
     shared: Rows
     figures: Score
-    more: Figure | None
-    share: Figure | None
+    more: BandedFigure | None
+    share: BandedFigure | None
 
     @property
     def residual(self) -> Array:
@@ -66,7 +71,21 @@ class SameModel:
     label: str
     first: float
     other: float
-    share: Figure
+    share: BandedFigure
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing in which the models of two runs differ.
+
+    Attributes:
+        what: the thing.
+        first, other: as text, "none" where there is nothing.
+    """
+
+    what: str
+    first: str
+    other: str
 
 
 @dataclass(frozen=True)
@@ -128,17 +147,11 @@ def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pair
         figures = score(rows.data.effort[at], rows.predicted[name][at], block=block, seed=seed)
         contenders.append(Contender(labels[k], run, rows, name, at, figures, more, share))
     whole = all(
-        rows.data.rows == loaded[0].data.rows and np.array_equal(rows.test, loaded[0].test) for rows in loaded
-    ) and all(at.size == int(rows.test.sum()) for rows, at in zip(loaded, shared, strict=True))
-    differing = differing_settings([run.body for run in runs])
-    return Pairing(
-        tuple(contenders),
-        block=block,
-        rows=shared[0].size,
-        differing=differing,
-        same=_same(contenders, block, seed),
-        whole=whole,
+        np.array_equal(rows.test, loaded[0].test) and at.size == int(rows.test.sum())
+        for rows, at in zip(loaded, shared, strict=True)
     )
+    differing, same = differing_settings([run.body for run in runs]), _same(contenders, block, seed)
+    return Pairing(tuple(contenders), shared[0].size, block, differing, same, whole)
 
 
 def _models(runs: Sequence[Run], models: Sequence[str]) -> list[str]:
@@ -227,6 +240,33 @@ def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameM
                 rmse = [float(np.sqrt(np.mean(e * e))) for e in (a, b)]
                 found.append(SameModel(name, other.label, rmse[0], rmse[1], share))
     return tuple(found)
+
+
+def changes(first: Contender, other: Contender) -> tuple[Change, ...]:
+    """What differs between the models that stand for two runs, and between what they were fitted to."""
+    mine, theirs = _parts(first), _parts(other)
+    return tuple(Change(what, mine[what], theirs[what]) for what in mine if mine[what] != theirs[what])
+
+
+def _parts(contender: Contender) -> dict[str, str]:
+    """What a model is made of and was fitted to: all that may move its error."""
+    model = contender.run.model(contender.model)
+    body = contender.run.body
+    by_place = {place: [s.name for s in stages_at(model.structure.dynamics, place)] for place in _PLACES}
+    names = {
+        "law or network": [model.structure.specification],
+        **{f"stages on the {place}": stages for place, stages in by_place.items()},
+        "past samples": [*map(str, model.past)],
+        "further inputs": [*model.extras],
+    }
+    parts = {what: " and ".join(found) or "none" for what, found in names.items()}
+    settings = {key: value for key, value in _flat(body).items() if key not in _SEEN and not key.startswith("versions")}
+    return parts | {key: value for key, value in settings.items() if value}
+
+
+def apart(contender: Contender) -> str:
+    """All that may move a model's error and is no stage, as text."""
+    return repr({what: part for what, part in _parts(contender).items() if not what.startswith("stages on")})
 
 
 def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, tuple[str, ...]], ...]:

@@ -1,4 +1,4 @@
-"""Estimated against measured effort, and how the residuals are distributed, on the rows held out."""
+"""Parity compares estimated with measured effort on held-out rows and says how residuals are distributed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.run_rows import RunRows
-
-Array = NDArray[np.float64]
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
 
 _CELLS, _BARS = 64, 61
 
@@ -49,7 +48,7 @@ class Distribution:
     density: Array
     beyond: float
     bias: float
-    quantiles: tuple[float, float, float, float]
+    quantiles: tuple[float, ...]
     spread: float
 
 
@@ -76,17 +75,8 @@ def distributions(rows: RunRows, models: Sequence[str]) -> tuple[Distribution, .
     found: list[Distribution] = []
     for model, e in zip(models, residuals, strict=True):
         counts = np.histogram(e, edges)[0]
-        size = np.abs(e)
-        q = np.quantile(size, (0.5, 0.95, 0.99, 1.0))
-        found.append(
-            Distribution(
-                model,
-                edges,
-                counts / (e.size * width),
-                1.0 - float(counts.sum()) / e.size,
-                float(e.mean()),
-                (float(q[0]), float(q[1]), float(q[2]), float(q[3])),
-                float(e.std()),
-            )
-        )
+        beyond = 1.0 - float(counts.sum()) / e.size
+        quantiles = tuple(np.quantile(np.abs(e), (0.5, 0.95, 0.99, 1.0)).tolist())
+        density = counts / (e.size * width)
+        found.append(Distribution(model, edges, density, beyond, float(e.mean()), quantiles, float(e.std())))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""Lag and dynamics: how a model errs after a switch of the command, and how its field follows one."""
+"""After a switch of the command a model errs in its lag: this module computes the error and how the field follows."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.diagnostics.correlation import period_of
-from erclutch.run_rows import RunRows
-
-Array = NDArray[np.float64]
+from erclutch.report.numbers.correlation import period_of
+from erclutch.report.numbers.model_stages import stage_values, stages_in
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
 
 _STEP, _WITHIN = 0.1, 2.0e-3
 _FEWEST = 20
+_SHORTEST, _LONGEST, _POINTS = 1e-3, 1e3, 1201  # of step responses: seconds, rows
+_MISSING = 0.01  # share of a step
 
 
 @dataclass(frozen=True)
@@ -37,26 +40,33 @@ class AfterSwitch:
 
 @dataclass(frozen=True)
 class StepResponse:
-    """How the field in the fluid follows a step of the command, as a model has it.
+    """How the field in the fluid follows a step of the command, as a model's stages on the command have it.
 
     Attributes:
         model: its name.
-        delay: dead time in s.
-        rise, fall: time constants in s.
+        time: since the step in s, from 0, shape (n,); both ways have settled at its end.
+        rising: share of a step up that has arrived, shape (n,).
+        falling: share that is left after a step down to zero, shape (n,).
     """
 
     model: str
-    delay: float
-    rise: float
-    fall: float
+    time: Array
+    rising: Array
+    falling: Array
 
     def up(self, time: Array) -> Array:
         """Share of a step up that has arrived."""
-        return -np.expm1(-np.maximum(time - self.delay, 0.0) / self.rise)
+        return np.interp(time, self.time, self.rising)
 
     def down(self, time: Array) -> Array:
         """Share that is left after a step down to zero."""
-        return np.exp(-np.maximum(time - self.delay, 0.0) / self.fall)
+        return np.interp(time, self.time, self.falling)
+
+    @property
+    def settled(self) -> float:
+        """Time in s after which less than 1 % of a step is missing."""
+        off = np.maximum(np.abs(1.0 - self.rising), np.abs(self.falling)) > _MISSING
+        return float(self.time[min(int(np.flatnonzero(off)[-1]) + 1, off.size - 1)])
 
 
 def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
@@ -108,11 +118,32 @@ def _time_since(rows: RunRows, within: int) -> Array:
 
 
 def step_responses(body: Mapping[str, Any], models: Sequence[str]) -> tuple[StepResponse, ...]:
-    """Step responses of those models that have dynamics, from their numbers in run.json."""
-    found: list[StepResponse] = []
-    for entry in body["ranking"]:
-        times = entry["dynamics"]
-        if entry["name"] in models and times:
-            rise = times.get("tau", times.get("tau_rise"))
-            found.append(StepResponse(entry["name"], times["delay"], rise, times.get("tau_fall", rise)))
-    return tuple(found)
+    """Step responses of those models that have stages on the command, from their numbers in run.json."""
+    found = (step_response(entry) for entry in body["ranking"] if entry["name"] in models)
+    return tuple(response for response in found if response is not None)
+
+
+def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
+    """How the stages of a model on the command follow a step; None where there is none."""
+    if not any(stage.place == "command" for stage in stages_in(entry)):
+        return None
+    horizon = _SHORTEST
+    while True:
+        found = _response(entry, horizon)
+        late = slice(-_POINTS // 4, None)
+        missing = max(np.abs(1.0 - found.rising[late]).max(), np.abs(found.falling[late]).max())
+        if missing < _MISSING or horizon > _LONGEST:
+            return found
+        horizon *= 1.5
+
+
+def _response(entry: Mapping[str, Any], horizon: float) -> StepResponse:
+    time = np.linspace(0.0, horizon, _POINTS)
+    clock = Clock(time, (Span(0, time.size, horizon / (time.size - 1)),))
+    rising: Array = np.minimum(np.arange(time.size, dtype=np.float64), 1.0)
+    falling: Array = 1.0 - rising
+    for stage in stages_in(entry):
+        if stage.place == "command":
+            q = list(stage_values(entry, stage).values())
+            rising, falling = (np.asarray(stage.respond(u, clock, q, slice(None))) for u in (rising, falling))
+    return StepResponse(str(entry["name"]), time, rising, falling)

@@ -1,4 +1,4 @@
-"""Sections of a log worth a close look: one where the model does as well as usual, and the one where it does worst."""
+"""Two sections of a log deserve a close look: where the model does as well as usual, and where it does worst."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from erclutch.diagnostics.correlation import held_out_spans
-from erclutch.run_rows import RunRows
+from erclutch.report.numbers.correlation import held_out_spans
+from erclutch.runs.run_rows import RunRows
 
 
 @dataclass(frozen=True)

@@ -1,37 +1,45 @@
-"""How figures look and how they are kept: IEEE column width, embedded fonts, colours that the colour-blind can tell.
+"""How figures look and how they are kept: embedded fonts, colours that the colour-blind can tell, whole files.
 
-Colours: Okabe and Ito 2008. matplotlib is imported only here and where a figure is drawn.
+Colours: Okabe and Ito 2008. matplotlib is imported only where a figure is drawn.
 """
 
 from __future__ import annotations
 
 import csv
 import os
-import tempfile
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from erclutch.errors import RunError
+from erclutch.files import whole_file
+from erclutch.report.plots.plot_description import COLUMN
 
-#: Widths of one and two columns in inches.
-COLUMN, PAGE = 3.5, 7.16
-BLACK, BLUE, ORANGE, GREEN, RED, SKY, PINK, GREY = (
-    "#000000",
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#56B4E9",
-    "#CC79A7",
-    "#7F7F7F",
-)
-SERIES = (BLUE, RED, GREEN, ORANGE, PINK, SKY, BLACK, GREY)
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#7F7F7F")
+BLUE, RED, GREEN, ORANGE, PINK, SKY, BLACK, GREY = SERIES
+_VIRIDIS = ("#440154", "#46327e", "#375b8d", "#277e8e", "#1fa188", "#48c16e", "#9bd93c")
+#: Colour and line of each meaning of a mark.
+STYLES: dict[str, dict[str, Any]] = {
+    "measured": {"color": BLACK},
+    "recommended": {"color": RED},
+    "best": {"color": BLUE, "linestyle": "--"},
+    "baseline": {"color": GREEN, "linestyle": ":"},
+    "ref": {"color": GREY, "linewidth": 0.6},
+    "zero": {"color": GREY, "linewidth": 0.5},
+    "white": {"color": "#CCCCCC", "linewidth": 0},
+    "other": {"color": "#B9BDC4"},
+    **{f"level{k}": {"color": colour} for k, colour in enumerate(_VIRIDIS)},
+    **{f"series{k}": {"color": colour} for k, colour in enumerate(SERIES)},
+}
+#: Colours of each meaning of a cell, the weakest first.
+RAMPS = {
+    "heat": ("#fff3d6", "#fee391", "#fec44f", "#fb9a29", "#ec7014", "#cc4c02", "#993404", "#662506"),
+    "mass": ("#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#2171b5", "#08519c", "#08306b"),
+}
 
 _DATE = "SOURCE_DATE_EPOCH"
-_RC = {
+_RC: dict[Any, object] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Arial", "Helvetica", "Liberation Sans", "DejaVu Sans"],
     "font.size": 8.0,
@@ -59,14 +67,16 @@ _RC = {
 @contextmanager
 def style() -> Generator[None, None, None]:
     """Context in which figures are made and saved."""
-    logging: Any = import_module("logging")
+    import logging
+
+    from matplotlib import rc_context  # pyright: ignore[reportUnknownVariableType]
+
     logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # one of the four fonts is enough
-    matplotlib: Any = import_module("matplotlib")
     # Embedded fonts carry a date; a fixed one, so that the same data give the same bytes.
     dated = os.environ.get(_DATE)
     os.environ.setdefault(_DATE, "0")
     try:
-        with matplotlib.rc_context(_RC):
+        with rc_context(_RC):  # pyright: ignore[reportArgumentType]
             yield
     finally:
         if dated is None:
@@ -75,7 +85,9 @@ def style() -> Generator[None, None, None]:
 
 def new_figure(height: float, width: float = COLUMN) -> Any:
     """An empty figure without global state; call inside `style`."""
-    return import_module("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def save(figure: Any, path: Path) -> Path:
@@ -91,11 +103,9 @@ def save(figure: Any, path: Path) -> Path:
     kind = path.suffix.lower()[1:]
     # Without a date the same data give the same bytes.
     metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
-
-    def write(partial: Path) -> None:
+    with placed(path) as partial:
         figure.savefig(partial, format=kind, metadata=metadata)
-
-    return write_whole(path, write)
+    return path
 
 
 def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
@@ -104,38 +114,26 @@ def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[obje
     Raises:
         RunError: the folder cannot be written.
     """
-
-    def write(partial: Path) -> None:
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
-
-    return write_whole(path, write)
+    with placed(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
+    return path
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> Path:
-    """Let a function write a file under another name and move it to its own when it is whole.
+@contextmanager
+def placed(path: Path) -> Generator[Path, None, None]:
+    """A file to write that is there whole or not at all; its folder is made.
 
     Raises:
         RunError: the folder cannot be made or written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.partial-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
         raise _unwritable(path, error) from error
-    os.close(handle)
-    partial = Path(name)
-    try:
-        write(partial)
-        partial.chmod(0o644)
-        os.replace(partial, path)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
+    with whole_file(path, _unwritable) as partial:
+        yield partial
 
 
 def _unwritable(path: Path, error: OSError) -> RunError:

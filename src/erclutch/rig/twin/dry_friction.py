@@ -1,4 +1,4 @@
-"""Dry friction of a bearing, gear, seal or screw: elastic at first, then sliding (LuGre without its viscous terms).
+"""Dry friction of a bearing, gear, seal or screw is elastic at first, then slides (LuGre without its viscous terms).
 
     F = k z,   z' = v - |v| z / z_s(v),   k = F_c / presliding,
     z_s = presliding (1 + (breakaway - 1) exp(-(v / v_s)^2))
@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 
-from erclutch.rig.compiled import compiled
-from erclutch.rig.integrate import toward
+from erclutch.rig.twin.integrate import toward
+from erclutch.rig.twin.jit import compiled
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Command sequences of section III-B: pseudorandom square and sine fields, pseudorandom square motor torque.
+"""Section III-B commands pseudorandom square and sine fields and a pseudorandom square motor torque.
 
 A field is signed: positive goes to CH1, negative to CH2, so only one clutch is ever under field. Half a period of a
 square or sine lasts 1 / (2 f). Usable on hardware: the sequence does not look at the rig.
@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
-from erclutch.rig.parameters import RigParameters
-
-Array = NDArray[np.float64]
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.signals.array import Array
 
 
 @dataclass(frozen=True)
@@ -40,17 +38,14 @@ class FieldSettings:
 
     def __post_init__(self) -> None:
         if not 0 < self.lowest < self.highest or not self.largest > 0:
-            raise SettingError(
-                f"frequencies {self.lowest:g} to {self.highest:g} Hz, amplitude {self.largest:g}",
-                remedy="Give a lowest frequency below the highest, and an amplitude above 0",
-            )
+            given = f"frequencies {self.lowest:g} to {self.highest:g} Hz, amplitude {self.largest:g}"
+            raise SettingError(given, remedy="Give a lowest frequency below the highest, and an amplitude above 0")
 
 
 def field_settings(rig: RigParameters, **changes: float) -> FieldSettings:
     """How a rig's field commands are drawn, with some of it changed."""
-    own = {key: rig.section("excitation")[key] for key in ("lowest", "highest", "peakedness", "sines", "alternating")}
-    whole = {"largest": rig.value("supply.command_limit"), "stretch": rig.value("excitation.stretch")}
-    return FieldSettings(**{**own, **whole, **changes})
+    own = {key: value for key, value in rig.section("excitation").items() if not key.startswith("motor")}
+    return FieldSettings(**{"largest": rig.value("supply.command_limit"), **own, **changes})
 
 
 def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings, rate: float = 1000.0) -> Array:
@@ -59,10 +54,8 @@ def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings,
     k, side = 0, 1.0
     while k < rows:
         end = min(k + int(rng.exponential(settings.stretch) * rate) + 20, rows)
-        if rng.random() < settings.sines:
-            k, side = _sines(out, k, end, side, rng, settings, rate)
-        else:
-            k, side = _squares(out, k, end, side, rng, settings, rate)
+        draw = _sines if rng.random() < settings.sines else _squares
+        k, side = draw(out, k, end, side, rng, settings, rate)
     return out
 
 
@@ -83,7 +76,7 @@ def _sines(
         height = _amplitude(rng, settings)
         for _ in range(int(rng.integers(1, 5))):
             wave = side * height * np.sin(np.pi * np.arange(width) / width)
-            out[k : k + width] = wave[: out.size - k] if k < out.size else wave[:0]
+            out[k : k + width] = wave[: out.size - k]
             k, side = k + width, -side
             if k >= out.size:
                 return out.size, side

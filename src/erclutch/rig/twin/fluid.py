@@ -1,4 +1,4 @@
-"""The ER fluid at one radius of a gap: chains that build up, strain, yield and break, in a liquid that thins with rate.
+"""The ER fluid at one radius of a gap has chains that build up, strain, yield and break in a thinning liquid.
 
 Shear stress = G z + eta g, with g the shear rate, z the chains' strain, G = tau_y s / z_y their stiffness:
 
@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 
-from erclutch.rig.compiled import compiled
-from erclutch.rig.integrate import toward
-from erclutch.rig.parts import LEAST_RATIO, Fluid
+from erclutch.rig.twin.integrate import toward
+from erclutch.rig.twin.jit import compiled
+from erclutch.rig.twin.part_parameters import LEAST_RATIO, Fluid
 
 _REFERENCE_FIELD = 2.0e6  # V/m: 2000 V over 1 mm, where the rates of default.toml hold
 

@@ -1,8 +1,8 @@
-"""Steps of the internal states that stay stable for any rate and are of second order at a midpoint rate."""
+"""Steps of the internal states stay stable for any rate and are of second order at a midpoint rate."""
 
 from __future__ import annotations
 
-from erclutch.rig.compiled import compiled
+from erclutch.rig.twin.jit import compiled
 
 
 @compiled

@@ -1,10 +1,9 @@
-"""The just-in-time compiler, in one place: machine code without a C compiler on the user's machine, cached on disk."""
+"""Numba compiles the twin: machine code without a C compiler on the user's machine, cached on disk."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -16,5 +15,7 @@ def compiled(function: F) -> F:
     Calls become part of their caller: passing some hundred parameters at each step, and counting the references to
     their arrays, would take a third of the time.
     """
-    numba: Any = import_module("numba")
-    return numba.njit(cache=True, nogil=True, forceinline=True, fastmath=False, error_model="numpy")(function)
+    import numba
+
+    compiler: Any = numba.njit(cache=True, nogil=True, forceinline=True, fastmath=False, error_model="numpy")
+    return cast(F, compiler(function))

@@ -1,4 +1,4 @@
-"""One internal step of the whole rig, compiled: forces, then speeds half a step later, then positions and states.
+"""One internal step moves the whole rig: forces, then speeds half a step later, then positions and states.
 
 Leapfrog: speeds live half a step behind positions and internal states. Elastic forces are explicit, viscous ones
 implicit by the mean of the old and the new speed, internal states move under the speed in the middle of their step.
@@ -12,17 +12,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from erclutch.rig.compiled import compiled
-from erclutch.rig.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
-from erclutch.rig.friction import bristle_after, stribeck
-from erclutch.rig.integrate import decay
-from erclutch.rig.parts import POINTS, Drive, Parts, Screw
-from erclutch.rig.supply import voltage_after
-
-Array = NDArray[np.float64]
+from erclutch.rig.twin.dry_friction import bristle_after, stribeck
+from erclutch.rig.twin.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
+from erclutch.rig.twin.integrate import decay
+from erclutch.rig.twin.jit import compiled
+from erclutch.rig.twin.part_parameters import POINTS, Drive, Parts, Screw
+from erclutch.rig.twin.supply import voltage_after
+from erclutch.signals.array import Array
 
 # The state vector. Angles in rad, speeds in rad/s half a step behind them, the rest as named.
 THETA, OMEGA, PHI_R, OMEGA_R, PHI_L, OMEGA_L = 0, 1, 2, 3, 4, 5
@@ -226,28 +222,3 @@ def advance(
     for _ in range(steps):
         _speeds_after(x, parts, warm, locked, dt)
         _states_after(x, parts, first, second, motor, dt)
-
-
-@compiled
-def stored(x: Array, parts: Parts, before: Array) -> float:
-    """Kinetic and elastic energy in J; ``before`` holds the speeds of half a step ago."""
-    drive, screw, fluid = parts.drive, parts.screw, parts.fluid
-    total = 0.25 * drive.inertia * (x[OMEGA] ** 2 + before[0] ** 2)
-    total += 0.25 * screw.rotor_inertia * (x[OMEGA_R] ** 2 + before[1] ** 2)
-    total += 0.25 * screw.load_inertia * (x[OMEGA_L] ** 2 + before[2] ** 2)
-    total += 0.5 * screw.stiffness * (x[PHI_R] - x[PHI_L]) ** 2
-    beyond = max(abs(x[PHI_L]) - screw.half_stroke / screw.lead * 2.0 * math.pi, 0.0)
-    total += 0.5 * screw.stop_stiffness * beyond**2
-    total += 0.5 * drive.coulomb / drive.presliding * x[BRISTLE_IN] ** 2
-    total += 0.5 * screw.coulomb / screw.presliding * x[BRISTLE_L] ** 2
-    for channel in range(2):
-        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
-        total += 0.5 * clutch.seal / clutch.seal_slip * x[SEAL_1 + channel] ** 2
-    fluid, gaps = parts.fluid, parts.gaps
-    residual = fluid.residual_yield / fluid.yield_strain
-    for i in range(gaps.arm.size):
-        first = i < POINTS
-        strength = parts.clutch_1.strength if first else parts.clutch_2.strength
-        stiffness = yield_stress(x[FIELD_1] if first else x[FIELD_2], strength, fluid) / fluid.yield_strain
-        total += 0.5 * gaps.volume[i] * (stiffness * x[STRUCTURE + i] + residual) * x[STRAIN + i] ** 2
-    return total

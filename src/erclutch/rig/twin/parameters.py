@@ -1,4 +1,4 @@
-"""A rig's parameters: one TOML file with value, unit, source and plausible range of each, checked on the way in."""
+"""A rig's parameters stand in one TOML file with value, unit, source and plausible range, checked on the way in."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ _MAY_BE_ZERO = {
     "excitation": {"sines", "alternating", "motor_low"},
 }
 _SHARES = ("excitation.sines", "excitation.alternating")
+_ORDERED = (("excitation.lowest", "excitation.highest"), ("excitation.motor_low", "excitation.motor_high"))
 
 
 @dataclass(frozen=True)
-class Entry:
+class ParameterEntry:
     """One parameter of a rig.
 
     Attributes:
@@ -60,7 +61,7 @@ class RigParameters:
         name: where they came from.
     """
 
-    entries: Mapping[str, Mapping[str, Entry]]
+    entries: Mapping[str, Mapping[str, ParameterEntry]]
     name: str = "default rig"
 
     def section(self, name: str) -> dict[str, float]:
@@ -75,7 +76,7 @@ class RigParameters:
         """
         return self.entry(path).value
 
-    def entry(self, path: str) -> Entry:
+    def entry(self, path: str) -> ParameterEntry:
         """An entry by ``section.name``.
 
         Raises:
@@ -92,14 +93,12 @@ class RigParameters:
         Raises:
             SettingError: an unknown parameter or a value that physics forbids.
         """
-        entries = {section: dict(names) for section, names in self.entries.items()}
+        made = self
         for path, value in values.items():
             old = self.entry(path)
-            section, _, key = path.partition(".")
-            entries[section][key] = replace(
-                old, value=_checked(path, value, old.unit), source=source or old.source, interval=None
-            )
-        return _consistent(RigParameters(entries, self.name))
+            value = _checked(path, value, old.unit)
+            made = made.with_entry(path, replace(old, value=value, source=source or old.source, interval=None))
+        return _consistent(made)
 
     def calibrated(self, found: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
         """The same rig with calibrated values: ``section.name`` -> (value, start, low, high).
@@ -108,11 +107,15 @@ class RigParameters:
             SettingError: an unknown parameter or a value that physics forbids.
         """
         made = self.changed({path: numbers[0] for path, numbers in found.items()}, "calibrated")
-        entries = {section: dict(names) for section, names in made.entries.items()}
         for path, (_, start, low, high) in found.items():
-            section, _, key = path.partition(".")
-            entries[section][key] = replace(entries[section][key], start=start, interval=(low, high))
-        return RigParameters(entries, self.name)
+            made = made.with_entry(path, replace(made.entry(path), start=start, interval=(low, high)))
+        return made
+
+    def with_entry(self, path: str, entry: ParameterEntry) -> RigParameters:
+        """The same rig with another entry; nothing is checked."""
+        section, _, key = path.partition(".")
+        changed = {**self.entries[section], key: entry}
+        return RigParameters({**self.entries, section: changed}, self.name)
 
     def to_dict(self) -> dict[str, dict[str, float]]:
         """Values as JSON."""
@@ -124,7 +127,7 @@ def _unknown(path: str, rig: RigParameters) -> SettingError:
 
     known = [f"{section}.{key}" for section, names in rig.entries.items() for key in names]
     near = difflib.get_close_matches(path, known, n=1)
-    hint = f"Did you mean {near[0]}" if near else "They are listed in default.toml of the package erclutch.rig"
+    hint = f"Did you mean {near[0]}" if near else "They are listed in default.toml of the package erclutch.rig.twin"
     return SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=rig.name)
 
 
@@ -134,83 +137,77 @@ def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
     section, _, key = path.partition(".")
     least = "0 or more" if key in _MAY_BE_ZERO.get(section, set()) else "above 0"
     if value < 0 or (value == 0 and least == "above 0"):
-        raise SettingError(f"{path} is {value:g} {unit}, it must be {least}", remedy="Correct it", where=where)
+        problem = f"{path} is {value:g} {unit}, it must be {least}"
+        raise SettingError(problem, remedy="Correct it in the rig file", where=where)
     return float(value)
 
 
 def _consistent(rig: RigParameters) -> RigParameters:
-    if rig.value("clutch.outer_radius") <= rig.value("clutch.inner_radius"):
-        raise SettingError(
-            f"clutch.outer_radius {rig.value('clutch.outer_radius'):g} m is not above the inner radius "
-            f"{rig.value('clutch.inner_radius'):g} m",
-            remedy="Correct one of them",
-            where=rig.name,
-        )
-    for part in ("drive", "screw"):
-        if rig.value(f"{part}.breakaway") < 1.0:
-            raise SettingError(
-                f"{part}.breakaway is {rig.value(f'{part}.breakaway'):g} times Coulomb friction",
-                remedy="Break-away friction is at least Coulomb friction: give 1 or more",
-                where=rig.name,
-            )
+    value = rig.value
+    inner, outer = value("clutch.inner_radius"), value("clutch.outer_radius")
+    if outer <= inner:
+        problem = f"clutch.outer_radius {outer:g} m is not above the inner radius {inner:g} m"
+        raise SettingError(problem, remedy="Correct one of the two in the rig file", where=rig.name)
+    for path in ("drive.breakaway", "screw.breakaway"):
+        if value(path) < 1.0:
+            problem = f"{path} is {value(path):g} times Coulomb friction"
+            remedy = "Break-away friction is at least Coulomb friction: give 1 or more"
+            raise SettingError(problem, remedy=remedy, where=rig.name)
     for path in _SHARES:
-        if rig.value(path) > 1.0:
-            raise SettingError(f"{path} is {rig.value(path):g}", remedy="A share is at most 1", where=rig.name)
-    for low, high in (("lowest", "highest"), ("motor_low", "motor_high")):
-        if rig.value(f"excitation.{low}") >= rig.value(f"excitation.{high}"):
-            raise SettingError(
-                f"excitation.{low} {rig.value(f'excitation.{low}'):g} is not below excitation.{high} "
-                f"{rig.value(f'excitation.{high}'):g}",
-                remedy="Correct one of them",
-                where=rig.name,
-            )
+        if value(path) > 1.0:
+            raise SettingError(f"{path} is {value(path):g}", remedy="A share is at most 1", where=rig.name)
+    for low, high in _ORDERED:
+        if value(low) >= value(high):
+            problem = f"{low} {value(low):g} is not below {high} {value(high):g}"
+            raise SettingError(problem, remedy="Correct one of the two in the rig file", where=rig.name)
     return rig
 
 
-def _entry(e: Mapping[str, Any]) -> Entry:
+def _entry(e: Mapping[str, Any]) -> ParameterEntry:
     low, high = (float(v) for v in e["range"])
     interval = (float(e["interval"][0]), float(e["interval"][1])) if "interval" in e else None
     start = float(e["start"]) if "start" in e else None
-    return Entry(float(e["value"]), e["unit"], e["source"], low, high, e["meaning"], start, interval)
+    return ParameterEntry(float(e["value"]), e["unit"], e["source"], low, high, e["meaning"], start, interval)
 
 
 @lru_cache(maxsize=1)
 def default_rig() -> RigParameters:
     """The rig of the paper, as far as it is known; what is not is assumed or calibrated, and says so."""
-    text = resources.files("erclutch.rig").joinpath("default.toml").read_text(encoding="utf-8")
+    text = resources.files("erclutch.rig.twin").joinpath("default.toml").read_text(encoding="utf-8")
     body = tomllib.loads(text)
     entries = {section: {key: _entry(e) for key, e in body[section].items()} for section in SECTIONS}
     return _consistent(RigParameters(entries))
 
 
-def load_rig(path: str | Path) -> RigParameters:
-    """A rig from a TOML file; what the file leaves out is the default rig's.
+def load_rig(path: str | Path | None) -> RigParameters:
+    """A rig from a TOML file; what the file leaves out is the default rig's, and all of it without a file.
 
     A value is a plain number, or a table with ``value`` and, to be clear, the ``unit`` of the default file.
 
     Raises:
         SettingError: unreadable, an unknown section or parameter, a wrong unit, or a value that physics forbids.
     """
+    if path is None:
+        return default_rig()
     path = Path(path)
     try:
         body = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise SettingError(f"the rig file cannot be read ({error})", remedy="Correct it", where=path.name) from error
-    entries = {section: dict(names) for section, names in default_rig().entries.items()}
-    base = RigParameters(entries, path.name)
+        problem = f"the rig file cannot be read ({error})"
+        raise SettingError(problem, remedy="Correct the file", where=path.name) from error
+    body.pop("calibration", None)
+    rig = RigParameters(default_rig().entries, path.name)
     for section, content in body.items():
-        if section == "calibration":
-            continue
         if section not in SECTIONS or not isinstance(content, dict):
-            raise SettingError(
-                f"there is no section [{section}]", remedy=f"Use one of {', '.join(SECTIONS)}", where=path.name
-            )
+            remedy = f"Use one of {', '.join(SECTIONS)}"
+            raise SettingError(f"there is no section [{section}]", remedy=remedy, where=path.name)
         for key, given in cast(dict[str, Any], content).items():
-            entries[section][key] = _given(f"{section}.{key}", given, base.entry(f"{section}.{key}"), path.name)
-    return _consistent(base)
+            name = f"{section}.{key}"
+            rig = rig.with_entry(name, _given(name, given, rig.entry(name), path.name))
+    return _consistent(rig)
 
 
-def _given(path: str, given: Any, entry: Entry, where: str) -> Entry:
+def _given(path: str, given: Any, entry: ParameterEntry, where: str) -> ParameterEntry:
     """An entry of a user's file: a number, or a table like those of the default file."""
     if not isinstance(given, dict):
         return replace(entry, value=_checked(path, given, entry.unit, where), start=None, interval=None)
@@ -222,13 +219,9 @@ def _given(path: str, given: Any, entry: Entry, where: str) -> Entry:
     try:
         made = _entry({**whole, "value": value})
     except (TypeError, ValueError, IndexError) as error:
-        raise SettingError(
-            f"{path} has an unreadable range, start or interval",
-            remedy="Write each like range = [0.1, 2.0]",
-            where=where,
-        ) from error
+        problem = f"{path} has an unreadable range, start or interval"
+        raise SettingError(problem, remedy="Write each like range = [0.1, 2.0]", where=where) from error
     if not made.low < made.high:
-        raise SettingError(
-            f"{path} has the range {made.low:g} to {made.high:g}", remedy="Give the lower end first", where=where
-        )
+        problem = f"{path} has the range {made.low:g} to {made.high:g}"
+        raise SettingError(problem, remedy="Give the lower end first", where=where)
     return made

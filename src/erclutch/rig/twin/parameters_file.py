@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from erclutch.errors import RunError
-from erclutch.rig.parameters import SECTIONS, Entry, RigParameters
+from erclutch.files import whole_file
+from erclutch.rig.twin.parameters import SECTIONS, ParameterEntry, RigParameters
 
 _HEADER = """\
 # A rig: two coaxial ER clutches on a ball screw, as in Huang and Ishikawa. For the digital TWIN, not a measurement.
@@ -42,20 +41,8 @@ def write_rig(path: str | Path, rig: RigParameters, calibration: Mapping[str, An
     path = Path(path)
     if path.suffix.lower() != ".toml":
         raise RunError(f"a rig cannot end in {path.suffix!r}", where=str(path), remedy="End it in .toml")
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    os.close(handle)
-    partial = Path(name)
-    try:
+    with whole_file(path, _unwritable) as partial:
         partial.write_text(rig_text(rig, calibration), encoding="utf-8")
-        partial.chmod(0o644)
-        os.replace(partial, path)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        partial.unlink(missing_ok=True)
     return path
 
 
@@ -75,15 +62,10 @@ def rig_text(rig: RigParameters, calibration: Mapping[str, Any] | None = None) -
     return "\n".join(lines) + "\n"
 
 
-def _entry_text(entry: Entry) -> str:
-    pairs: dict[str, Any] = {"value": entry.value, "unit": entry.unit, "source": entry.source}
-    pairs["range"] = [entry.low, entry.high]
-    if entry.start is not None:
-        pairs["start"] = entry.start
-    if entry.interval is not None:
-        pairs["interval"] = list(entry.interval)
-    pairs["meaning"] = entry.meaning
-    return _plain(pairs)
+def _entry_text(entry: ParameterEntry) -> str:
+    pairs = {"value": entry.value, "unit": entry.unit, "source": entry.source, "range": (entry.low, entry.high)}
+    pairs |= {"start": entry.start, "interval": entry.interval, "meaning": entry.meaning}
+    return _plain({key: value for key, value in pairs.items() if value is not None})
 
 
 def _plain(value: Any) -> str:
@@ -93,14 +75,9 @@ def _plain(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_plain(v) for v in value) + "]"  # pyright: ignore
     if isinstance(value, float):
-        return _number(value)
+        return repr(value)
     return json.dumps(value, ensure_ascii=False)
 
 
 def _key(name: str) -> str:
     return name if name.replace("_", "").replace("-", "").isalnum() else json.dumps(name)
-
-
-def _number(value: float) -> str:
-    text = repr(value)
-    return text if any(c in text for c in ".einf") else f"{text}.0"

@@ -1,13 +1,13 @@
-"""Parameters of the parts as the compiled code takes them: named tuples of floats, one a part."""
+"""The compiled code takes the parameters of the parts as named tuples of floats, one a part."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.rig.parameters import RigParameters
+from erclutch.rig.twin.parameters import RigParameters
+from erclutch.signals.array import Array
 
 #: Gauss points over the radius of a gap.
 POINTS = 5
@@ -73,11 +73,11 @@ class Gaps(NamedTuple):
         thick: torque per slip and viscosity [m^3], with the clutch's viscosity over the fluid's.
     """
 
-    way: NDArray[np.float64]
-    arm: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    volume: NDArray[np.float64]
-    thick: NDArray[np.float64]
+    way: Array
+    arm: Array
+    weight: Array
+    volume: Array
+    thick: Array
 
 
 class Drive(NamedTuple):
@@ -161,7 +161,7 @@ def single_clutch(parts: Parts) -> Parts:
     return parts._replace(clutch_2=parts.clutch_2._replace(seal=0.0), gaps=alone)
 
 
-def _gaps(arm: NDArray[np.float64], weight: NDArray[np.float64], viscosity: tuple[float, float]) -> Gaps:
+def _gaps(arm: Array, weight: Array, viscosity: tuple[float, float]) -> Gaps:
     """The points of both gaps, which are alike but for the viscosity."""
     arms, weights = np.tile(arm, 2), np.tile(weight, 2)
     way, share = np.repeat([1.0, -1.0], POINTS), np.repeat(viscosity, POINTS)

@@ -1,4 +1,4 @@
-"""The runs of the paper on the twin: what is commanded in each, and for how long.
+"""The paper's runs on the twin say what is commanded, and for how long.
 
 Sections III-B (training, test), IV-B (sine, square), IV-C (PD tracking), IV-D (zero field), IV-E (output held), V (two
 encoders), and the 20 minutes of tracking over which the temperature was watched.
@@ -10,19 +10,23 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch._version import __version__
 from erclutch.errors import SettingError
-from erclutch.rig.excitation import FieldSettings, field_sequence, field_settings, half_sine_torque, torque_sequence
-from erclutch.rig.kernel import OMEGA, SIZE
-from erclutch.rig.loop import LOGGED, TRUE, run_open, run_tracking
-from erclutch.rig.parameters import RigParameters, default_rig
-from erclutch.rig.parts import parts_of, single_clutch
-from erclutch.rig.twin import LABEL, PERIOD, substeps
-from erclutch.signals import Recording
-
-Array = NDArray[np.float64]
+from erclutch.rig.twin.excitation import (
+    FieldSettings,
+    field_sequence,
+    field_settings,
+    half_sine_torque,
+    torque_sequence,
+)
+from erclutch.rig.twin.kernel import OMEGA, SIZE
+from erclutch.rig.twin.parameters import RigParameters, default_rig
+from erclutch.rig.twin.part_parameters import parts_of, single_clutch
+from erclutch.rig.twin.sampled_rows import LOGGED, TRUE, run_open, run_tracking
+from erclutch.rig.twin.twin import LABEL, PERIOD, substeps
+from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
 
 _CHUNK = 2000
 _LONGEST = 24 * 3600.0
@@ -48,12 +52,15 @@ class Scenario:
     meaning: str
     seconds: float
     excitation: Mapping[str, float] | None
-    motor: Callable[[int, np.random.Generator, RigParameters], Array]
+    motor: _Motor
     locked: bool = False
     speed: float = 40.0
     tracking: float | None = None
     changes: Mapping[str, float] = field(default_factory=dict[str, float])
     single: bool = False
+
+
+_Motor = Callable[[int, np.random.Generator, RigParameters], Array]
 
 
 def _constant(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
@@ -81,7 +88,9 @@ def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array
 
 
 _EXCITED: Mapping[str, float] = {}
-_BACKLASH = 1.0e-4  # m: what an ordinary screw without preload has
+_LOOSE = {"screw.backlash": 1.0e-4}  # m: what an ordinary screw without preload has
+_BRAKE = "CH1 alone, output shaft held"
+_FLYWHEEL, _FREE = "CH1 alone, driving a flywheel with friction", {"screw.half_stroke": 1e6, "screw.viscous": 5e-4}
 
 SCENARIOS: Mapping[str, Scenario] = {
     s.name: s
@@ -96,35 +105,17 @@ SCENARIOS: Mapping[str, Scenario] = {
         Scenario("zero-motion", "output shaft held, IV-E", 20.0, _EXCITED, _narrow, locked=True),
         Scenario("encoders", "linear and rotary encoder, no backlash, V", 15.0, None, _constant, tracking=0.4),
         Scenario(
-            "encoders-backlash",
-            "the same with 0.1 mm of backlash",
-            15.0,
-            None,
-            _constant,
-            tracking=0.4,
-            changes={"screw.backlash": _BACKLASH},
+            "encoders-backlash", "the same with 0.1 mm of backlash", 15.0, None, _constant, tracking=0.4, changes=_LOOSE
         ),
         Scenario("temperature", "20 minutes of tracking at 2 Hz, IV-C", 1200.0, None, _constant, tracking=2.0),
-        Scenario(
-            "brake", "CH1 alone, output shaft held", 60.0, _EXCITED, _both_ways, locked=True, speed=0.0, single=True
-        ),
-        Scenario(
-            "clutch",
-            "CH1 alone, driving a flywheel with friction",
-            60.0,
-            _EXCITED,
-            _own,
-            changes={"screw.half_stroke": 1e6, "screw.viscous": 5e-4},
-            single=True,
-        ),
+        Scenario("brake", _BRAKE, 60.0, _EXCITED, _both_ways, locked=True, speed=0.0, single=True),
+        Scenario("clutch", _FLYWHEEL, 60.0, _EXCITED, _own, changes=_FREE, single=True),
     )
 }
 
 #: Gains of equation (23) on the twin, per rad and per rad/s of the screw; the paper prints none and tuned none.
 GAINS = np.array([0.08, 2.0e-3])
 _AMPLITUDE = 0.02  # m: of the tracked sine
-
-
 _NO_SIGNALS = ("time", "table", "alpha_rotary")
 
 
@@ -146,19 +137,17 @@ class TwinRun:
         """The log, stretch by stretch, each of shape (rows, names): what a rig logs, what only a twin knows."""
         state = np.zeros(SIZE)
         state[OMEGA] = self.scenario.speed
-        start = _tracking if self.scenario.tracking else _open
-        stepper = start(self.scenario, self.rig, self.rows, self.seed)
+        step = _stepper(self.scenario, self.rig, self.rows, self.seed)
         turn = 2.0 * np.pi / self.rig.value("screw.lead")
         for first in range(0, self.rows, _CHUNK):
             at = slice(first, min(first + _CHUNK, self.rows))
-            logged, true = np.zeros((at.stop - first, len(LOGGED))), np.zeros((at.stop - first, len(TRUE)))
-            stepper(state, at, logged, true)
-            time, alpha = np.arange(first, at.stop) * PERIOD, logged[:, 4] * turn
+            out = np.zeros((at.stop - first, len(LOGGED) + len(TRUE)))
+            step(state, at, out)
+            time = np.arange(first, at.stop) * PERIOD
             if self.scenario.single:
-                position = logged[:, 3] - logged[:, 5]
-                parts = [time, logged[:, 0], logged[:, 2], position, logged[:, 6], true[:, :6], true[:, 7]]
+                parts = [time, out[:, 0], out[:, 2], out[:, 3] - out[:, 5], out[:, 6:13], out[:, 14]]
             else:
-                parts = [time, logged[:, :4], alpha, logged[:, 4:], true]
+                parts = [time, out[:, :4], out[:, 4] * turn, out[:, 4:]]
             yield np.column_stack(parts).astype(np.float64)
 
     def columns(self) -> dict[str, tuple[str, Array]]:
@@ -237,54 +226,33 @@ def prepare(name: str, *, rig: RigParameters | None = None, seconds: float | Non
     return TwinRun(scenario, (rig or default_rig()).changed(scenario.changes), seed, round(length / PERIOD))
 
 
-_Stepper = Callable[[Array, slice, Array, Array], None]
+_Stepper = Callable[[Array, slice, Array], None]
 
 
-def _open(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
+def _stepper(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
+    """Runs a slice of the rows from a state, and fills what is logged and what is true."""
     rng = np.random.default_rng(seed)
     zero = scenario.excitation is None
     wanted = np.zeros(rows) if zero else field_sequence(rows, rng, field_settings(rig, **scenario.excitation or {}))
     motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
-    parts, steps, guard = parts_of(rig), substeps(rig), np.zeros(2)
+    parts, steps = parts_of(rig), substeps(rig)
+    dt = PERIOD / steps
+    if scenario.tracking:
+        tracked = np.column_stack([motor, noise, _reference(scenario.tracking, rig, rows)])
+        memory = np.array([np.nan])
+        return lambda state, at, out: run_tracking(state, parts, tracked[at], GAINS, memory, dt, steps, out)
+    stroke = rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
+    locked, guard = scenario.locked, np.zeros(2)
+    soft = 0.0 if locked or scenario.single else 0.18 * stroke
     if scenario.single:
         wanted, parts = np.abs(wanted), single_clutch(parts)
-    soft = (
-        0.0
-        if scenario.locked or scenario.single
-        else 0.18 * rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
-    )
-
-    def step(state: Array, at: slice, logged: Array, true: Array) -> None:
-        run_open(
-            state,
-            parts,
-            wanted[at],
-            motor[at],
-            noise[at],
-            scenario.locked,
-            soft,
-            guard,
-            PERIOD / steps,
-            steps,
-            logged,
-            true,
-        )
-
-    return step
+    commands = np.column_stack([wanted, motor, noise])
+    return lambda state, at, out: run_open(state, parts, commands[at], locked, soft, guard, dt, steps, out)
 
 
-def _tracking(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
-    rng = np.random.default_rng(seed)
-    motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
-    omega = 2.0 * np.pi * (scenario.tracking or 1.0)
+def _reference(frequency: float, rig: RigParameters, rows: int) -> Array:
+    """The tracked sine and its speed, shape (rows, 2)."""
+    omega = 2.0 * np.pi * frequency
     phase = omega * np.arange(rows) * PERIOD
     height = _AMPLITUDE / (5.0 if omega > 2 * np.pi else 1.0) * 2.0 * np.pi / rig.value("screw.lead")
-    reference = np.column_stack([height * np.sin(phase), height * omega * np.cos(phase)])
-    parts, steps, memory = parts_of(rig), substeps(rig), np.array([np.nan])
-
-    def step(state: Array, at: slice, logged: Array, true: Array) -> None:
-        run_tracking(
-            state, parts, reference[at], motor[at], noise[at], GAINS, memory, PERIOD / steps, steps, logged, true
-        )
-
-    return step
+    return np.column_stack([height * np.sin(phase), height * omega * np.cos(phase)])

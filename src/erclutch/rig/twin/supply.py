@@ -1,13 +1,13 @@
-"""The high-voltage unit: command to voltage, first-order with a slew limit; one channel a clutch.
+"""The high-voltage unit turns a command into a voltage, first-order with a slew limit; one channel a clutch.
 
 Both channels at once are not for this rig: the smaller command is held at zero, as the supply's interlock would.
 """
 
 from __future__ import annotations
 
-from erclutch.rig.compiled import compiled
-from erclutch.rig.integrate import decay
-from erclutch.rig.parts import Supply
+from erclutch.rig.twin.integrate import decay
+from erclutch.rig.twin.jit import compiled
+from erclutch.rig.twin.part_parameters import Supply
 
 
 @compiled

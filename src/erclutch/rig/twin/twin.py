@@ -1,19 +1,18 @@
-"""The digital twin as a rig. TWIN: everything that comes from it is labelled so."""
+"""The digital twin is a rig. TWIN: everything that comes from it is labelled so."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from types import TracebackType
 
 import numpy as np
 
-from erclutch.rig.interface import Command, Measurement
-from erclutch.rig.kernel import OMEGA, SIZE, WARMTH, advance
-from erclutch.rig.loop import sense
-from erclutch.rig.parameters import RigParameters, default_rig
-from erclutch.rig.parts import parts_of
-from erclutch.rig.supply import interlocked
+from erclutch.rig.interface import Measurement, RigCommand
+from erclutch.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
+from erclutch.rig.twin.parameters import RigParameters, default_rig
+from erclutch.rig.twin.part_parameters import parts_of
+from erclutch.rig.twin.sampled_rows import sense
+from erclutch.rig.twin.supply import interlocked
 
 LABEL = "TWIN"
 PERIOD = 1.0e-3
@@ -29,8 +28,11 @@ class Twin:
         speed: initial speed of the motor in rad/s.
 
     Attributes:
+        period: sampling period in s.
         events: how often a command was changed or refused, by kind: ``both fields``, ``beyond limit``, ``not finite``.
     """
+
+    period = PERIOD
 
     def __init__(
         self, rig: RigParameters | None = None, *, seed: int = 0, locked: bool = False, speed: float = 0.0
@@ -44,13 +46,8 @@ class Twin:
         self._state = np.zeros(SIZE)
         self._state[OMEGA] = speed
         self._rows = 0
-        self._command = Command()
+        self._command = RigCommand()
         self._measured = self._read()
-
-    @property
-    def period(self) -> float:
-        """Sampling period in s."""
-        return PERIOD
 
     @property
     def warming(self) -> float:
@@ -61,7 +58,7 @@ class Twin:
         """Read the sensors; the same until the next step."""
         return self._measured
 
-    def command(self, command: Command) -> None:
+    def command(self, command: RigCommand) -> None:
         """Set the commands for the next step.
 
         As the supply would: a field beyond its limit is clipped, of two fields the smaller gives way, and a command
@@ -73,27 +70,23 @@ class Twin:
         if gave_way:
             self.events["both fields"] += 1
         bound = self.rig.value("drive.torque_limit")
-        self._command = Command(first, second, self._clipped(command.motor_torque, -bound, bound))
+        self._command = RigCommand(first, second, self._clipped(command.motor_torque, -bound, bound))
 
     def step(self) -> None:
         """Let one period pass."""
-        now = self._command
-        advance(
-            self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, PERIOD / self._steps, self._steps
-        )
+        now, steps = self._command, self._steps
+        advance(self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, PERIOD / steps, steps)
         self._rows += 1
         self._measured = self._read()
 
     def close(self) -> None:
         """Fields and torque to zero."""
-        self._command = Command()
+        self._command = RigCommand()
 
     def __enter__(self) -> Twin:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _clipped(self, value: float, low: float, high: float) -> float:

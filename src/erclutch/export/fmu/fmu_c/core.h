@@ -17,6 +17,7 @@
 #define REF_TIME 0u
 #define REF_EFFORT (ERC_INPUTS + 1u)
 #define REF_FLAGS (ERC_INPUTS + 2u)
+#define REF_RESIDUAL (ERC_INPUTS + 3u)
 
 /* More periods than this in one communication step are a mistake. */
 #define MOST_SAMPLES 1e9
@@ -52,23 +53,16 @@ static void erc_sample(erc_memory *m, erc_state *state)
     }
     m->flags = erc_step(state, in, &effort);
     m->effort = (double)effort;
+    m->stale = 0u;
 }
 
 /* Brings the outputs up to date before they are read. Ahead of the first sample they are what it will give. */
 static void erc_refresh(erc_memory *m)
 {
-    if (m->stale != 0u)
+    if (m->stale != 0u && (!ERC_SAMPLED || m->samples == 0u))
     {
-        if (!ERC_SAMPLED)
-        {
-            erc_sample(m, &m->state);
-        }
-        else if (m->samples == 0u)
-        {
-            erc_state ahead = m->state;
-            erc_sample(m, &ahead);
-        }
-        m->stale = 0u;
+        erc_state ahead = m->state;
+        erc_sample(m, ERC_SAMPLED ? &ahead : &m->state);
     }
 }
 
@@ -80,43 +74,51 @@ static int erc_advance(erc_memory *m, double time, double lead)
         return 0;
     }
     m->time = time;
-    if (ERC_SAMPLED)
+    /* A millionth of a period is rounding of the time. */
+    while (ERC_SAMPLED && (double)m->samples + lead <= (time - m->start) / ERC_PERIOD + 1e-6)
     {
-        /* A millionth of a period is rounding of the time. */
-        while ((double)m->samples + lead <= (time - m->start) / ERC_PERIOD + 1e-6)
-        {
-            erc_sample(m, &m->state);
-            m->samples++;
-            m->stale = 0u;
-        }
+        erc_sample(m, &m->state);
+        m->samples++;
     }
     return 1;
 }
 
 static int erc_get(erc_memory *m, uint32_t reference, double *value)
 {
-    if (reference == REF_TIME)
+    erc_refresh(m);
+#if ERC_RESIDUAL
+    if (reference == REF_RESIDUAL)
     {
-        *value = m->time;
+        *value = (m->state.residual_off == 0u) ? 1.0 : 0.0;
         return 1;
     }
-    if (reference <= ERC_INPUTS)
+#endif
+    *value = (reference == REF_TIME) ? m->time : m->effort;
+    if (reference - 1u < ERC_INPUTS)
     {
         *value = m->input[reference - 1u];
-        return 1;
     }
-    if (reference == REF_EFFORT)
-    {
-        erc_refresh(m);
-        *value = m->effort;
-        return 1;
-    }
-    return 0;
+    return reference <= REF_EFFORT;
+}
+
+static int erc_get_flags(erc_memory *m, uint32_t reference, uint32_t *value)
+{
+    erc_refresh(m);
+    *value = m->flags;
+    return reference == REF_FLAGS;
 }
 
 static int erc_set(erc_memory *m, uint32_t reference, double value)
 {
-    if (reference == 0u || reference > ERC_INPUTS)
+#if ERC_RESIDUAL
+    if (reference == REF_RESIDUAL)
+    {
+        erc_use_residual(&m->state, value != 0.0);
+        m->stale = 1u;
+        return 1;
+    }
+#endif
+    if (reference == REF_TIME || reference > ERC_INPUTS)
     {
         return 0;
     }

@@ -10,6 +10,13 @@ export const CHARTS = [
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const signed = (value, digits) => Number.isFinite(value) ? (value < 0 ? "−" : "+") + Math.abs(value).toFixed(digits) : "–";
 
+// An element with some properties and what stands in it.
+export function element(kind, properties, ...children) {
+  const node = Object.assign(document.createElement(kind), properties);
+  node.append(...children);
+  return node;
+}
+
 function niceStep(span) {
   const power = 10 ** Math.floor(Math.log10(span));
   return (span / power < 2 ? 0.5 : span / power < 5 ? 1 : 2) * power;
@@ -45,19 +52,16 @@ export class Charts {
   }
 
   #make(root, chart) {
-    const box = document.createElement("div");
-    box.className = "chart"; box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
-    const head = document.createElement("h3");
-    head.append(`${chart.title} [${chart.unit}]`);
-    const values = chart.lines.map(([, label, variable]) => {
-      const key = document.createElement("span"), swatch = document.createElement("i"), box = document.createElement("span"), value = document.createElement("span");
-      key.className = "key"; swatch.style.background = `var(${variable})`;
-      box.append(value); key.append(swatch, label, box); head.append(key);
-      return value;
+    const values = chart.lines.map(() => element("span"));
+    const keys = chart.lines.map(([, label, variable], k) => {
+      const swatch = element("i");
+      swatch.style.background = `var(${variable})`;
+      return element("span", { className: "key" }, swatch, label, element("span", {}, values[k]));
     });
-    const plot = document.createElement("div");
-    plot.className = "plot";
-    box.append(head, plot); root.append(box);
+    const plot = element("div", { className: "plot" });
+    const box = element("div", { className: "chart" }, element("h3", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
+    box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
+    root.append(box);
     const made = { chart, box, plot, values, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
     made.uplot = this.#plot(made);
     return made;

@@ -1,6 +1,6 @@
 // The page of a live session: one socket, charts, a picture, buttons.
 
-import { Charts, signed } from "./charts.js";
+import { Charts, element, signed } from "./charts.js";
 import { Picture } from "./picture.js";
 import { Store } from "./store.js";
 
@@ -90,6 +90,7 @@ function setState(state, text) { $("state").dataset.state = state; write("state"
 function greet(body) {
   if (hello && hello.session !== body.session) { store.clear(); clock.lead = null; freeze(false); }
   hello = body;
+  store.set(body.wire);
   lines.clear();
   $("origin").textContent = body.origin; $("origin").dataset.origin = body.origin;
   $("rig").textContent = `rig ${body.rig}`;
@@ -145,12 +146,9 @@ function reportRecording(body) {
 function buildHistogram(edges) {
   const label = edge => edge >= 1000 ? `${edge / 1000}m` : `${edge}`;
   $("histogram").replaceChildren(...[...edges, Infinity].map((edge, k) => {
-    const box = document.createElement("div"), bar = document.createElement("i"), text = document.createElement("span");
-    text.textContent = edge === Infinity ? ">" : k % 3 === 0 ? label(edge) : "\u00a0";
-    box.title = edge === Infinity ? `above ${edges.at(-1) / 1000} ms` : `up to ${us(edge)}`;
-    if (edge > 500) box.className = "late";
-    box.append(bar, text);
-    return box;
+    const text = edge === Infinity ? ">" : k % 3 === 0 ? label(edge) : "\u00a0";
+    const title = edge === Infinity ? `above ${edges.at(-1) / 1000} ms` : `up to ${us(edge)}`;
+    return element("div", { title, className: edge > 500 ? "late" : "" }, element("i"), element("span", {}, text));
   }));
 }
 
@@ -168,11 +166,10 @@ function drawHistogram(bars) {
 function drawLines() {
   const newest = [...lines.values()].sort((a, b) => b.last - a.last || b.number - a.number).slice(0, 200);
   $("events").replaceChildren(...newest.map(line => {
-    const item = document.createElement("li"), time = document.createElement("time"), what = document.createElement("span"), many = document.createElement("span");
-    item.dataset.level = line.level; item.dataset.name = line.name;
-    time.textContent = `${line.last.toFixed(2)} s`; what.className = "what"; many.className = "many";
-    what.textContent = line.text; many.textContent = line.count > 1 ? `× ${line.count}` : "";
-    item.append(time, what, many);
+    const many = line.count > 1 ? `× ${line.count}` : "";
+    const item = element("li", {}, element("time", {}, `${line.last.toFixed(2)} s`),
+      element("span", { className: "what" }, line.text), element("span", { className: "many" }, many));
+    Object.assign(item.dataset, { level: line.level, name: line.name });
     return item;
   }));
 }

@@ -1,37 +1,41 @@
 // The samples of the last minute, in typed arrays that wrap by moving their second half down.
 
-export const COLUMNS = ["theta", "alpha", "theta_dot", "alpha_dot", "field1", "field2", "motor_torque", "torque", "estimate", "reference", "lateness", "step"];
-const HEAD = 24, WORDS = 16, KEPT = 40000;
+const KEPT = 40000;
 
 export class Store {
   constructor() {
     this.time = new Float64Array(2 * KEPT);
     this.flags = new Uint32Array(2 * KEPT);
     this.columns = {};
-    for (const name of [...COLUMNS, "residual"]) this.columns[name] = new Float32Array(2 * KEPT);
-    this.sent = COLUMNS.map(name => this.columns[name]); // in the order of the wire
     this.clear();
+  }
+
+  // The server's word on its messages: bytes before the rows, and the columns of a row in their order.
+  set({ head, columns }) {
+    this.head = head; this.words = columns.length;
+    this.place = Object.fromEntries(columns.map((name, k) => [name, k]));
+    this.sent = columns.filter(name => !["time", "flags", "events"].includes(name));
+    for (const name of [...this.sent, "residual"]) this.columns[name] ??= new Float32Array(2 * KEPT);
   }
 
   clear() { this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
 
   // A binary message of the server, see page/wire.py.
   push(buffer, period) {
-    const view = new DataView(buffer);
-    if (view.getUint32(0, true) !== 1) return;
+    const view = new DataView(buffer), place = this.place;
     this.skipped = view.getUint32(4, true);
     const first = view.getFloat64(8, true), seq = view.getFloat64(16, true);
-    const count = (buffer.byteLength - HEAD) / (4 * WORDS);
-    const numbers = new Float32Array(buffer, HEAD), words = new Uint32Array(buffer, HEAD);
+    const count = (buffer.byteLength - this.head) / (4 * this.words);
+    const numbers = new Float32Array(buffer, this.head), words = new Uint32Array(buffer, this.head);
     const last = this.size ? this.time[this.size - 1] : -Infinity;
     if (this.size && first > last + 2.5 * period) this.#row(last + period);
     this.#room(count);
     for (let i = 0; i < count; i++) {
-      const at = i * WORDS, to = this.size + i;
-      this.time[to] = first + numbers[at];
-      for (let c = 0; c < this.sent.length; c++) this.sent[c][to] = numbers[at + 1 + c];
-      this.columns.residual[to] = numbers[at + 8] - numbers[at + 9];
-      this.flags[to] = words[at + 13];
+      const at = i * this.words, to = this.size + i;
+      this.time[to] = first + numbers[at + place.time];
+      for (const name of this.sent) this.columns[name][to] = numbers[at + place[name]];
+      this.columns.residual[to] = numbers[at + place.torque] - numbers[at + place.estimate];
+      this.flags[to] = words[at + place.flags];
     }
     this.size += count; this.taken += count; this.seq = seq + count - 1;
   }

@@ -1,0 +1,326 @@
+"""Recursions over all rows at once, of arrays, duals, and arrays with the bits of the C.
+
+::
+
+    recur:    x_k = keep_k x_{k-1} + drive_k     inside each span, x = first in the span's first row
+    follow:   x_k = advance(x_{k-1}, inputs_k)   of several states, and of any form
+
+Machine code runs through the rows (Numba, kept on disk), and rounds as the exported C does: a product, then a sum. The
+derivative by a parameter follows the same recursion with another drive, so duals pass through it with exact
+derivatives, all of them in one pass over the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic.as_in_c import Exact, exact
+from erclutch.arithmetic.dual import Dual, value_of
+from erclutch.arithmetic.elementary import less_select
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+
+#: The new states from those before and from the inputs of a row.
+Advance = Callable[[tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def steps_of(clock: Clock) -> Array:
+    """Sampling step that ends at each row, in s; the first row of a span gets the following one's."""
+    steps = np.empty(clock.time.size)
+    for span in clock.spans:
+        at = slice(span.start, span.stop)
+        if span.period is not None:
+            steps[at] = span.period
+        elif span.stop - span.start > 1:
+            steps[at] = np.diff(clock.time[at], prepend=2 * clock.time[span.start] - clock.time[span.start + 1])
+        else:
+            steps[at] = 1.0  # a lone row is settled, whatever the step
+    return steps
+
+
+def step_of(clock: Clock) -> Array | float:
+    """The sampling step in s where all rows have the same, else that of each row."""
+    periods = {span.period for span in clock.spans}
+    only = periods.pop() if len(periods) == 1 else None
+    return steps_of(clock) if only is None else only
+
+
+def starts_of(clock: Clock) -> list[int]:
+    """First row of each span."""
+    return [span.start for span in clock.spans]
+
+
+def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
+    """The recursion's values, shape (n,).
+
+    Args:
+        keep: share of the value before that stays, shape (n,); array or dual.
+        drive: what is added in each row, shape (n,); array or dual. An `Exact` one asks for the rounding of the C.
+        first: the value in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
+        clock: the rows' spans.
+    """
+    starts = starts_of(clock)
+    if isinstance(drive, Exact):
+        return exact(_row_by_row(np.asarray(keep), np.asarray(drive), _at(first, starts, drive.size), clock))
+    keeps, values = value_of(keep), value_of(drive)
+    keeps = np.ascontiguousarray(np.broadcast_to(keeps, np.shape(values)), np.float64)
+    x = _solved(keeps, [values], [value_of(first)], starts)[0]
+    seeds = sorted({seed for part in (keep, drive, first) if isinstance(part, Dual) for seed in part.partials})
+    if not seeds:
+        return x
+    before = np.concatenate([[0.0], x[:-1]])
+    slopes = [_partial(drive, seed) + _partial(keep, seed) * before for seed in seeds]
+    partials = _solved(keeps, slopes, [_partial(first, seed) for seed in seeds], starts)
+    return Dual(x, dict(zip(seeds, partials, strict=True)))
+
+
+def _solved(keep: Array, drives: list[Any], firsts: list[Any], starts: list[int]) -> Array:
+    """The recursion of several drives with the same share kept, shape (drives, n)."""
+    right = np.empty((len(drives), keep.size))
+    for row, drive, first in zip(right, drives, firsts, strict=True):
+        row[:] = drive
+        row[starts] = first if np.ndim(first) == 0 else first[starts]
+    machine_code(_run_one if len(right) == 1 else _run_all)(keep, right, np.array(starts))
+    return right
+
+
+@cache
+def machine_code(function: F) -> F:
+    """A function of numbers and arrays, compiled; the result is kept beside the source. IEEE arithmetic is kept."""
+    import numba
+
+    compiler: Any = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+    return cast(F, compiler(function))
+
+
+def _run_one(keep: Array, right: Array, starts: Array) -> None:
+    drive = right[0]
+    for at in range(starts.size):
+        stop = starts[at + 1] if at + 1 < starts.size else keep.size
+        x = drive[starts[at]]
+        for i in range(starts[at] + 1, stop):
+            x = keep[i] * x + drive[i]
+            drive[i] = x
+
+
+def _run_all(keep: Array, right: Array, starts: Array) -> None:
+    x = np.empty(right.shape[0])
+    for at in range(starts.size):
+        stop = starts[at + 1] if at + 1 < starts.size else keep.size
+        for j in range(x.size):
+            x[j] = right[j, starts[at]]
+        for i in range(starts[at] + 1, stop):
+            for j in range(x.size):
+                x[j] = keep[i] * x[j] + right[j, i]
+                right[j, i] = x[j]
+
+
+def follow(
+    advance: Advance, first: Sequence[Any], inputs: Sequence[Any], clock: Clock, *, linear: bool = False
+) -> tuple[Any, ...]:
+    """The states of any recursion: ``x_k = advance(x_{k-1}, inputs_k)``, x = first in each span's first row.
+
+    The derivatives are exact. They follow a linear recursion, whose coefficients come from one run of ``advance`` over
+    all rows with the states before as duals.
+
+    Args:
+        advance: the new states from those before and from the inputs of the row, all tuples of numbers, arrays or
+            duals. It uses operators and `less_select` alone, so that Numba can compile it for many rows.
+        first: each state in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
+        inputs: shape (n,) or numbers; arrays or duals. An `Exact` one asks for the rounding of the C.
+        clock: the rows' spans.
+        linear: whether the new states are linear in those before; then BLAS finds the values too.
+
+    Returns:
+        Each state, shape (n,); duals where an argument is a dual.
+    """
+    rows, starts = clock.time.size, starts_of(clock)
+    exactly = any(isinstance(value_of(x), Exact) for x in inputs)
+    begin = [_at(value_of(x), starts, rows) for x in first]
+    solve = None
+    if linear and not exactly:
+        values = [value_of(x) for x in inputs]
+        solve, drive = _linearised(advance, [np.zeros(rows) for _ in first], values, starts)
+        states = solve([value_of(x) for x in drive], begin)
+    else:
+        states = _rolled(advance, begin, [value_of(x) for x in inputs], clock)
+    seeds = sorted({seed for x in (*first, *inputs) if isinstance(x, Dual) for seed in x.partials})
+    if exactly or not seeds:
+        return tuple(exact(x) if exactly else x for x in states)
+    before = [np.concatenate([[0.0], x[:-1]]) for x in states]
+    solve, drive = _linearised(advance, before, inputs, starts)
+    partials = {
+        seed: solve([_partial(x, seed) for x in drive], [_at(_partial(x, seed), starts, rows) for x in first])
+        for seed in seeds
+    }
+    return tuple(Dual(x, {seed: partials[seed][i] for seed in seeds}) for i, x in enumerate(states))
+
+
+def _linearised(
+    advance: Advance, before: Sequence[Array], inputs: Sequence[Any], starts: list[int]
+) -> tuple[_Triangular, Sequence[Any]]:
+    """The linear system of a recursion around some states, and the new states with their other derivatives."""
+    own = [Dual(x, {-1 - j: 1.0}) for j, x in enumerate(before)]
+    after = advance(tuple(own), tuple(inputs))
+    keeps = [[_partial(x, -1 - j) for j in range(len(before))] for x in after]
+    return _Triangular(keeps, starts, before[0].size), after
+
+
+def _rolled(advance: Advance, first: Sequence[Array], inputs: Sequence[Any], clock: Clock) -> list[Array]:
+    """The states row by row, in Python's floats or compiled: with the same bits, as IEEE arithmetic has no choice."""
+    given = np.column_stack([np.broadcast_to(np.asarray(x, np.float64), clock.time.shape) for x in inputs])
+    begin = np.column_stack(first)
+    out = np.empty((clock.time.size, len(first)))
+    loop = _loop_of(advance)
+    loop.rows += clock.time.size
+    if loop.rows > _WORTH_COMPILING:
+        loop.compiled()(begin, np.array(starts_of(clock)), given, out)
+        return [np.ascontiguousarray(out[:, j]) for j in range(len(first))]
+    rows: list[tuple[float, ...]] = [tuple(row) for row in given.tolist()]
+    for start, span in zip(begin.tolist(), clock.spans, strict=True):
+        state: tuple[float, ...] = tuple(start)
+        out[span.start] = state
+        for k in range(span.start + 1, span.stop):
+            state = out[k] = advance(state, rows[k])
+    return [np.ascontiguousarray(out[:, j]) for j in range(len(first))]
+
+
+#: Rows after which Numba, which takes a second to load and to compile, has paid.
+_WORTH_COMPILING = 100_000
+
+
+@dataclass
+class _Loop:
+    """A step that is to run over many rows; `rows` counts those that it has run over."""
+
+    advance: Advance
+    rows: int = 0
+    made: Any = None
+
+    def compiled(self) -> Callable[..., None]:
+        """The loop as machine code, by Numba, without fast-math."""
+        self.made = self.made or _compiled_loop(self.advance)
+        return self.made
+
+
+@cache
+def _loop_of(advance: Advance) -> _Loop:
+    return _Loop(advance)
+
+
+def _compiled_loop(advance: Advance) -> Any:
+    import numba
+
+    _teach_numba()
+    step: Any = numba.njit(error_model="numpy")(advance)
+
+    def loop(first: Any, starts: Any, given: Any, out: Any) -> None:
+        span = 0
+        for k in range(given.shape[0]):
+            if span < starts.size and k == starts[span]:
+                out[k] = first[span]
+                span += 1
+            else:
+                after = step(out[k - 1], given[k])
+                for j in range(out.shape[1]):
+                    out[k, j] = after[j]
+
+    return numba.njit(nogil=True, error_model="numpy")(loop)
+
+
+@cache
+def _teach_numba() -> None:
+    """Tell Numba what `less_select` does."""
+    from numba import extending
+
+    def choice(a: Any, b: Any, yes: Any, no: Any) -> Any:
+        def choose(a: Any, b: Any, yes: Any, no: Any) -> Any:
+            return yes if a < b else no
+
+        return choose
+
+    extending.overload(less_select)(choice)
+
+
+def _partial(x: Any, seed: int) -> Any:
+    return x.partials.get(seed, 0.0) if isinstance(x, Dual) else 0.0
+
+
+def _at(first: Any, starts: list[int], rows: int) -> Array:
+    return np.asarray(np.broadcast_to(np.asarray(first, np.float64), (rows,))[starts])
+
+
+class _Triangular:
+    """The system of a linear recursion of m states, solved for one drive after another.
+
+    Args:
+        keeps: share of each state before (second index) that enters each state (first index), shape (n,) or numbers.
+        starts: first row of each span.
+        rows: n.
+    """
+
+    def __init__(self, keeps: Sequence[Sequence[Any]], starts: list[int], rows: int) -> None:
+        self.starts, self.rows, self.states = starts, rows, len(keeps)
+        m = self.states
+        self.band = np.zeros((2 * m, m * rows), order="F")
+        for i, line in enumerate(keeps):
+            for j, keep in enumerate(line):
+                column = self.band[m + i - j, j::m]
+                column[:-1] = -np.broadcast_to(np.asarray(keep), (rows,))[1:]
+                column[[start - 1 for start in starts if start]] = 0.0
+
+    def __call__(self, drive: Sequence[Any], first: Sequence[Array]) -> list[Array]:
+        from scipy.linalg.blas import dtbsv
+
+        m = self.states
+        right = np.empty(m * self.rows)
+        for i, (part, begin) in enumerate(zip(drive, first, strict=True)):
+            right[i::m] = part
+            right[[m * start + i for start in self.starts]] = begin
+        x: Array = dtbsv(2 * m - 1, self.band, right, lower=1, diag=1, overwrite_x=1)
+        return [np.ascontiguousarray(x[i::m]) for i in range(m)]
+
+
+def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_]:
+    """Rows in which x_k = x_{k-1} + share_k (u_k - x_{k-1}), settled at first, grows in magnitude, shape (n,).
+
+    Args:
+        u: what x follows, shape (n,).
+        up: the share in rows in which x grows, shape (n,).
+        down: the share in rows in which it shrinks, shape (n,).
+        clock: the rows' spans.
+    """
+    rising = np.ones(u.size, np.bool_)
+    machine_code(_run_switched)(np.ascontiguousarray(u, np.float64), up, down, np.array(starts_of(clock)), rising)
+    return rising
+
+
+def _run_switched(u: Array, up: Array, down: Array, starts: Array, rising: NDArray[np.bool_]) -> None:
+    for at in range(starts.size):
+        stop = starts[at + 1] if at + 1 < starts.size else u.size
+        x = u[starts[at]]
+        for i in range(starts[at] + 1, stop):
+            rising[i] = (u[i] - x) * x >= 0.0
+            share = up[i] if rising[i] else down[i]
+            x = (1.0 - share) * x + share * u[i]
+
+
+def _row_by_row(keep: Array, drive: Array, first: Array, clock: Clock) -> Array:
+    """In Python's floats: a prediction of a few rows need not wait for a compiler."""
+    out: list[float] = []
+    keeps, drives = np.broadcast_to(keep, drive.shape).tolist(), drive.tolist()
+    for x, span in zip(first.tolist(), clock.spans, strict=True):
+        out.append(x)
+        for k, d in zip(keeps[span.start + 1 : span.stop], drives[span.start + 1 : span.stop], strict=True):
+            x = k * x + d
+            out.append(x)
+    return np.array(out)

@@ -1,1 +1,0 @@
-"""The paper's tables, sweeps and runs: on the digital TWIN by default, on a user's log just as well."""

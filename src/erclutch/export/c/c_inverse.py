@@ -1,0 +1,187 @@
+"""The inverse in C: a search over the effort at rest or over that of the next step, printed from their records.
+
+`step_numbers` holds the same search in NumPy; the conformance tests hold the two together, bit for bit.
+"""
+
+from __future__ import annotations
+
+from erclutch.export.c.c_printer import Printer, indented, table
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
+
+
+def head(step: ExportedStep, n: str) -> str:
+    """Slips and further inputs within their windows, and whether one was outside."""
+    record, count = search_record(step), step.elements + len(step.extras)
+    printer = Printer(n, step.precision, record, {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))})
+    lines = list(printer.lines())
+    *held, outside = printer.results()
+    lines += [f"w[{k}] = {text};" for k, text in enumerate(held)]
+    lines += [f"return ({outside}) * {n.upper()}OUTSIDE_RANGE;"]
+    return f"""/* Slips and further inputs near their training ranges. */
+static uint32_t {n}slips(const {n}real input[{n.upper()}INPUTS], {n}real w[{count}])
+{{
+{indented(lines)}
+}}
+"""
+
+
+def inverse(step: ExportedStep, n: str) -> str:
+    """The search for a field."""
+    s, k = step.search, step.precision.constant
+    ends = [end for end in (s.plus, s.minus) if end != s.origin]
+    steps = table(f"{n}real", f"{n}steps", [k((end - s.origin) / s.segments) for end in ends])
+    return "\n".join([head(step, n), _miss(step, n), _close(step, n), steps, _search(step, n, len(ends))])
+
+
+def _state(step: ExportedStep, n: str) -> str:
+    """The parameter of the state, ahead of others; only where it makes a difference."""
+    return f"const {n}state *state, " if feels_state(step) else ""
+
+
+def _given(step: ExportedStep) -> str:
+    return "state, " if feels_state(step) else ""
+
+
+def signals(step: ExportedStep) -> int:
+    """Length of the array of what the search holds: slips and further inputs at rest, all inputs of the next step."""
+    return len(step.inputs) if feels_state(step) else step.elements + len(step.extras)
+
+
+def _miss(step: ExportedStep, n: str) -> str:
+    zero, count = f"0.0{step.precision.suffix}", step.elements + len(step.extras)
+    names = {f"w{i}": f"w[{i}]" for i in range(count)}
+    printer = Printer(n, step.precision, settled_record(step), names)
+    name = "rest_miss" if feels_state(step) else "miss"
+    return f"""/* Effort at rest for a signed field, less the wanted one. */
+static {n}real {n}{name}({n}real field, const {n}real w[{count}], {n}real wanted)
+{{
+{_difference(printer)}
+}}
+{_next_miss(step, n) if feels_state(step) else ""}
+static {n}real {n}magnitude({n}real x)
+{{
+    return (x < {zero}) ? -x : x;
+}}
+"""
+
+
+def _difference(printer: Printer) -> str:
+    return indented([*printer.lines(), f"return ({printer.results()[0]}) - wanted;"])
+
+
+def _next_miss(step: ExportedStep, n: str) -> str:
+    """Effort of the next step, and which of the two the search looks at."""
+    names = {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))}
+    printer = Printer(n, step.precision, next_record(step), names, step_record(step).record)
+    count = len(step.inputs)
+    return f"""
+/* Effort of the next step for a signed field, less the wanted one; the state stays as it is. */
+static {n}real {n}next_miss(const {n}state *state, {n}real field, const {n}real input[{count}], {n}real wanted)
+{{
+{_difference(printer)}
+}}
+
+/* Without a state: at rest. */
+static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{count}], {n}real wanted)
+{{
+    return (state != NULL) ? {n}next_miss(state, field, w, wanted) : {n}rest_miss(field, w, wanted);
+}}
+"""
+
+
+def _close(step: ExportedStep, n: str) -> str:
+    s, p, w = step.search, step.precision, signals(step)
+    k, zero = p.constant, f"0.0{p.suffix}"
+    state, given = _state(step, n), _given(step)
+    about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {s.most} at most"
+    return f"""/* {about}. */
+static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}real from[2], const {n}real to[2])
+{{
+    {n}real a = from[0];
+    {n}real miss_a = from[1];
+    {n}real b = to[0];
+    {n}real miss_b = to[1];
+    {n}real x = 0.5{p.suffix} * (a + b);
+    uint32_t i;
+    uint32_t open = 1u;
+    for (i = 0u; (i < {s.most}u) && (open != 0u); i++)
+    {{
+        const {n}real middle = 0.5{p.suffix} * (a + b);
+        const {n}real secant = b - (miss_b * ((b - a) / (miss_b - miss_a)));
+        const {n}real low = (a < b) ? a : b;
+        const {n}real high = (a < b) ? b : a;
+        const uint32_t inside = ((low < secant) && (secant < high)) ? (uint32_t)1u : (uint32_t)0u;
+        {n}real miss;
+        x = ((inside != 0u) && ((i & 1u) == 0u)) ? secant : middle;
+        miss = {n}miss({given}x, w, wanted);
+        if ((miss < {zero}) == (miss_a < {zero}))
+        {{
+            a = x;
+            miss_a = miss;
+        }}
+        else
+        {{
+            b = x;
+            miss_b = miss;
+        }}
+        if (({n}magnitude(miss) <= {k(s.tolerance)}) || ({n}magnitude(b - a) <= {k(s.width)}))
+        {{
+            open = 0u;
+        }}
+    }}
+    return x;
+}}
+"""
+
+
+def _search(step: ExportedStep, n: str, sides: int) -> str:
+    s, p, w = step.search, step.precision, signals(step)
+    k, zero = p.constant, f"0.0{p.suffix}"
+    state, given = _state(step, n), _given(step)
+    return f"""/* Brackets outward from {s.origin:.6g}, so the field found is the one nearest to it. */
+static uint32_t {n}search({state}const {n}real w[{w}], {n}real wanted, {n}real *field)
+{{
+    {n}real left[{sides}][2];
+    {n}real best = {k(s.origin)};
+    {n}real best_miss = {n}miss({given}best, w, wanted);
+    uint32_t i;
+    uint32_t side;
+    uint32_t done;
+    for (side = 0u; side < {sides}u; side++)
+    {{
+        left[side][0] = best;
+        left[side][1] = best_miss;
+    }}
+    best_miss = {n}magnitude(best_miss);
+    done = (best_miss <= {k(s.tolerance)}) ? (uint32_t)1u : (uint32_t)0u;
+    for (i = 1u; (i <= {s.segments}u) && (done == 0u); i++)
+    {{
+        for (side = 0u; (side < {sides}u) && (done == 0u); side++)
+        {{
+            {n}real right[2];
+            right[0] = {k(s.origin)} + (({n}real)i * {n}steps[side]);
+            right[1] = {n}miss({given}right[0], w, wanted);
+            if (((left[side][1] <= {zero}) && (right[1] >= {zero})) ||
+                ((left[side][1] >= {zero}) && (right[1] <= {zero})))
+            {{
+                best = {n}close({given}w, wanted, left[side], right);
+                done = 1u;
+            }}
+            else if ({n}magnitude(right[1]) < best_miss)
+            {{
+                best = right[0];
+                best_miss = {n}magnitude(right[1]);
+            }}
+            else
+            {{
+                /* farther off than what is known */
+            }}
+            left[side][0] = right[0];
+            left[side][1] = right[1];
+        }}
+    }}
+    *field = best;
+    return (done != 0u) ? (uint32_t)0u : {n.upper()}OUT_OF_REACH;
+}}
+"""

@@ -1,0 +1,344 @@
+"""This module writes the C99 file and its header as text."""
+
+from __future__ import annotations
+
+from erclutch._version import __version__
+from erclutch.arithmetic.precision import Precision
+from erclutch.arithmetic.record import Record
+from erclutch.export.c import c_inverse, c_network
+from erclutch.export.c.c_functions import functions
+from erclutch.export.c.c_printer import Printer, function, functions_used, indented, rings_of
+from erclutch.export.cost import cost_text
+from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
+from erclutch.export.rounding import measured
+from erclutch.export.step_record import (
+    SWITCHED_OFF,
+    StepRecord,
+    feels_next_field,
+    feels_state,
+    rest_record,
+    settled_record,
+    step_record,
+)
+
+FLAGS = {
+    "OUTSIDE_RANGE": "an input lies more than 1 % outside the training range: the effort is a guess",
+    "NON_FINITE": "an input is not finite (or an angle beyond 1e6): the last good row is used, effort 0 before one",
+    "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
+    "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",
+    "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
+}
+FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
+
+
+def source(step: ExportedStep) -> str:
+    """The .c file."""
+    n, p = f"{step.name}_", step.precision
+    made, network = step_record(step).record, step.network
+    used = functions_used([made, rest_record(step).record])
+    if network is not None:
+        name = "exp" if network.structure.kind == "rbfn" else "tanh"
+        used |= {f"{name}_hold", f"{name}_held"}
+    parts = functions(n, used, p)
+    parts += [function(n, p, name, made.calls[name], _ABOUT[name]) for name in ("held", "turned") if name in made.calls]
+    called = settled_record(step).calls
+    if "command" in called:
+        parts.append(function(n, p, "command", called["command"], "What the stages work on, from the field"))
+    equation = _comment(step.model.equation())
+    if network is not None:
+        parts.append(equation + c_network.network(network, n, p))
+    rest = function(n, p, "rest", called["rest"], "Effort at rest, or without a memory")
+    parts += [rest if network is not None else equation + rest]
+    if "residual" in called:
+        parts.append(function(n, p, "residual", called["residual"], "What the network adds to the law"))
+    parts += [c_inverse.inverse(step, n), _public(step, n)]
+    return _preamble(step) + "\n".join(parts)
+
+
+_NULL = "#include <stddef.h> /* NULL */\n\n"
+_ABOUT = {"held": "A value within two limits", "turned": "An angle less whole turns, within half a turn of zero"}
+
+
+def _comment(lines: list[str]) -> str:
+    body = "\n".join(f"   {line}".rstrip() for line in lines)
+    return f"/*\n{body}\n*/\n"
+
+
+def _preamble(step: ExportedStep) -> str:
+    n = step.name
+    return f"""/* {step.model.title} ({step.model.name}). Written by erclutch {__version__}; see {n}.h.
+   Model {step.digest}
+
+   Compile with -std=c99 -ffp-contract=off (and never with -ffast-math): then every compiler and processor with IEEE
+   arithmetic gives the same bits. Brackets fix the order of each sum. */
+
+{_NULL if feels_state(step) else ""}#include "{n}.h"
+
+#if defined(__FAST_MATH__)
+#error "-ffast-math changes the numbers of this file"
+#endif
+#if defined(__FLT_EVAL_METHOD__) && (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
+#error "this processor computes with more digits than it stores: use SSE on x86 (-msse2 -mfpmath=sse)"
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+"""
+
+
+def _public(step: ExportedStep, n: str) -> str:
+    made, N = step_record(step), n.upper()
+    signature = f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
+    at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
+    parts = [_reset(made.record, n, step.precision), *_switch(made.record, n), _body(step, n, made, signature)]
+    return "\n".join([*parts, _body(step, n, rest_record(step), at_rest), _inverse(step, n)])
+
+
+def _body(step: ExportedStep, n: str, made: StepRecord, signature: str) -> str:
+    """A function that gives effort and flags."""
+    names = {name: f"input[{i}]" for i, name in enumerate(made.inputs)}
+    printer = Printer(n, step.precision, made.record, names)
+    lines = list(printer.lines())
+    effort, *truths = printer.results()
+    flags = [f"(({text}) * {n.upper()}{FLAG_NAMES[bit]})" for bit, text in zip(made.flags, truths, strict=True)]
+    lines += [*printer.kept(), f"*effort = {effort};", f"return {' | '.join(flags)};"]
+    return f"{signature}\n{{\n{indented(lines)}\n}}\n"
+
+
+def _inverse(step: ExportedStep, n: str) -> str:
+    N, w = n.upper(), c_inverse.signals(step)
+    parameters = f"const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field"
+    state = "NULL, " if feels_state(step) else ""
+    at_rest = [f"{n}real w[{w}];", f"flags = {n}slips(input, w);", f"flags |= {n}search({state}w, wanted, field);"]
+    inverse = _guarded(step, n, f"uint32_t {n}inverse({parameters})", at_rest)
+    ahead = f"uint32_t {n}inverse_now(const {n}state *state, {parameters})"
+    if feels_state(step):
+        return f"{inverse}\n{_guarded(step, n, ahead, [f'flags = {n}search(state, input, wanted, field);'], now=True)}"
+    return f"{inverse}\n{ahead}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
+
+
+def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
+    """An inverse whose body runs where all is finite; the inputs of the next step may be angles."""
+    p, e, N = step.precision, step.elements, n.upper()
+    zero, largest = f"0.0{p.suffix}", p.constant(LARGEST_ANGLE)
+    within = [f"((-{largest} < input[{i}]) && (input[{i}] < {largest}))" for i in range(e, 2 * e)]
+    angles = f"\n    good &= ({' && '.join(within)}) ? (uint32_t)1u : (uint32_t)0u;" if now and step.filter else ""
+    return f"""{signature}
+{{
+    uint32_t flags = {N}NON_FINITE;
+    uint32_t good = {n}finite(wanted);
+    uint32_t i;
+    for (i = {e}u; i < {N}INPUTS; i++)
+    {{
+        good &= {n}finite(input[i]);
+    }}{angles}
+    *field = {zero};
+    if (good != 0u)
+    {{
+{indented(f"    {line}" for line in body)}
+    }}
+    return flags;
+}}
+"""
+
+
+def _reset(record: Record, n: str, p: Precision) -> str:
+    zero = f"0.0{p.suffix}"
+    lines = [f"state->{name} = {'0u' if node.kind == 'truth' else zero};" for name, node in record.after.items()]
+    lines += [f"state->at{length} = 0u;" for length in rings_of(record)]
+    for length, count in rings_of(record).items():
+        lines += [f"for (i = 0u; i < {length}u; i++)", "{"]
+        lines += [f"    state->ring{length}[i][{k}] = {zero};" for k in range(count)]
+        lines += ["}"]
+    declared = "    uint32_t i;\n" if rings_of(record) else ""
+    return f"void {n}reset({n}state *state)\n{{\n{declared}{indented(lines)}\n}}\n"
+
+
+def _switch(record: Record, n: str) -> list[str]:
+    if SWITCHED_OFF not in record.after:
+        return []
+    return [f"{_switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n"]
+
+
+def _switching(n: str) -> str:
+    return f"void {n}use_residual({n}state *state, uint32_t on)"
+
+
+# --- header ----------------------------------------------------------------------------------------------------------
+
+
+def header(step: ExportedStep) -> str:
+    """The .h file."""
+    n, N, p = f"{step.name}_", f"{step.name}_".upper(), step.precision
+    flags = "\n".join(
+        f"#define {N}{name} ((uint32_t){1 << i}u) /* {text} */" for i, (name, text) in enumerate(FLAGS.items())
+    )
+    places = "\n".join(f"#define {N}IN_{_macro(name, i)} {i}u" for i, name in enumerate(step.inputs))
+    signed = "signed field, E1 - E2," if step.elements == 2 else "field"
+    return f"""{_header_comment(step)}
+#ifndef {N}H
+#define {N}H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+typedef {p.c_type} {n}real;
+
+#define {N}DIGEST "{step.digest}"
+#define {N}VERSION "{__version__}"
+#define {N}MODEL "{step.model.name}"
+#define {N}INPUTS {len(step.inputs)}u
+{places}
+
+/* Flags, by bits. */
+{flags}
+
+{_state(step, n)}
+
+/* Before the first step, and whenever the input was interrupted. */
+void {n}reset({n}state *state);
+{_declared_switch(step, n)}
+/* One sample. Writes the effort, always finite; returns flags. */
+uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort);
+
+/* The effort once the fluid has settled; no state. Takes speeds. */
+uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort);
+
+/* The {signed} whose settled effort is the wanted one; no state.
+   Takes speeds; what the input says of fields is not looked at. Out of reach: the end of the range that comes nearest.
+   At most {_evaluations(step)} evaluations of the model. {_monotone(step)} */
+uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
+
+{_now(step)}
+uint32_t {n}inverse_now(const {n}state *state, const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _now(step: ExportedStep) -> str:
+    """What the header says of the inverse of the next step."""
+    if not feels_state(step):
+        return "/* The same as the inverse: the effort of this model does not depend on earlier samples. */"
+    signed = "signed field, E1 - E2," if step.elements == 2 else "field"
+    lines = [
+        f"/* The {signed} that makes the effort of the next step the wanted one, with the state as it is: ask, then",
+        "   take the step with this field and the same other inputs. The state stays as it is. What the input says of",
+        "   fields is not looked at. Out of reach: the end of the range that comes nearest.",
+    ]
+    if not feels_next_field(step):
+        lines += [
+            "   This model has a dead time of a sample or more: no field changes the effort of the next step, so the",
+            "   answer is the field nearest to zero, out of reach. Command the inverse at rest instead.",
+        ]
+    return "\n".join(lines) + " */"
+
+
+def _declared_switch(step: ExportedStep, n: str) -> str:
+    if step.model.correction is None:
+        return ""
+    return f"""
+/* 0: from the next step on the effort is that of the law alone. 1, as after a reset: the network adds to it.
+   For the step and the inverse of the next step: the two functions without a state have the network. */
+{_switching(n)};
+"""
+
+
+def _macro(name: str, index: int) -> str:
+    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in name).upper().strip("_")
+    return kept if index < 4 and kept else f"FURTHER_{index}"
+
+
+def _evaluations(step: ExportedStep) -> int:
+    s = step.search
+    return 1 + s.segments * (1 if s.minus == s.origin else 2) + s.most
+
+
+def _monotone(step: ExportedStep) -> str:
+    s = step.search
+    if s.segments == 1:
+        return (
+            "Checked: the effort is monotone on each side of zero field,\n   so there is one such field a side; "
+            "the one nearest to zero is given."
+        )
+    return (
+        f"Checked: the effort turns along {100 * (1 - s.monotone_share):.3g} % of the lines\n   of growing field, so "
+        f"the range is searched in {s.segments} parts a side and the field nearest to zero is given."
+    )
+
+
+def _state(step: ExportedStep, n: str) -> str:
+    record = step_record(step).record
+    reals = [name for name, node in record.after.items() if node.kind == "real"]
+    members = [f"{n}real {name};" for name in reals]
+    for length, count in rings_of(record).items():
+        members += [f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */"]
+    members += [f"uint32_t {name};" for name in record.after if name not in reals]
+    members += [f"uint32_t at{length};" for length in rings_of(record)]
+    about = "/* Everything that a step remembers; one for each device. */"
+    return f"{about}\ntypedef struct\n{{\n{indented(members)}\n}} {n}state;"
+
+
+def _header_comment(step: ExportedStep) -> str:
+    model, p = step.model, step.precision
+    rows = ["input            unit       trained on                    held within"]
+    for i, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
+        rows.append(f"[{i}] {name:<12.12} {unit:<11.11}{_ranges(step, i)}")
+    if step.elements == 2:
+        rows.append(f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(step.slip)}")
+    low, high = step.limits
+    unit = model.units.effort or "1"
+    trained = model.trained_on.effort
+    period = "None of it depends on the sampling period."
+    if step.stages or step.filter:
+        period = f"Call the step every {step.period:.9g} s: stages and filter are made for it."
+    elif step.model.past:
+        period = f"Call the step every {step.period:.9g} s, the period of the training data: past rows are inputs."
+    difference, limit = measured(step)
+    angles: list[str] = []
+    if step.filter:
+        angles = ["", f"Positions are differentiated inside (filter {step.filter.name})."]
+        if step.filter.turn:
+            angles += ["Angles may wrap at a turn, and should: a float32 angle of many turns has few digits left."]
+    lines = [
+        f"{model.title}: {model.name}, device {model.structure.device}. Written by erclutch {__version__}.",
+        f"Model {step.digest}",
+        "",
+        *rows,
+        "Units are those of the training data; 1 is none, ? unknown.",
+        *angles,
+        "",
+        f"effort in {unit}: trained on {trained[0]:.6g} .. {trained[1]:.6g}, limited to {low:.6g} .. {high:.6g}.",
+        period,
+        "",
+        f"{p.name}, no libm, no allocation, no globals; one state a device, so it is re-entrant.",
+        *cost_text(step),
+        f"Rounding: {difference:.2g} {unit} off the model in float64 at most on random rows of the training range;",
+        f"error analysis allows {limit:.2g} {unit}, {100 * limit / step.scale:.2g} % of the largest effort."
+        if limit < step.scale
+        else "error analysis has no bound for this model.",
+        "An input far outside its training range is held a tenth of that range outside it (see the table).",
+    ]
+    return _comment(lines).rstrip("\n")
+
+
+def _ranges(step: ExportedStep, i: int) -> str:
+    e = step.elements
+    if i < e:
+        return _window(step.field)
+    if i < 2 * e:
+        return "see the slips below" if e == 2 else ("see slip" if step.filter else _window(step.slip))
+    return _window(step.extras[i - 2 * e])
+
+
+def _window(window: Window) -> str:
+    trained = f"{window.range[0]:.6g} .. {window.range[1]:.6g}"
+    return f"{trained:<30}{window.hold[0]:.6g} .. {window.hold[1]:.6g}"

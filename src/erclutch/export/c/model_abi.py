@@ -1,0 +1,104 @@
+"""A thin C wrapper has fixed names and float64, for programs that load a compiled model at run time: the model ABI."""
+
+from __future__ import annotations
+
+from erclutch.export.exported_step import ExportedStep
+
+VERSION = 1
+
+_ASKED = {
+    "const char *erc_model_digest": "{N}_DIGEST",
+    "const char *erc_model_name": "{N}_MODEL",
+    "uint32_t erc_model_abi": f"{VERSION}u",
+    "uint32_t erc_model_inputs": "{N}_INPUTS",
+    "uint32_t erc_model_state_size": "(uint32_t)sizeof({n}_state)",
+}
+_RESET = "void erc_model_reset(void *state)"
+_SWITCH = "void erc_model_use_residual(void *state, uint32_t on)"
+_RUN = "void erc_model_run(void *state, size_t rows, const double *in, double *effort, uint32_t *flags)"
+_CALLED = {
+    "uint32_t erc_model_step(void *state, const double *in, double *effort)": "step(({n}_state *)state, values",
+    "uint32_t erc_model_steady(const double *in, double *effort)": "steady(values",
+    "uint32_t erc_model_inverse(const double *in, double wanted, double *field)": "inverse(values, ({n}_real)wanted",
+    "uint32_t erc_model_inverse_now(const void *state, const double *in, double wanted, double *field)": (
+        "inverse_now((const {n}_state *)state, values, ({n}_real)wanted"
+    ),
+}
+
+
+def wrapper(program: ExportedStep) -> str:
+    """NAME_abi.c: erc_model_* around the step."""
+    n = program.name
+    declared = [*(f"{function}(void)" for function in _ASKED), _RESET, *_CALLED, _RUN]
+    switch = ""
+    if program.model.correction is not None:
+        declared.append(_SWITCH)
+        switch = f"\n{_SWITCH}\n{{\n    {n}_use_residual(({n}_state *)state, on);\n}}\n"
+    return f"""/* The model ABI, version {VERSION}: {n} behind names that are the same for every model. */
+#include <stddef.h>
+
+#include "{n}.h"
+
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+{"".join(f"EXPORT {function};{chr(10)}" for function in declared)}
+{_about(n)}
+{_calls(n, len(program.inputs))}{switch}"""
+
+
+def _about(n: str) -> str:
+    asked = "\n".join(
+        f"""{function}(void)
+{{
+    return {answer.format(n=n, N=n.upper())};
+}}
+"""
+        for function, answer in _ASKED.items()
+    )
+    return f"""{asked}
+{_RESET}
+{{
+    {n}_reset(({n}_state *)state);
+}}
+"""
+
+
+def _calls(n: str, count: int) -> str:
+    calls = "\n".join(
+        f"""{function}
+{{
+    {n}_real values[{n.upper()}_INPUTS];
+    {n}_real found;
+    uint32_t flags;
+    convert(in, values);
+    flags = {n}_{call.format(n=n)}, &found);
+    *{"field" if "field" in function else "effort"} = (double)found;
+    return flags;
+}}
+"""
+        for function, call in _CALLED.items()
+    )
+    return f"""static void convert(const double *in, {n}_real values[{n.upper()}_INPUTS])
+{{
+    uint32_t i;
+    for (i = 0u; i < {n.upper()}_INPUTS; i++)
+    {{
+        values[i] = ({n}_real)in[i];
+    }}
+}}
+
+{calls}
+/* Many steps in one call: rows of {count} numbers. */
+{_RUN}
+{{
+    size_t i;
+    for (i = 0u; i < rows; i++)
+    {{
+        flags[i] = erc_model_step(state, &in[i * {n.upper()}_INPUTS], &effort[i]);
+    }}
+}}
+"""

@@ -1,0 +1,178 @@
+"""The modelDescription.xml of FMI 2.0 and FMI 3.0: what both say, and how each of them says it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element, SubElement
+
+from erclutch._version import __version__
+from erclutch.errors import ErclutchError
+from erclutch.export.c.c_source import FLAGS
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_record import has_memory
+
+_BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
+
+
+def description(program: ExportedStep, version: int, identifier: str, token: str, files: list[str]) -> Element:
+    """The tree of modelDescription.xml.
+
+    Args:
+        program: what is exported.
+        version: of FMI, 2 or 3.
+        identifier: the modelIdentifier.
+        token: GUID or instantiation token.
+        files: sources to compile.
+    """
+    about = {
+        "modelName": program.model.name,
+        "description": f"{program.model.title}, model {program.digest}",
+        "version": program.digest[:12],
+        "generationTool": f"erclutch {__version__}",
+        "variableNamingConvention": "flat",
+        "fmiVersion": f"{version}.0",
+        "guid" if version == 2 else "instantiationToken": token,
+    }
+    root = Element("fmiModelDescription", about)
+    if version == 2:
+        _interface2(root, identifier, files)
+    else:
+        _interfaces3(root, identifier, program)
+    units = sorted({u for u in (*program.units, program.model.units.effort or "1") if _unit_of(u)})
+    if units:
+        SubElement(root, "UnitDefinitions").extend(_unit_element(unit) for unit in units)
+    SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
+    if program.period is not None:
+        SubElement(root, "DefaultExperiment", {"stepSize": repr(float(program.period))})
+    _variables(program, version, SubElement(root, "ModelVariables"))
+    _structure(program, version, SubElement(root, "ModelStructure"))
+    return root
+
+
+def _interface2(root: Element, identifier: str, files: list[str]) -> None:
+    can = (
+        "canHandleVariableCommunicationStepSize",
+        "canNotUseMemoryManagementFunctions",
+        "canGetAndSetFMUstate",
+        "canSerializeFMUstate",
+    )
+    simulation = SubElement(root, "CoSimulation", {"modelIdentifier": identifier, **dict.fromkeys(can, "true")})
+    SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
+
+
+def _interfaces3(root: Element, identifier: str, program: ExportedStep) -> None:
+    common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    SubElement(root, "ModelExchange", common)
+    simulation = {**common, "canHandleVariableCommunicationStepSize": "true"}
+    if has_memory(program) and program.period is not None:
+        simulation["fixedInternalStepSize"] = repr(float(program.period))
+    SubElement(root, "CoSimulation", simulation)
+
+
+def _variables(program: ExportedStep, version: int, group: Element) -> None:
+    if version == 3:
+        time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
+        SubElement(group, "Float64", time)
+    for whole, entry, values in _signals(program):
+        if version == 2:
+            variable = SubElement(group, "ScalarVariable", entry)
+            SubElement(variable, "Integer" if whole else "Real", values)
+        else:
+            SubElement(group, "UInt32" if whole else "Float64", {**entry, **values})
+
+
+def _signals(program: ExportedStep) -> Iterator[tuple[bool, dict[str, str], dict[str, str]]]:
+    """Inputs, effort and flags: whether it is a whole number, what it is, and its unit and limits."""
+    for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
+        entry = {"name": name, "valueReference": str(i + 1), "causality": "input", "variability": "continuous"}
+        covered = ranges(program, i)
+        start = min(max(0.0, covered[0]), covered[1]) if covered else 0.0
+        yield False, entry, {**_unit_of(unit), **_limits(covered), "start": repr(float(start))}
+    count, output = len(program.inputs), {"causality": "output", "initial": "calculated"}
+    variability = "discrete" if has_memory(program) else "continuous"
+    effort = {"name": "effort", "valueReference": str(count + 1), **output, "variability": variability}
+    low, high = program.limits
+    limits = _limits((min(low, 0.0), max(high, 0.0)))
+    yield False, effort, {**_unit_of(program.model.units.effort or "1"), **limits}
+    flags = {"name": "flags", "valueReference": str(count + 2), **output, "variability": "discrete"}
+    yield True, {**flags, "description": flags_text()}, {"min": "0", "max": "31"}
+    if program.model.correction is not None:
+        residual = {"name": "residual", "valueReference": str(count + 3), "causality": "parameter"}
+        text = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
+        yield False, {**residual, "variability": "tunable", "description": text}, {"start": "1.0"}
+
+
+def _limits(covered: tuple[float, float] | None) -> dict[str, str]:
+    return {} if covered is None else {"min": repr(float(covered[0])), "max": repr(float(covered[1]))}
+
+
+def _structure(program: ExportedStep, version: int, structure: Element) -> None:
+    count = len(program.inputs)
+    every = " ".join(str(i + 1) for i in range(count))
+    for tag in ("Output", "InitialUnknown"):
+        # In model exchange a sampled output changes at an event, with the inputs of that event.
+        on = "" if version == 2 and tag == "Output" and has_memory(program) else every
+        group = SubElement(structure, f"{tag}s") if version == 2 else structure
+        for reference in (str(count + 1), str(count + 2)):
+            if version == 2:
+                SubElement(group, "Unknown", {"index": reference, "dependencies": on})
+            else:
+                SubElement(group, tag, {"valueReference": reference, "dependencies": on})
+
+
+def build_description(identifier: str, files: list[str]) -> Element:
+    """The tree of FMI 3.0's buildDescription.xml."""
+    root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    configuration = SubElement(root, "BuildConfiguration", {"modelIdentifier": identifier})
+    sources = SubElement(configuration, "SourceFileSet", {"language": "C99", "compilerOptions": "-ffp-contract=off"})
+    sources.extend(Element("SourceFile", {"name": name}) for name in files)
+    return root
+
+
+def ranges(program: ExportedStep, i: int) -> tuple[float, float] | None:
+    """Training range of an input, None for an angle; of a coaxial pair the speeds whose slips can stay in theirs."""
+    e = program.elements
+    if i < e:
+        return program.field.range
+    if i >= 2 * e:
+        return program.extras[i - 2 * e].range
+    if program.filter:
+        return None
+    low, high = program.slip.range
+    if e == 1:
+        return low, high
+    # w1 = theta' - alpha' and w2 = -theta' - alpha' within [low, high].
+    half = 0.5 * (high - low)
+    return (-half, half) if i == 2 else (-high, -low)
+
+
+def flags_text() -> str:
+    """What the bits of flags mean."""
+    return "; ".join(f"{1 << i}: {text}" for i, text in enumerate(FLAGS.values()) if i < 4)
+
+
+def _unit_of(unit: str) -> dict[str, str]:
+    """The attribute of a variable, where its unit can be told to a simulator."""
+    return {} if unit in ("?", "1", "-", "") else {"unit": unit}
+
+
+def _unit_element(text: str) -> Element:
+    """A unit with its exponents of the SI's base units."""
+    from erclutch.signals.units import parse
+
+    made = Element("Unit", {"name": text})
+    try:
+        unit = parse(text)
+    except ErclutchError:
+        return made
+    base: dict[str, str] = {}
+    factor = unit.factor
+    for name, exponent in unit.dimension:
+        if name == "gram":
+            name, factor = "kilogram", factor / 1000.0**exponent
+        short = "rad" if name == "radian" else _BASE.get(name)
+        if short is None or exponent != int(exponent):
+            return made
+        base[short] = str(int(exponent))
+    SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
+    return made

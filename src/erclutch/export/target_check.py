@@ -1,0 +1,97 @@
+"""A target check is the outcome of running an export on its test vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic.precision import FLOAT64
+from erclutch.errors import ExportError
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.rounding import NOISE, bound
+from erclutch.export.step_vectors import Vectors
+
+
+@dataclass(frozen=True)
+class Check:
+    """One artefact on one machine.
+
+    Attributes:
+        where: compiler, processor or tool.
+        count: steps and inverses that were run.
+        other_bits: how many of them differ from what is expected by a bit or a flag; None for a target that computes
+            in another order and is not meant to give the same bits.
+        ulp: largest difference from NumPy in float64, in units of the last place at the largest training effort.
+        allowed: limit of `ulp` for targets that do not give the same bits.
+        note: what else was measured.
+    """
+
+    where: str
+    count: int
+    other_bits: int | None
+    ulp: float
+    allowed: float = float("inf")
+    note: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether it does what the model does."""
+        return not self.other_bits and self.ulp <= self.allowed
+
+
+def to_the_bit(
+    program: ExportedStep, vectors: Vectors, where: str, values: NDArray[Any], flags: NDArray[Any], note: str = ""
+) -> Check:
+    """Efforts of all steps, and fields of all inverses if they were run, against the vectors, bit by bit.
+
+    First come the inverses at rest, then those of the next step.
+    """
+    p, count, steps = program.precision, len(values), len(vectors.effort)
+    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now])[:count]
+    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags])[:count]
+    held = values.astype(p.dtype)
+    other = (held.view(p.bits) != expected.view(p.bits)) | (flags != expected_flags)
+    difference = np.abs(held[:steps].astype(np.float64) - vectors.numpy)
+    return Check(where, count, int(np.count_nonzero(other)), ulps(program, float(difference.max())), note=note)
+
+
+def compare(program: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
+    """Lines ``bits flags`` of all steps, then of all inverses, against the vectors.
+
+    Raises:
+        ExportError: not that many lines, or no numbers.
+    """
+    p, wanted = program.precision, len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
+    lines = [line.split() for line in printed.splitlines() if line.strip()]
+    try:
+        if len(lines) != wanted:
+            raise ValueError(f"{len(lines)} results for {wanted} vectors")
+        values = np.array([int(line[0], 16) for line in lines], p.bits).view(p.dtype)
+        flags = np.array([int(line[1]) for line in lines], np.uint32)
+    except (ValueError, IndexError) as error:
+        raise ExportError(f"unreadable results: {error}", where=where, remedy="Export the model again") from error
+    return to_the_bit(program, vectors, where, values, flags, note)
+
+
+#: What the functions of other libraries may be worse by than ours.
+_SLACK = 8.0
+
+
+def near(program: ExportedStep, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:
+    """Steps of a target with functions of somebody else: against NumPy in float64, within what rounding may make."""
+    other = int(np.count_nonzero(np.asarray(flags, np.uint32) != vectors.flags))
+    difference = float(np.max(np.abs(np.asarray(effort, np.float64) - vectors.numpy)))
+    largest = ulps(program, difference) if np.isfinite(difference) else float("inf")
+    limit = bound(program, vectors.rows) + bound(program, vectors.rows, FLOAT64)
+    # A bound beyond the effort itself says nothing: no more is allowed than the export of a precision may be off.
+    most = float(np.max(limit))
+    allowed = _SLACK + ulps(program, most if most < program.scale else NOISE * program.scale)
+    return Check(where, len(vectors.flags), other or None, largest, allowed)
+
+
+def ulps(program: ExportedStep, difference: float) -> float:
+    """A difference of efforts in units of the last place at the largest training effort."""
+    return difference / float(np.spacing(program.precision.dtype.type(program.scale)))

@@ -1,0 +1,191 @@
+"""Does an error depend on where the slip came from? Memories are tried on it, on rows that they were not fitted to.
+
+What slip and field explain by themselves is taken out first, by a function that is bent at will (piecewise linear in
+both). A memory then has to lower the error on windows of rows between those that it was fitted to. The memories are
+the stages on the slip that `ladder` tries, so whatever is found has a name on the command line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch import registry
+from erclutch.fit.data_check import Finding
+from erclutch.fit.laws.fit_law import reference_of
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Reference
+from erclutch.models.stages import GROUP, NONE, stage_named, stages_of
+from erclutch.models.stages.stage import Moved, SlipStage, StageFamily
+from erclutch.signals.array import Array, Mask
+
+Rows = NDArray[np.intp]
+
+#: Subject of the finding.
+HISTORY = "memory"
+#: Share of the error that a memory must take off before it is worth a word, and how sure that must be.
+_WORTH, _SURE = 0.05, 2.5  # the latter in standard errors over windows
+_WINDOWS, _MOST_ROWS, _FEWEST_ROWS = 32, 20_000, 1000
+_SLIPS, _FIELDS = 16, 4  # knots
+_PLACES = (0.05, 0.25, 0.45, 0.65, 0.85)  # of a memory's constants in their usual ranges
+_RIDGE = 3e-4  # rows of a corner, as a share of all rows, below which the function stays near zero there
+
+
+@dataclass(frozen=True)
+class History:
+    """What the memories of one stage would take off an error.
+
+    Attributes:
+        stage: name of the stage.
+        share: of the error (RMSE) that it takes off, on windows that it was not fitted to.
+        sure: mean over windows of what it takes off the squared error, in standard errors.
+    """
+
+    stage: str
+    share: float
+    sure: float
+
+
+def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> History | None:
+    """The stage on the slip that explains most of an error; None where none explains enough of it for sure.
+
+    Args:
+        data: the rows.
+        error: measured less estimated effort, shape (n,); None: of a function of field and slip, bent at will.
+        dynamics: stages that the model has already.
+    """
+    y = data.effort if error is None else error
+    if data.rows < _FEWEST_ROWS or not np.all(np.isfinite(y)):
+        return None
+    reference = reference_of(data)
+    rows = np.linspace(0, data.rows - 1, min(data.rows, _MOST_ROWS)).round().astype(np.intp)
+    window = np.arange(rows.size) * _WINDOWS // rows.size
+    y = y[rows]
+    plain = _memoryless(data, reference, rows)
+    left = _unexplained(plain, y, window)
+    # Over the whole error of a model: the function may gain what no memory does.
+    whole = max(_rms(left), 0.0 if error is None else _rms(y)) or 1.0
+    found: list[History] = []
+    for name in _candidates(dynamics):
+        columns = _memories(data, reference, name, rows)
+        better = _unexplained(np.column_stack([plain, columns]), y, window)
+        gains = np.bincount(window, left**2 - better**2)
+        sure = float(np.mean(gains)) / (float(np.std(gains, ddof=1)) / gains.size**0.5 or 1.0)
+        found.append(History(name, (_rms(left) - _rms(better)) / whole, sure))
+    good = [each for each in found if each.share >= _WORTH and each.sure >= _SURE]
+    return max(good, key=lambda each: each.share, default=None)
+
+
+def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Finding | None:
+    """A warning where the error of a model depends on where the slip came from, with the option that helps.
+
+    Args:
+        data: the rows.
+        error: measured less estimated effort, shape (n,).
+        name: of the model.
+        dynamics: its stages.
+    """
+    found = history(data, error, dynamics)
+    if found is None:
+        return None
+    message = (
+        f"the error of {name} depends on where the slip came from, not only on field and slip: a memory of the slip "
+        f"({found.stage}) would take about {found.share:.0%} off"
+    )
+    return Finding("warning", HISTORY, message, f"Fit with --lag {_with(dynamics, found.stage)}")
+
+
+def effort_finding(data: Dataset) -> Finding | None:
+    """The same before any fit: of the part of the effort that field and slip of a row do not explain."""
+    found = history(data)
+    if found is None:
+        return None
+    message = (
+        f"the effort depends on where the slip came from: a memory of the slip ({found.stage}) would take about "
+        f"{found.share:.0%} off the error of any model of field and slip alone"
+    )
+    return Finding("note", HISTORY, message, f"Fit with memory too, such as --lag {_with('lag', found.stage)}")
+
+
+def _with(dynamics: str, stage: str) -> str:
+    """The stages with one more, in place of a simpler one of its family."""
+    family = next(family for family in _ladders() if stage in family)
+    kept = [name for name in dynamics.split("+") if name not in (*family, NONE)]
+    return "+".join([*kept, stage])
+
+
+def _ladders() -> list[tuple[str, ...]]:
+    """Names of the stages on the slip that users can add, a family each, from the simplest to the richest."""
+    values = (plugin.value for plugin in registry.plugins(GROUP) if plugin.own)
+    ladders = [value.ladder for value in values if isinstance(value, StageFamily) and value.ladder]
+    return [ladder for ladder in ladders if stage_named(ladder[0]).place == "slip"]
+
+
+def _candidates(dynamics: str) -> Iterator[str]:
+    """Of each family the first stage that is richer than what the model has; only stages that keep a state."""
+    own = {stage.name for stage in stages_of(dynamics)}
+    for ladder in _ladders():
+        has = max((k for k, name in enumerate(ladder) if stage_named(name).name in own), default=-1)
+        stem = ladder[0].partition("/")[0].partition("-")[0]
+        if has < 0 and any(name.startswith(stem) for name in own):  # another form of the family
+            continue
+        if has + 1 < len(ladder) and _keeps_state(ladder[has + 1]):
+            yield ladder[has + 1]
+
+
+def _keeps_state(name: str) -> bool:
+    stage = stage_named(name)
+    numbers = {p.name: p.scanned[0] for p in stage.parameters(1.0)}
+    return bool(stage.initial(Moved(0.0, 1.0), numbers))
+
+
+def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Array:
+    """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
+    stage = stage_named(name)
+    assert isinstance(stage, SlipStage)
+    shapes = stage.parameters(reference.period)
+    found: list[Array] = []
+    for way, element in zip((1.0, -1.0), data.elements, strict=False):
+        strength = np.abs(element.field) / reference.field
+        moved = Moved(way * element.slip / reference.slip, strength if strength.any() else np.ones(data.rows))
+        for place in _PLACES if shapes else _PLACES[:1]:
+            q = [low * (high / low) ** place for low, high in (shape.scanned for shape in shapes)]
+            outputs = stage.respond(moved, data.clock, q, slice(None))
+            found += [way * np.asarray(column)[rows] for column in stage.columns(outputs, moved.strength)]
+    return np.column_stack(found)
+
+
+def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
+    """Piecewise linear functions of field and slip of each element at some rows, shape (n, columns)."""
+    found: list[Array] = []
+    for element in data.elements:
+        slip, field = element.slip[rows], np.abs(element.field[rows])
+        slips = _hats(slip, np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS)))
+        fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
+        found.append((slips[:, :, None] * fields[:, None, :]).reshape(rows.size, -1))
+    return np.column_stack(found)
+
+
+def _hats(values: Array, knots: Array) -> Array:
+    """Hat functions on knots, shape (n, knots)."""
+    knots = np.unique(knots)
+    return np.column_stack([np.interp(values, knots, row) for row in np.eye(knots.size)])
+
+
+def _unexplained(columns: Array, y: Array, window: Rows) -> Array:
+    """What is left of y in each window by gains that were fitted to every other window, shape (n,)."""
+    left = np.empty(y.size)
+    for fold in (0, 1):
+        fitted: Mask = window % 2 == fold
+        x = columns[fitted]
+        gram = x.T @ x
+        gram[np.diag_indices_from(gram)] += _RIDGE * float(np.count_nonzero(fitted))
+        left[~fitted] = y[~fitted] - columns[~fitted] @ np.linalg.solve(gram, x.T @ y[fitted])
+    return left
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,274 @@
+"""Fitting a structure to training rows: scan, then variable projection on few rows, then on all rows.
+
+The scan looks at the whole box of the nonlinear parameters on a few thousand rows; the best points are refined on those
+rows and the best of them polished on all rows, so the figures reported are always those of the full data. Of rows on
+disk the nonlinear parameters are those of centroids, the gains and the figures those of all blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import CheckError
+from erclutch.fit.centroids import centroids_of, not_on_disk
+from erclutch.fit.intervals import Uncertainty, uncertainty, unknown
+from erclutch.fit.kept_heap import keep_heap
+from erclutch.fit.laws.curvature import with_curvature
+from erclutch.fit.laws.describe_law import Seen, described
+from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
+from erclutch.fit.laws.law_starts import scan_points, thinned, windows
+from erclutch.fit.laws.other_basins import best_basin
+from erclutch.fit.laws.variable_projection import (
+    Projection,
+    Separable,
+    coordinates,
+    gains_of,
+    jacobian,
+    outer_problem,
+    parameters,
+    project,
+    refined,
+    stack,
+    triangle_of,
+)
+from erclutch.fit.levenberg_marquardt import Minimum, minimise
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.training_range import range_of
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.disk_rows import TrainingRows
+from erclutch.models.law_model import Reference, Structure, TorqueModel
+from erclutch.models.laws import ShapeParameter
+from erclutch.models.model import further_inputs
+from erclutch.signals.array import Array
+
+__all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
+
+SCAN_ROWS, _ROUGH_ROWS = 1500, 6000
+_MIDDLE_ROWS = 40000  # of a long log: the last steps, on all rows, then start next to the minimum
+MANY_ROWS = 100_000  # from here on centroids stand for the rows where they can
+_SCAN_POINTS = 48
+_ROUGH_STARTS = 3
+
+
+def reference_of(data: TrainingRows, extras: Sequence[str] = ()) -> Reference:
+    """What normalises a model that is trained on these rows, with these further inputs."""
+    field = max(float(np.max(np.abs(e.field))) for block in data.blocks for e in block.elements)
+    slip = float(np.sqrt(np.mean(data.blocks.means(lambda block: [e.slip**2 for e in block.elements]))))
+    squares = data.blocks.means(lambda block: [further_inputs(extras, block.extras)[name] ** 2 for name in extras])
+    return Reference(field or 1.0, slip or 1.0, data.period, tuple(float(np.sqrt(x)) or 1.0 for x in squares))
+
+
+def require_no_stimulus(structure: Structure) -> None:
+    """Raise a SettingError for a law that cannot be fitted to rows on disk."""
+    if structure.dynamics != "none":
+        raise not_on_disk(structure.specification, f"its dynamics ({structure.dynamics}) need each row's past")
+    if structure.law.stimulus_shape:
+        why = "its stimulus steps or saturates inside cells, so centroids cannot stand for the rows"
+        raise not_on_disk(structure.specification, why)
+
+
+def fit_structure(
+    data: TrainingRows,
+    structure: Structure,
+    *,
+    starts: Sequence[Sequence[float]] = (),
+    scan: int = _SCAN_POINTS,
+    ordered: bool = True,
+    intervals: bool = True,
+    polish: bool = False,
+) -> FitOutcome[TorqueModel]:
+    """Fit a structure's parameters by least squares.
+
+    Args:
+        data: training rows.
+        structure: device, law and dynamics; on disk without dynamics and without a stimulus of its own.
+        starts: normalised nonlinear parameters to try besides the scan.
+        scan: points of the scan for each nonlinear parameter beyond the first two, at least.
+        ordered: whether rows follow in time (decides on how intervals are made).
+        intervals: whether to make intervals; without, and for rows on disk, they are nan; a fit takes half the time.
+        polish: whether the nonlinear parameters of a memoryless law are refined on all rows of a long log, and not only
+            on its centroids. Gains and figures are always of all rows.
+
+    Returns:
+        The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
+
+    Raises:
+        SettingError: a structure that cannot be fitted to rows on disk.
+        CheckError: rows on disk in which both clutches are under field, which a law's centroids cannot tell apart.
+    """
+    keep_heap()
+    whole = data.in_memory
+    if whole is None:
+        require_no_stimulus(structure)
+        if data.rows >= MANY_ROWS:
+            return _fit_blocks(data, structure, scan)
+        whole, intervals = data.thinned(data.rows), False
+    reference = reference_of(whole, structure.extras)
+    shapes = structure.shapes(reference.period)
+    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more.
+    full = separable(whole, structure, reference, shapes, slice(None))
+    if not shapes:
+        return _outcome(whole, structure, reference, full, _LINEAR, ordered, intervals)
+    cells = None if _in_order(whole, structure) else _on_centroids(whole, structure, reference, shapes)
+    some = whole if structure.dynamics == "none" else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS))
+    few, rough, middle = (
+        separable(some, structure, reference, shapes, thinned(some.rows, most))
+        for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
+    )
+    # A step's threshold has no slope to follow between the levels of the command: only the scan finds it.
+    best = _search(few, cells or rough, starts, scan * (4 if structure.law.stimulus_shape else 1), structure.remembers)
+    if cells is not None and not polish:
+        found = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
+        return _outcome(whole, structure, reference, full, found, ordered, intervals)
+    if whole.rows > 2 * _MIDDLE_ROWS and structure.dynamics == "none":
+        best = minimise(outer_problem(middle), best, tolerance=1e-8, max_iterations=100).point
+    if structure.remembers:
+        found = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
+    else:
+        found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
+    return _outcome(whole, structure, reference, full, found, ordered, intervals)
+
+
+_LINEAR = Minimum(np.zeros(0), np.nan, "converged", 1, np.zeros(0, np.bool_), np.zeros(0, np.bool_))
+
+
+def separable(
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], rows: slice
+) -> Separable:
+    """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        return structure.columns_ahead(data.elements, data.clock, reference, q, rows, extras=data.extras)
+
+    def behind(effort: Any, q: Sequence[Any]) -> Any:
+        return structure.behind(effort, data.clock, q, rows)
+
+    slow = any(stage.place == "effort" for stage in structure.stages)
+    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
+
+
+def _in_order(data: Dataset, structure: Structure) -> bool:
+    """Whether centroids cannot stand for rows: few ones, ones that matter in their order, or a law that steps."""
+    return (
+        bool(structure.law.stimulus_shape)
+        or structure.dynamics != "none"
+        or data.rows < MANY_ROWS
+        or _under_both_fields(data) > 0
+    )
+
+
+def _under_both_fields(data: Dataset) -> int:
+    """Rows in which both elements of a pair are under field."""
+    return int(np.count_nonzero(np.logical_and.reduce([e.field != 0 for e in data.elements]))) * (
+        len(data.elements) > 1
+    )
+
+
+def _on_centroids(
+    data: TrainingRows, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
+) -> Separable:
+    """The problem on weighted centroids."""
+
+    def gridded(block: Dataset) -> tuple[Array, Array, Array]:
+        rows = signed_rows(block.elements)
+        return rows, block.effort, spaced_rows(rows, reference)
+
+    return on_cells(centroids_of(data.blocks.map(gridded), [2])[2], structure, reference, shapes)
+
+
+def _search(
+    few: Separable, rough: Separable, starts: Sequence[Sequence[float]], scan: int, remembers: bool = False
+) -> Array:
+    """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more.
+
+    Of a law that remembers, a smaller scan and fewer solvers, then a look for other basins from their best minimum.
+    """
+    lower, upper = few.bounds
+    given = [np.clip(coordinates(few.shapes, q), lower, upper) for q in starts]
+    low, high = (coordinates(few.shapes, [s.scanned[end] for s in few.shapes]) for end in (0, 1))
+    points = [*given, *scan_points(low, high, scan * max(1, lower.size - 1) // (3 if remembers else 1))]
+    costs = [project(few, parameters(few.shapes, u)).cost for u in points]
+    solvers = _ROUGH_STARTS - remembers
+    candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:solvers]]
+    if remembers:
+        return best_basin(few, rough, candidates).point
+    minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
+    return min(minima, key=lambda m: m.cost).point
+
+
+def _outcome(
+    data: Dataset,
+    structure: Structure,
+    reference: Reference,
+    full: Separable,
+    found: Minimum,
+    ordered: bool,
+    intervals: bool,
+) -> FitOutcome[TorqueModel]:
+    columns, slopes, projection = jacobian(full, found.point)
+    projection = refined(columns, full.target, projection)
+    residual = full.target - columns @ projection.gains
+    moving = ~(found.at_lower | found.at_upper)
+    free = np.column_stack([slopes[:, moving], columns[:, ~projection.held]])
+    spread = uncertainty(free, residual, ordered=ordered) if intervals else unknown(free)
+    further = {name: data.extras[name] for name in structure.extras}
+    seen = Seen(reference, data.units, range_of(data), data.rows, float(residual @ residual), further)
+    return described(structure, seen, full, found, projection, spread, moving)
+
+
+def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:
+    """The fit to many rows on disk; the rank is that of the centroids, or of the gains for a law that is linear."""
+    reference = reference_of(data)
+    shapes = structure.shapes(reference.period)
+    both = sum(map(_under_both_fields, data.blocks)) if shapes else 0
+    if both:
+        raise CheckError(
+            f"both clutches are under field in {both} rows; {structure.specification} is fitted on centroids of one "
+            "signed field",
+            where=data.where,
+            remedy="Fit networks, or fit it to a part of the log with erclutch fit",
+        )
+    with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+        few = separable(data.thinned(SCAN_ROWS), structure, reference, shapes, slice(None))
+        cells, found = None, _LINEAR
+        if shapes:
+            cells = _on_centroids(data, structure, reference, shapes)
+            best = _search(few, cells, (), scan)
+            found = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
+        q = parameters(shapes, found.point)
+        matrices = data.blocks.map(
+            lambda block: stack(structure.columns(block.elements, block.clock, reference, q), block.effort)
+        )
+        triangle = _triangle_over(matrices, len(few.gains) + 1)
+        if not np.isfinite(triangle).all():
+            raise CheckError(
+                f"{structure.specification} gives values that are not finite at its best parameters",
+                where=data.where,
+                remedy="Leave it out, or check the largest slips and fields of the log",
+            )
+        projection = gains_of(triangle, few.nonnegative)
+        cost = sum(float(np.sum((m[:, -1] - m[:, :-1] @ projection.gains) ** 2)) for m in matrices)
+        moving = ~(found.at_lower | found.at_upper)
+        spread = _rank(cells, found, projection, triangle, data.rows)
+        seen = Seen(reference, data.units, range_of(data), data.rows, cost)
+    return described(structure, seen, few, found, projection, spread, moving)
+
+
+def _triangle_over(matrices: Iterable[Array], wide: int) -> Array:
+    """R of the QR decomposition of matrices (n, wide) one below the other."""
+    return reduce(
+        lambda upper, r: triangle_of(np.vstack([upper, r])), map(triangle_of, matrices), np.zeros((wide, wide))
+    )
+
+
+def _rank(cells: Separable | None, found: Minimum, projection: Projection, triangle: Array, rows: int) -> Uncertainty:
+    free = ~projection.held
+    if cells is None:
+        return unknown(triangle[:, :-1][:, free], rows)
+    columns, slopes, _ = jacobian(cells, found.point)
+    return unknown(np.column_stack([slopes[:, ~(found.at_lower | found.at_upper)], columns[:, free]]), rows)

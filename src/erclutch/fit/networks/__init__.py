@@ -1,0 +1,1 @@
+"""Networks are fitted from starts on centroids to weights."""

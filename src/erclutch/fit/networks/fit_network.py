@@ -1,0 +1,289 @@
+"""A network fitted to training rows: inputs, normalisation, training, and the model with its figures on all rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from erclutch.errors import CheckError
+from erclutch.fit.centroids import Centroids, Gridded, centroids_of, grid_of, not_on_disk
+from erclutch.fit.levenberg_marquardt import Stop
+from erclutch.fit.networks.backprop import tables_of
+from erclutch.fit.networks.first_weights import Slips
+from erclutch.fit.networks.fit_fnn import schedule_for, train
+from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_over
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.training_range import range_of
+from erclutch.logs.blocks import Blocks
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.disk_rows import TrainingRows
+from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.signals.array import Array
+
+Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
+
+_NARROW = 0.006  # slip, over its root mean square, below which cells are equally wide
+_MOST_CELLS = 4_000_000  # of a grid for rows on disk: 32 bytes each and more
+
+
+def fit_network(
+    data: TrainingRows,
+    structure: NetworkStructure,
+    *,
+    seed: int = 0,
+    polish: bool = False,
+    workers: int = 1,
+    dynamics: Mapping[str, float] | None = None,
+) -> FitOutcome[NetworkModel]:
+    """Fit a network's weights by least squares; the same weights for rows in memory and on disk.
+
+    Args:
+        data: training rows.
+        structure: device, layers, inputs; on disk without dynamics and past samples.
+        seed: of the starts; the same seed gives the same weights, whatever the number of workers.
+        polish: whether the last round runs over all rows, in memory, instead of a fine grid's centroids.
+        workers: starts side by side.
+        dynamics: delay and time constants of the command in s, for a structure with dynamics.
+
+    Raises:
+        CheckError: fewer rows than weights, an input that does not vary, or values that are not finite.
+        MappingError: a further input is not in the data.
+        SettingError: rows on disk, and a network that needs each row's past or has too many inputs for a grid.
+    """
+    if data.in_memory is None:
+        require_no_past(structure)
+    times = dict(dynamics or {})
+
+    def pair_of(block: Dataset) -> Pair:
+        return inputs_of(structure, block.elements, block.clock, block.extras, times), block.effort
+
+    return fit_rows(data, data.blocks.map(pair_of), structure, times, seed=seed, polish=polish, workers=workers)
+
+
+def fit_rows(
+    data: TrainingRows,
+    rows: Blocks[Pair],
+    structure: NetworkStructure,
+    times: Mapping[str, float],
+    *,
+    seed: int = 0,
+    polish: bool = False,
+    workers: int = 1,
+) -> FitOutcome[NetworkModel]:
+    """The same from inputs and effort of all rows; the data give units, ranges and the period.
+
+    Raises:
+        CheckError: as for `fit_network`.
+    """
+    _require_rows(data.rows, structure, data.where)
+    extent = extent_of(rows)
+    _require_usable(rows, extent, structure, data.where)
+    middle, *squares = rows.means(lambda pair: [pair[1], *(slip**2 for slip in slips_of(structure, pair[0]).values())])
+    scaling = scaling_for(extent, middle, structure.kind)
+    by_input = dict(zip(_slip_inputs(structure), squares, strict=True))
+    with one_thread():
+        weights, stop, steps = learn(
+            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=by_input
+        )
+        span = np.column_stack([extent.low, extent.high])
+        about = {"seed": str(seed)}
+        model = NetworkModel(
+            structure, scaling, weights, dict(times), data.units, range_of(data), span, about, data.period
+        )
+        cost = sum(_squared_error(model, *pair) for pair in rows)
+    return _outcome(model, stop, steps, cost, data.rows)
+
+
+def _outcome(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int) -> FitOutcome[NetworkModel]:
+    return FitOutcome(
+        model=model,
+        stop=stop,
+        iterations=steps,
+        estimates=(),
+        paper_form={},
+        rank=model.parameters,
+        unknowns=model.parameters,
+        condition=float("nan"),
+        bandwidth=1,
+        train_cost=cost,
+        train_rows=rows,
+        weights=model.parameters,
+    )
+
+
+def require_no_past(structure: NetworkStructure) -> None:
+    """Raise a SettingError for a network that needs each row's past, or more cells than there is memory for."""
+    why = ""
+    if structure.dynamics != "none":
+        why = f"its dynamics ({structure.dynamics}) need each row's past"
+    elif structure.past:
+        why = "past samples need each row's past"
+    elif np.prod([float(n) for n in grid_of(len(structure.inputs), 2)]) > _MOST_CELLS:
+        why = f"a grid over its {len(structure.inputs)} inputs has more than {_MOST_CELLS:,} cells"
+    if why:
+        raise not_on_disk(structure.specification, why)
+
+
+def _squared_error(model: NetworkModel, x: Array, y: Array) -> float:
+    residual = y - model.of_inputs(x, exactly=False)
+    return float(residual @ residual)
+
+
+def _slip_inputs(structure: NetworkStructure) -> tuple[int, ...]:
+    """The inputs in whose place a grid is over slips."""
+    first = 1 if structure.field else 0
+    if structure.device == "single" or structure.kind == "rbfn":
+        return tuple(range(first, len(base_inputs(structure.device, structure.kind, field=structure.field))))
+    return first, first + 1
+
+
+def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
+    """The slips behind the inputs x (inputs, n), by the input in whose place the grid is over them."""
+    if structure.device == "single" or structure.kind == "rbfn":
+        return {i: x[i] for i in _slip_inputs(structure)}
+    first, second = _slip_inputs(structure)
+    return {first: x[first] - x[second], second: -x[first] - x[second]}
+
+
+def mean_squares(structure: NetworkStructure, x: Array) -> dict[int, float]:
+    """Mean square of each slip behind the inputs, by input as in `slips_of`."""
+    return {i: float(np.mean(slip**2)) for i, slip in slips_of(structure, x).items()}
+
+
+def spaced_by(structure: NetworkStructure, x: Array, squares: Mapping[int, float]) -> Array:
+    """What the grids of compression are over: cells narrow where a slip is small, since effort bends most there.
+
+    ``squares`` holds the mean square of each slip over all rows, of which x may be a part.
+    """
+    spaced = x.copy()
+    for i, slip in slips_of(structure, x).items():
+        size = float(np.sqrt(squares[i])) or 1.0
+        scaled: Array = slip / (_NARROW * size)
+        spaced[i] = np.arcsinh(scaled)
+    return spaced
+
+
+def slips_for(structure: NetworkStructure, scaling: Scaling, squares: Mapping[int, float]) -> Slips:
+    """The slips over their root mean square as linear functions of a network's normalised inputs."""
+    slope = np.zeros((len(squares), len(structure.inputs)))
+    first = 1 if structure.field else 0
+    if structure.device == "single":
+        slope[0, first] = 1.0
+    else:
+        slope[:, first : first + 2] = (1.0, -1.0), (-1.0, -1.0)
+    slope /= np.sqrt([[square or 1.0] for square in squares.values()])
+    return Slips(slope * scaling.scale, slope @ scaling.offset, structure.field)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Smallest and largest values over all rows.
+
+    Attributes:
+        low, high: of each input, shape (inputs,).
+        effort: of the effort.
+    """
+
+    low: Array
+    high: Array
+    effort: tuple[float, float]
+
+
+def extent_of(rows: Iterable[Pair]) -> Extent:
+    """Extent of inputs and effort over all blocks; not finite where a value is not."""
+    ends = [(x.min(axis=1), x.max(axis=1), float(y.min()), float(y.max())) for x, y in rows]
+    low, high, least, most = zip(*ends, strict=True)
+    return Extent(np.min(low, axis=0), np.max(high, axis=0), (float(np.min(least)), float(np.max(most))))
+
+
+def scaling_of(x: Array, y: Array, kind: NetworkKind) -> Scaling:
+    """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
+    return scaling_for(extent_of([(x, y)]), float(np.mean(y)), kind)
+
+
+def scaling_for(extent: Extent, middle: float, kind: NetworkKind) -> Scaling:
+    """`scaling_of` rows of which only the extent and the mean effort are known."""
+    low, wide = extent.low, extent.high - extent.low
+    wide = np.where(wide > 0, wide, 1.0)
+    half = max(abs(end - middle) for end in extent.effort) or 1.0
+    return Scaling(low + 0.5 * wide, 0.5 * wide, middle, half) if kind == "fnn" else Scaling(low, wide, middle, half)
+
+
+def learn(
+    rows: Blocks[Pair],
+    scaling: Scaling,
+    structure: NetworkStructure,
+    *,
+    seed: int = 0,
+    polish: bool = False,
+    workers: int = 1,
+    squares: Mapping[int, float] | None = None,
+) -> tuple[dict[str, Array], Stop, int]:
+    """Tables of weights for inputs and effort, how the solver ended, and its steps.
+
+    ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
+    """
+
+    def unit_of(pair: Pair) -> Gridded:
+        x, y = pair
+        unit = scaling.inputs(x)
+        target = (y - scaling.effort_offset) / scaling.effort_scale
+        return unit, target, unit if squares is None else spaced_by(structure, x, squares)
+
+    units = rows.map(unit_of)
+    if structure.kind == "rbfn":
+        cells = centroids_of(units, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
+        centres = _centres_on(cells, structure, seed)
+        w, _ = weights_over(((x, y, None) for x, y, _ in units), centres.centres, centres.spreads)
+        tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
+        return tables, centres.stop, centres.steps
+    schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
+    slips = None if squares is None else slips_for(structure, scaling, squares)
+    found = train(units, structure.hidden, seed, schedule, workers, slips)
+    return tables_of(found.theta, (scaling.offset.size, *structure.hidden, 1)), found.stop, found.steps
+
+
+def _centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> FoundCentres:
+    """Centres and spreads of an RBFN on centroids by level: found on the coarsest, refined on the finest."""
+    neurons, how = structure.hidden[0], structure.centres
+    search = by_k_means if how == "kmeans" else by_forward_selection
+    found = search(cells[min(cells)], neurons, seed)
+    return refined(cells[max(cells)], found, one_spread=how == "refined") if len(cells) > 1 else found
+
+
+def _require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for fewer rows than weights."""
+    count = sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
+    if rows < count:
+        raise CheckError(
+            f"{rows} training rows for the {count} weights of {structure.specification}",
+            remedy="Log more, or choose a smaller network",
+            where=where,
+        )
+
+
+def _require_usable(rows: Iterable[Pair], extent: Extent, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for an input or effort that is not finite, or does not vary."""
+    for i, (name, low, high) in enumerate(
+        zip(structure.inputs, extent.low.tolist(), extent.high.tolist(), strict=True)
+    ):
+        if not np.isfinite(high - low):
+            bad = sum(int(np.count_nonzero(~np.isfinite(x[i]))) for x, _ in rows)
+            raise CheckError(
+                f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
+            )
+        if high == low:
+            raise CheckError(
+                f"input {name} is constant at {low:g} over all training rows",
+                remedy="Log with it changing, or leave it out",
+                where=where,
+            )
+    if not np.isfinite(extent.effort).all() or extent.effort[0] == extent.effort[1]:
+        raise CheckError(
+            "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
+        )

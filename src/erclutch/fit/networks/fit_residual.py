@@ -1,0 +1,133 @@
+"""A law and a bounded network on what the law misses: the law is fitted, then the network to its residual.
+
+How much of the network is kept is decided on training rows that it has not seen: over blocks in time, each predicted by
+a network fitted to the others, the share is the one that leaves the smallest residual. A network that has only learned
+its rows by heart keeps nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import CheckError
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_rows
+from erclutch.fit.outcome import FitOutcome
+from erclutch.logs.blocks import OneBlock
+from erclutch.logs.dataset import Dataset, time_folds
+from erclutch.models.covered_cells import cells_of
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.networks import NetworkStructure
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.residual_model import BoundedResidual, ResidualModel, ResidualStructure, residual_inputs
+from erclutch.signals.array import Array
+
+#: Share of the training rows whose residual the limit lets through.
+_LET_THROUGH = 0.999
+#: Blocks of the training rows on which the network's share is decided.
+_BLOCKS = 4
+
+
+def fit_residual(
+    data: Dataset,
+    structure: ResidualStructure,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    law: FitOutcome[TorqueModel] | None = None,
+) -> FitOutcome[ResidualModel]:
+    """Fit a law, a network to its residual, and the network's limit, share and range.
+
+    Args:
+        data: training rows.
+        structure: law with stages, and network.
+        seed: of the network's starts.
+        workers: starts of the network side by side.
+        law: the fit of the same law to the same rows, where there is one already.
+
+    Raises:
+        CheckError: the law leaves no residual, or the rows do not support the network.
+        MappingError: a further input is not in the data.
+    """
+    law = law or fit_structure(data, structure.law)
+    missed = data.effort - law.model.predict(data)
+    limit = float(np.quantile(np.abs(missed), _LET_THROUGH))
+    if not limit > 0:
+        raise CheckError(
+            f"{law.model.name} leaves no residual on the training rows for {structure.network.specification}",
+            remedy=f"Fit {law.model.name} alone",
+            where=data.where,
+        )
+    inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
+    target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
+    found = target.network(np.ones(data.rows, np.bool_))
+    whole = target.bounded(_times(found.model, _share(target)), inputs)
+    left = missed - whole.of_inputs(inputs, exactly=False)
+    return FitOutcome(
+        model=ResidualModel(law.model, whole),
+        stop=found.stop,
+        iterations=law.iterations + found.iterations,
+        estimates=law.estimates,
+        paper_form=law.paper_form,
+        rank=law.rank,
+        unknowns=law.unknowns,
+        condition=law.condition,
+        bandwidth=law.bandwidth,
+        train_cost=float(left @ left),
+        train_rows=law.train_rows,
+        weights=found.weights,
+    )
+
+
+@dataclass(frozen=True)
+class _Target:
+    """What a network is fitted to.
+
+    Attributes:
+        data: training rows, with the law's residual for the effort.
+        structure: of the network.
+        times: numbers of the law's stages.
+        inputs: of the network, shape (inputs, n).
+        limit: of what the network adds.
+        seed, workers: of its starts.
+    """
+
+    data: Dataset
+    structure: NetworkStructure
+    times: Mapping[str, float]
+    inputs: Array
+    limit: float
+    seed: int
+    workers: int
+
+    def network(self, rows: NDArray[np.bool_]) -> FitOutcome[NetworkModel]:
+        """A network fitted to some of the rows."""
+        pairs = OneBlock((self.inputs[:, rows], self.data.effort[rows]))
+        data = self.data if np.all(rows) else self.data.take(rows)
+        return fit_rows(data, pairs, self.structure, self.times, seed=self.seed, workers=self.workers)
+
+    def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
+        """A network, limited, where rows with these inputs were."""
+        return BoundedResidual(network, self.limit, cells_of(inputs))
+
+
+def _share(target: _Target) -> float:
+    """The share of a network, 0 to 1, that leaves least of the residual of blocks that it has not seen."""
+    missed, seen = target.data.effort, np.zeros(target.data.rows)
+    for block in time_folds(target.data, _BLOCKS):
+        others = target.bounded(target.network(~block).model, target.inputs[:, ~block])
+        seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
+    size = float(seen @ seen)
+    return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0
+
+
+def _times(network: NetworkModel, share: float) -> NetworkModel:
+    """A network whose output is multiplied by a share."""
+    scaling = network.scaling
+    effort = {"effort_offset": share * scaling.effort_offset, "effort_scale": share * scaling.effort_scale}
+    about = {**network.about, "share": f"{share:.6g}"}
+    return replace(network, scaling=replace(scaling, **effort), about=about)

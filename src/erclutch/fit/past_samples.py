@@ -1,0 +1,65 @@
+"""How far back the past samples of a network lie: given in rows or as times, kept in rows, said in both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from erclutch.errors import SettingError, UnitError
+from erclutch.fit.data_check import Finding
+from erclutch.logs.dataset import Dataset
+from erclutch.signals import units
+
+_MOST = 1000
+_REMEDY = "Give times with a unit (--past 1ms 2ms 4ms) or whole numbers of rows (--past 1 2 4)"
+
+
+def past_rows(asked: Sequence[int | str], data: Dataset) -> tuple[int, ...]:
+    """Rows back, in the order in which they were asked for; each once.
+
+    Args:
+        asked: whole numbers of rows, or times with a unit, such as ``2ms`` or ``0.5 s``.
+        data: the rows that it is about.
+
+    Raises:
+        SettingError: neither of both, less than one row, more than 1000, or times where rows come at unequal steps,
+            or logs of different sampling rates.
+    """
+    slow, fast = data.rates
+    if asked and slow < fast:
+        problem = f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz, so past samples are other instants in each"
+        raise SettingError(problem, remedy=f"Bring all logs to one rate, for example --resample {slow:.4g}")
+    return tuple(dict.fromkeys(_rows(word, data) for word in asked))
+
+
+def past_finding(asked: Sequence[int | str], data: Dataset) -> tuple[Finding, ...]:
+    """Where the past samples lie, in rows and in time; nothing without any."""
+    rows = past_rows(asked, data)
+    if not rows:
+        return ()
+    listed = f"{', '.join(map(str, rows))} rows back, {', '.join(f'{1e3 * k * data.period:.4g}' for k in rows)} ms"
+    given = ", ".join(str(word) for word in asked)
+    message = f"past samples (--past {given}) lie {listed}, at the {1 / data.period:.6g} Hz of these rows"
+    return (Finding("note", "past", message, "An export must be called at this rate"),)
+
+
+def _rows(word: int | str, data: Dataset) -> int:
+    if isinstance(word, int) or word.strip().isdecimal():
+        return _allowed(int(word), f"past samples {word}")
+    try:
+        number, unit = units.quantity(word)
+        found = units.fits(unit, ("s",)) if unit else None
+    except UnitError:
+        number, found = 0.0, None
+    if found is None or not number > 0:
+        raise SettingError(f"past samples {word!r} are neither a time nor a number of rows", remedy=_REMEDY)
+    if any(span.period is None for span in data.clock.spans):
+        problem = f"past samples {word!r} are no number of rows, since rows come at unequal steps"
+        raise SettingError(problem, where=data.where, remedy="Bring them to one rate, for example --resample 1kHz")
+    rows = min(number * found[0] / data.period, 1e6)
+    return _allowed(round(rows), f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz")
+
+
+def _allowed(rows: int, problem: str) -> int:
+    if not 1 <= rows <= _MOST:
+        raise SettingError(problem, remedy=f"Give what lies 1 to {_MOST} rows back")
+    return rows

@@ -1,0 +1,68 @@
+"""Companions of a session run as processes of their own, which say in JSON lines how they are."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import threading
+from queue import Empty, SimpleQueue
+from typing import Any
+
+
+class CompanionProcess(subprocess.Popen[bytes]):
+    """A module of this package as a process; Ctrl-C is the session's business and does not reach it.
+
+    Args:
+        module: its name.
+        words: of its command line.
+        listens: whether it reads its standard input.
+    """
+
+    def __init__(self, module: str, *words: str, listens: bool = False) -> None:
+        stdin = subprocess.PIPE if listens else subprocess.DEVNULL
+        command = [sys.executable, "-m", module, *words]
+        super().__init__(command, stdin=stdin, stdout=subprocess.PIPE, start_new_session=True)
+        self._lines: SimpleQueue[bytes] = SimpleQueue()
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+
+    def _listen(self) -> None:
+        assert self.stdout is not None
+        with contextlib.suppress(OSError, ValueError), self.stdout:
+            for line in self.stdout:
+                self._lines.put(line)
+        self._lines.put(b"")
+
+    def answer(self, timeout: float) -> dict[str, Any]:
+        """What its next line says; nothing if none comes in this time [s], or ever."""
+        try:
+            return json.loads(self._lines.get(timeout=timeout))
+        except (Empty, ValueError):
+            return {}
+
+    def lines(self) -> list[bytes]:
+        """The lines since the last call: all that it wrote, if it has ended."""
+        if self.poll() is not None:
+            self._listener.join(1.0)
+        return [self._lines.get() for _ in range(self._lines.qsize())]
+
+    def tell(self, body: dict[str, Any]) -> None:
+        """Write a line to its standard input; nobody may be there to read it."""
+        assert self.stdin is not None
+        with contextlib.suppress(OSError, ValueError):
+            self.stdin.write(json.dumps(body).encode() + b"\n")
+            self.stdin.flush()
+
+
+def end_process(process: subprocess.Popen[Any], seconds: float) -> None:
+    """Close the standard input of a process, wait for its end, and kill it when it does not end in time."""
+    if process.stdin is not None:
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -1,0 +1,133 @@
+"""What a reader of log files is, and which reader a file gets.
+
+A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from another package (entry point
+``erclutch.readers``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch import registry
+from erclutch.errors import PluginError, placed
+from erclutch.logs.table import Table
+from erclutch.registry import Plugin
+
+GROUP = "erclutch.readers"
+HEAD = 1024  # bytes that a reader may look at to claim a file
+
+
+@dataclass(frozen=True)
+class LogSource:
+    """A log file as a reader gets it.
+
+    Attributes:
+        path: of the file.
+        data: all of its bytes.
+        digest: SHA-256 of these, for the table.
+        variable: which of several recordings in the file the user wants; None: there is to be one only.
+    """
+
+    path: Path
+    data: bytes
+    digest: str
+    variable: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The file's name, for the table and for messages."""
+        return self.path.name
+
+
+#: ``windows(path, rows, margin)`` yields (start, stop, table): the rows of the file that a window stands for, and its
+#: table, which holds up to ``margin`` rows more on either side; `Table.first_row` says where that begins.
+Windows = Callable[[Path, int, int], Iterator[tuple[int, int, Table]]]
+
+
+@dataclass(frozen=True)
+class LogReader:
+    """What a reader's file or package brings under the name ``READER``.
+
+    Attributes:
+        suffixes: of files that it reads, small letters with the dot.
+        claims: whether a file is of its format, by its first `HEAD` bytes; it goes before the suffix.
+        read: the file as a table; raises LogError where it is damaged, with the line or place.
+        windows: for files larger than memory: see `Windows`. None: such a file is read whole.
+    """
+
+    suffixes: tuple[str, ...]
+    claims: Callable[[bytes], bool]
+    read: Callable[[LogSource], Table]
+    windows: Windows | None = None
+
+
+def claims_nothing(head: bytes) -> bool:
+    """For formats without a mark: the suffix decides."""
+    return False
+
+
+def log_suffixes() -> tuple[str, ...]:
+    """Suffixes of all logs that can be read."""
+    return tuple(sorted({suffix for _, reader in _readers([]) for suffix in reader.suffixes}))
+
+
+def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
+    """The reader of a file, and a note on each reader that could not be asked.
+
+    Content goes before suffix, ours before others; what nobody claims is read as text.
+
+    Args:
+        head: the file's first bytes.
+        suffix: of its name.
+    """
+    notes: list[str] = []
+    readers = _readers(notes)
+    for plugin, reader in readers:
+        try:
+            with plugin.working("failed to look at a file"):
+                if reader.claims(head):
+                    return plugin, notes
+        except PluginError as error:
+            notes.append(f"a reader was left out: {error}")
+    named = (plugin for plugin, reader in readers if suffix.lower() in reader.suffixes)
+    return next(named, registry.find(GROUP, "text")), notes
+
+
+def read_by(plugin: Plugin, source: LogSource) -> Table:
+    """The file as a table by a reader; that of another package is named in its notes, and looked at.
+
+    Raises:
+        LogError: the file is damaged. PluginError: the reader is.
+    """
+    reader: LogReader = plugin.of_type(LogReader)
+    with plugin.working(f"failed on {source.name}"):
+        with placed(source.name):
+            table = reader.read(source)
+        return table if plugin.own else _checked(table, plugin)
+
+
+def _checked(table: Any, plugin: Plugin) -> Table:
+    if not isinstance(table, Table):
+        raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
+    columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
+    shapes = {values.shape for values in columns.values()}
+    if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+        listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+        raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
+    return replace(table, columns=columns, notes=(*table.notes, f"read by {plugin.name!r} of {plugin.label}"))
+
+
+def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
+    """All readers, ours first; one that cannot be loaded is left out, with a note."""
+    found: list[tuple[Plugin, LogReader]] = []
+    for plugin in registry.plugins(GROUP):
+        try:
+            found.append((plugin, plugin.of_type(LogReader)))
+        except PluginError as error:
+            notes.append(f"a reader was left out: {error}")
+    return found

@@ -1,0 +1,19 @@
+"""The reader of MCAP files imports its code with the first such file, because the import takes time."""
+
+from __future__ import annotations
+
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.table import Table
+
+
+def _claims(head: bytes) -> bool:
+    return head.startswith(b"\x89MCAP0\r\n")
+
+
+def _read(source: LogSource) -> Table:
+    from erclutch.logs.readers.mcap_table import read_mcap
+
+    return read_mcap(source)
+
+
+READER = LogReader((".mcap",), _claims, _read)

@@ -1,0 +1,154 @@
+"""A recording is brought to another sampling rate, behind a filter against aliases that shifts nothing in time.
+
+Each gapless stretch is filtered by itself, with one symmetric (zero-phase) low-pass for all signals. Where the filter
+reaches beyond the ends of a stretch it would need samples that nobody took: these rows are left out.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+
+from erclutch.errors import SettingError, UnitError
+from erclutch.logs.timing import require_rows
+from erclutch.signals import units
+from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
+
+#: Begins the note of a recording that was brought to another rate.
+RESAMPLED = "brought from"
+
+_REACH = 16  # periods of the slower of both rates on either side
+_KAISER = 7.86  # window whose stop band lies 80 dB down
+_CUTOFF = 0.84  # of the slower rate's Nyquist frequency; the stop band begins at that frequency, the pass band ends at
+PASSED = 0.68  # of it
+_FINEST = 10_000  # numerator and denominator of the ratio of both rates, at most
+_NONE = units.Unit("", 1.0, ())
+_EXACT = 1e-6  # share by which a rate may be off and still count as the wanted one
+
+
+def rate_of(text: str) -> float:
+    """A sampling rate in Hz from ``1000``, ``1kHz`` or ``0.5 kHz``.
+
+    Raises:
+        SettingError: no positive rate.
+    """
+    try:
+        number, unit = units.quantity(text)
+        given, hertz = units.parse(unit or "Hz"), units.parse("Hz")
+    except UnitError:
+        number, given, hertz = 0.0, _NONE, _NONE
+    rate = number * given.factor / hertz.factor if given.dimension == hertz.dimension else 0.0
+    if not 1e-3 <= rate <= 1e7:
+        raise SettingError(f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz")
+    return rate
+
+
+def resampled(log: Recording, rate: float) -> Recording:
+    """The recording at another rate; itself where it has that rate already.
+
+    Args:
+        log: the recording. Stretches with unequal steps are first put on equal ones by straight lines.
+        rate: in Hz.
+
+    Raises:
+        SettingError: a ratio of rates beyond 10,000, or no stretch longer than the filter.
+    """
+    if log.uniform and abs(rate * log.period - 1.0) < _EXACT:
+        return log
+    ratio = Fraction(rate * log.period).limit_denominator(_FINEST)
+    if not 1 / _FINEST <= rate * log.period <= _FINEST or not ratio:
+        remedy = "Give a rate nearer to that of the log"
+        raise SettingError(f"{rate:g} Hz for a log at {1 / log.period:g} Hz", where=log.name, remedy=remedy)
+    up, down = ratio.numerator, ratio.denominator
+    places = [_places(b - a, up, down) for a, b in log.segments]
+    kept = [(k, place) for k, place in enumerate(places) if len(place) > 1]
+    if not kept:
+        reach = 2 * _REACH * max(down / up, 1.0)
+        problem = f"no gapless stretch is longer than the {reach:.0f} rows that the filter to {rate:g} Hz reaches over"
+        raise SettingError(problem, where=log.name, remedy="Give a higher rate, or a longer log")
+
+    def every(values: Array) -> Array:
+        parts = [_moved(_even(values, log, k), place, up, down) for k, place in kept]
+        whole = np.concatenate(parts)
+        whole.setflags(write=False)
+        return whole
+
+    begins = [log.time[log.segments[k][0]] + place.start / rate for k, place in kept]
+    time = np.concatenate([t + np.arange(len(place)) / rate for t, (_, place) in zip(begins, kept, strict=True)])
+    time.setflags(write=False)
+    require_rows(time.size)
+    ends = np.cumsum([0, *(len(place) for _, place in kept)]).tolist()
+    return replace(
+        log,
+        signals=MappingProxyType({name: every(values) for name, values in log.signals.items()}),
+        extras=MappingProxyType({name: every(values) for name, values in log.extras.items()}),
+        time=time,
+        period=1.0 / rate,
+        segments=tuple(itertools.pairwise(ends)),
+        uniform=True,
+        notes=(*log.notes, _note(log, rate, len(log.segments) - len(kept))),
+    )
+
+
+def _note(log: Recording, rate: float, dropped: int) -> str:
+    """What was done, what it kept and what it cost."""
+    slower = min(rate, 1.0 / log.period)
+    passed, stopped = PASSED * slower / 2, slower / 2
+    uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
+    gone = f"; {dropped} stretch{'es' if dropped > 1 else ''} too short for the filter left out" if dropped else ""
+    return (
+        f"{RESAMPLED} {1 / log.period:.6g} Hz to {rate:.6g} Hz by a zero-phase filter that passes {passed:.4g} Hz "
+        f"and stops {stopped:.4g} Hz (a switched field rings there); {1e3 * _REACH / slower:.3g} ms left out at each "
+        f"end of each stretch, where the filter would reach beyond it{uneven}{gone}"
+    )
+
+
+def _places(rows: int, up: int, down: int) -> range:
+    """The rows of the new rate, counted from a stretch's first, whose filter lies inside the stretch."""
+    half = _REACH * max(up, down)
+    first = math.ceil(half / down)
+    last = ((rows - 1) * up - half) // down
+    return range(first, max(last + 1, first))
+
+
+def _even(values: Array, log: Recording, segment: int) -> Array:
+    """The samples of a stretch at equal steps."""
+    start, stop = log.segments[segment]
+    part = values[start:stop]
+    if log.uniform:
+        return part
+    time = log.time[start:stop]
+    even: Array = np.linspace(float(time[0]), float(time[-1]), stop - start)
+    return np.asarray(np.interp(even, time, part), np.float64)
+
+
+def _moved(values: Array, place: range, up: int, down: int) -> Array:
+    """The samples at the places; a signal that does not change is not touched."""
+    from scipy.signal import upfirdn
+
+    if np.ptp(values) == 0.0:
+        return np.full(len(place), values[0])
+    taps, middle = _taps(up, down), float(np.mean(values))
+    skip = len(taps) // 2  # the filter's delay, at the rate of up times the log's
+    lead = -skip % down
+    filtered = upfirdn(np.concatenate([np.zeros(lead), taps]), values - middle, up, down)
+    weight = upfirdn(np.concatenate([np.zeros(lead), taps]), np.ones(values.size), up, down)
+    first = (skip + lead) // down + place.start
+    rows = slice(first, first + len(place))
+    return np.asarray(filtered[rows] / weight[rows] + middle, np.float64)
+
+
+@cache
+def _taps(up: int, down: int) -> Array:
+    """The low-pass at ``up`` times the log's rate: symmetric, so that nothing moves in time."""
+    from scipy.signal import firwin
+
+    half = _REACH * max(up, down)
+    return np.asarray(firwin(2 * half + 1, _CUTOFF / max(up, down), window=("kaiser", _KAISER)), np.float64)

@@ -1,0 +1,66 @@
+"""A law of another package is checked before it is used, and the package is named where the law fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.models.laws.law import Law, ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP
+from erclutch.registry import Plugin
+
+#: Where a law is tried: without field, in the middle, at the reference; moving either way and at rest.
+_FIELDS = np.array([0.0, 0.5, 1.0, 1.0])
+_SLIPS = np.array([0.0, -1.0, 1.0, 0.0])
+
+
+def checked(law: Any, plugin: Plugin) -> Law:
+    """The law with its plug-in, its functions guarded: whatever they raise names the plug-in.
+
+    Raises:
+        PluginError: it is no law, calls itself otherwise than its entry point, or its columns are not what it says.
+    """
+    if not isinstance(law, Law):
+        raise plugin.fault(f"gives a {type(law).__name__}, it must be a Law of erclutch.models.laws.law")
+    if law.name != plugin.name and law.name.rpartition("-")[0] != plugin.name:
+        raise plugin.fault(f"calls itself {law.name!r}; its Law.name and its entry point must agree")
+    if law.shape[:1] != (TRANSITION_SLIP,):
+        raise plugin.fault("must have TRANSITION_SLIP of erclutch.models.laws.smooth as its first shape parameter")
+    own = replace(
+        law,
+        columns=_guarded(law.columns, plugin),
+        stimulus=None if law.stimulus is None else _guarded(law.stimulus, plugin),
+        paper_form=None if law.paper_form is None else _guarded(law.paper_form, plugin),
+        plugin=plugin,
+    )
+    _try_out(own, plugin)
+    return own
+
+
+def _guarded(function: Callable[..., Any], plugin: Plugin) -> Callable[..., Any]:
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        with plugin.working():
+            return function(*arguments)
+
+    return call
+
+
+def _try_out(law: Law, plugin: Plugin) -> None:
+    field = _FIELDS if law.stimulus is None else law.stimulus(_FIELDS, *map(typical, law.stimulus_shape))
+    columns: Any = law.columns(field, _SLIPS, *map(typical, law.shape))
+    if type(columns) is not tuple or len(cast("tuple[Any, ...]", columns)) != len(law.gains):
+        raise plugin.fault(f"must return a tuple with a column for each of its {len(law.gains)} gains, not {columns}")
+    for gain, column in zip(law.gains, cast("tuple[Any, ...]", columns), strict=True):
+        if np.shape(column) != _SLIPS.shape or not np.isfinite(column).all():
+            raise plugin.fault(f"returns for the gain {gain.name} what is no finite array of the rows: {column}")
+
+
+def typical(shape: ShapeParameter) -> float:
+    """A number from the middle of the usual range of a parameter."""
+    low, high = shape.scanned
+    return float(np.sqrt(low * high)) if shape.scale == "log" else 0.5 * (low + high)

@@ -1,0 +1,291 @@
+"""What a model is, whatever is inside: a device, a chain of stages with a law or a network, and the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import MappingError
+from erclutch.models.stages import slip_stages, stages_of
+from erclutch.models.stages.stage import Moved, Stage
+from erclutch.registry import Plugin
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+from erclutch.signals.device import DeviceName, Element, Units
+
+Pair = tuple[float, float]
+
+
+def margins(covered: Pair) -> Pair:
+    """A range widened by 1 % of its width on each side; a single value by 1 % of itself. A model guesses outside."""
+    low, high = covered
+    slack = 0.01 * ((high - low) or abs(high))
+    return low - slack, high + slack
+
+
+@dataclass(frozen=True)
+class Range:
+    """What the training data covered.
+
+    Attributes:
+        field: smallest and largest field over all elements.
+        slip: smallest and largest slip over all elements.
+        effort: smallest and largest effort.
+    """
+
+    field: Pair
+    slip: Pair
+    effort: Pair
+
+    def outside(self, data: Rows) -> NDArray[np.bool_]:
+        """Rows whose field or slip lies outside the margins, shape (n,)."""
+        out = np.zeros(data.clock.time.size, np.bool_)
+        for element in data.elements:
+            for values, covered in ((element.field, self.field), (element.slip, self.slip)):
+                low, high = margins(covered)
+                out |= (values < low) | (values > high)
+        return out
+
+
+class Rows(Protocol):
+    """What a model needs of a data set."""
+
+    @property
+    def device(self) -> DeviceName:
+        """Which device the rows are of."""
+        ...
+
+    @property
+    def elements(self) -> Sequence[Element]:
+        """Field and slip of each element."""
+        ...
+
+    @property
+    def clock(self) -> Clock:
+        """When the rows were sampled."""
+        ...
+
+    @property
+    def units(self) -> Units:
+        """Units of effort, field and slip."""
+        ...
+
+    @property
+    def extras(self) -> Mapping[str, Array]:
+        """Further logged inputs by name."""
+        ...
+
+
+class ModelStructure(Protocol):
+    """What is fitted, without numbers."""
+
+    @property
+    def device(self) -> DeviceName:
+        """Which device it is of."""
+        ...
+
+    @property
+    def specification(self) -> str:
+        """Name of the law or network."""
+        ...
+
+    @property
+    def dynamics(self) -> str:
+        """Names of the stages, joined by ``+``."""
+        ...
+
+
+class Correction(Protocol):
+    """What a network adds to a law's effort, behind the stages on the effort; it can be switched off on a target."""
+
+    @property
+    def network(self) -> Any:
+        """The network, a `NetworkModel`."""
+        ...
+
+    def inputs(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Mapping[str, Any],
+        past: Any,
+    ) -> list[Any]:
+        """All inputs of the network, elementwise on any operand; for the arguments see `Model.from_fluid`."""
+        ...
+
+    def of(self, *inputs: Any) -> Any:
+        """Effort that is added, for inputs that record."""
+        ...
+
+
+class Model(Protocol):
+    """Effort of a device from its fields, slips and further inputs."""
+
+    @property
+    def structure(self) -> ModelStructure:
+        """Which device, stages, law or network."""
+        ...
+
+    @property
+    def units(self) -> Units:
+        """Of inputs and output."""
+        ...
+
+    @property
+    def trained_on(self) -> Range:
+        """Range of the training data."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """Identifier, for example ``bingham/power+lag``."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        ...
+
+    @property
+    def period(self) -> float | None:
+        """Sampling period of the training data in s, where the model knows it."""
+        ...
+
+    @property
+    def times(self) -> Mapping[str, float]:
+        """Parameters of the stages by name."""
+        ...
+
+    @property
+    def extras(self) -> Mapping[str, Pair]:
+        """Further inputs, and the range of each."""
+        ...
+
+    @property
+    def past(self) -> tuple[int, ...]:
+        """Rows back whose signals are inputs too."""
+        ...
+
+    @property
+    def correction(self) -> Correction | None:
+        """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    @property
+    def signed(self) -> bool:
+        """Whether the sign of a field makes a difference."""
+        ...
+
+    @property
+    def numbers(self) -> Mapping[str, Any]:
+        """Everything that was fitted or measured, by name."""
+        ...
+
+    def predict(self, data: Rows) -> Array:
+        """Effort over a data set, shape (n,)."""
+        ...
+
+    def outside(self, data: Rows) -> NDArray[np.bool_]:
+        """Rows for which the effort is a guess, shape (n,)."""
+        ...
+
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
+        """Effort for the fields and slips of each element, shape (n,); ``exactly``: with the bits of the C."""
+        ...
+
+    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+        """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
+        ...
+
+    def command(self, field: Any) -> Any:
+        """What the stages on the command work on, from the field of an element; elementwise on any operand."""
+        ...
+
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+        """What the stages on the slip of each element work on, elementwise on any operand.
+
+        Args:
+            fluids: field in the fluid of each element.
+            slips: slip of each element.
+        """
+        ...
+
+    def from_fluid(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Sequence[Any],
+        past: Any,
+    ) -> Any:
+        """Effort ahead of the stages on it, elementwise on any operand.
+
+        Args:
+            fluids: field in the fluid of each element.
+            slips: slip of each element.
+            remembered: outputs of each stage on the slip, for each element.
+            extras: further inputs.
+            past: ``past(signal, rows)``, a signal so many rows back.
+        """
+        ...
+
+    def equation(self) -> list[str]:
+        """The equation and what it needs, as lines of a comment."""
+        ...
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """What the model needs of other packages."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values."""
+        ...
+
+
+def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:
+    """The stages of a model, each with its parameters by name."""
+    found: list[tuple[Stage, dict[str, float]]] = []
+    for stage in stages_of(model.structure.dynamics):
+        names = [p.name for p in stage.parameters(model.period or 1.0)]
+        found.append((stage, {name: float(model.times[name]) for name in names}))
+    return found
+
+
+def settled_memory(model: Model, moved: Sequence[Moved]) -> list[list[Sequence[Any]]]:
+    """Outputs of the stages on the slip once field and slip have long been the same, for each element."""
+    own = {stage.name: q for stage, q in stage_numbers(model)}
+    return [[stage.settled(m, own[stage.name]) for stage in slip_stages(model.structure.dynamics)] for m in moved]
+
+
+def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:
+    """The further inputs that a model needs, out of those of some rows.
+
+    Raises:
+        MappingError: one is not there.
+    """
+    for name in names:
+        if name not in given:
+            known = ", ".join(given) or "none"
+            raise MappingError(
+                f"the model's input {name!r} is not in these rows (further inputs here: {known})",
+                remedy=f"Read the log with --input {name!r}",
+            )
+    return {name: given[name] for name in names}
+
+
+def full_name(specification: str, dynamics: str) -> str:
+    """A model's identifier from those of its parts, for example ``bingham/power+lag``."""
+    return specification if dynamics == "none" else f"{specification}+{dynamics}"

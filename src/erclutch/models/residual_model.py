@@ -1,0 +1,325 @@
+"""ResidualModel: a law, and a bounded network that adds what the law misses where there were training rows.
+
+::
+
+    effort = law + weight(x) * within(network(x), -limit, limit)
+
+The inputs x are the field in the fluid, the slips, past samples of these, the memory of the law's stages, and further
+logged inputs. The network's share is added behind the stages on the effort. Without it, all is the law alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic.as_in_c import exact
+from erclutch.errors import ErclutchError, PluginError, RunError
+from erclutch.models.covered_cells import CoveredCells, within
+from erclutch.models.law_model import Structure, TorqueModel, digest_of, model_from_dict, require_schema
+from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
+from erclutch.models.networks import NetworkStructure, is_network
+from erclutch.models.networks.network_inputs import inputs_from, rows_before
+from erclutch.models.networks.network_model import NetworkModel, network_from_dict
+from erclutch.models.stages.stage import Moved
+from erclutch.registry import Plugin
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+from erclutch.signals.device import DeviceName, Element, Units
+
+KIND = "erclutch law with residual network"
+_SCHEMA = 1
+
+
+def parts_of(specification: str) -> tuple[str, str] | None:
+    """The law and the network of a name such as ``bingham+fnn-16``, stages may follow; None for any other name."""
+    law, *further = specification.replace(" ", "").split("+")
+    return (law, further[0]) if further and is_network(further[0]) else None
+
+
+@dataclass(frozen=True)
+class ResidualStructure:
+    """What is fitted, without numbers.
+
+    Attributes:
+        law: the law with all stages.
+        network: the network on the law's residual; its dynamics are those of the law.
+    """
+
+    law: Structure
+    network: NetworkStructure
+
+    @property
+    def device(self) -> DeviceName:
+        """Which device it is of."""
+        return self.law.device
+
+    @property
+    def specification(self) -> str:
+        """Names of law and network, for example ``bingham+fnn-16``."""
+        return f"{self.law.specification}+{self.network.specification}"
+
+    @property
+    def dynamics(self) -> str:
+        """Names of the law's stages."""
+        return self.law.dynamics
+
+
+@dataclass(frozen=True)
+class BoundedResidual:
+    """What the network adds to the law's effort.
+
+    Attributes:
+        network: from its inputs to the effort that the law misses.
+        limit: the largest effort that is added or taken away.
+        covered: where there were training rows.
+    """
+
+    network: NetworkModel
+    limit: float
+    covered: CoveredCells
+
+    def inputs(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Mapping[str, Any],
+        past: Callable[[Any, int], Any],
+    ) -> list[Any]:
+        """All inputs of the network, elementwise on any operand; for the arguments see `Model.from_fluid`."""
+        structure = self.network.structure
+        return inputs_from(structure, fluids, slips, remembered, [extras[n] for n in structure.extras], past)
+
+    def of(self, *inputs: Any) -> Any:
+        """Effort that is added, for inputs that record."""
+        return self._bounded(inputs, inputs[0].record("network", *inputs))
+
+    def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
+        """Effort that is added, shape (n,), for all inputs of the network (inputs, n)."""
+        return np.asarray(self._bounded(list(inputs), self.network.of_inputs(inputs, exactly=exactly)))
+
+    def _bounded(self, inputs: Sequence[Any], missed: Any) -> Any:
+        return self.covered.weight(inputs) * within(missed, -self.limit, self.limit)
+
+
+@dataclass(frozen=True)
+class ResidualModel:
+    """A law and a bounded network on its residual.
+
+    Attributes:
+        law: with its stages and numbers; it has the units and the period of all.
+        correction: what the network adds.
+    """
+
+    law: TorqueModel
+    correction: BoundedResidual
+
+    @property
+    def structure(self) -> ResidualStructure:
+        """Law, stages and network."""
+        return ResidualStructure(self.law.structure, self.correction.network.structure)
+
+    @property
+    def units(self) -> Units:
+        """Of inputs and output."""
+        return self.law.units
+
+    @property
+    def trained_on(self) -> Range:
+        """Range of the training data."""
+        return self.law.trained_on
+
+    @property
+    def name(self) -> str:
+        """Identifier, for example ``bingham+fnn-16+lag``."""
+        return full_name(self.structure.specification, self.structure.dynamics)
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return f"{self.law.title} with {self.correction.network.title} on its residual"
+
+    @property
+    def period(self) -> float:
+        """Sampling period of the training data in s."""
+        return self.law.period
+
+    @property
+    def times(self) -> Mapping[str, float]:
+        """Parameters of the stages by name."""
+        return self.law.times
+
+    @property
+    def extras(self) -> Mapping[str, Pair]:
+        """Further inputs of the law, then those of the network alone, and the range of each."""
+        return {**self.law.extras, **self.correction.network.extras}
+
+    @property
+    def past(self) -> tuple[int, ...]:
+        """Rows back whose signals are inputs of the network."""
+        return self.correction.network.past
+
+    @property
+    def signed(self) -> bool:
+        """A law sees the magnitude of the field, and the network may see its sign."""
+        return True
+
+    @property
+    def numbers(self) -> Mapping[str, Any]:
+        """Everything that was fitted or measured, by name."""
+        cells = self.correction.covered
+        network = {f"network {name}": value for name, value in self.correction.network.numbers.items()}
+        covered = {"covered from": cells.low, "covered to": cells.high, "reach": cells.reach}
+        return {**self.law.numbers, **network, "limit": self.correction.limit, **covered}
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """What the law needs of other packages."""
+        return self.law.plugins
+
+    def predict(self, data: Rows) -> Array:
+        """Effort over a data set, shape (n,), in the unit of the training data.
+
+        Raises:
+            ErclutchError: the data set is of another device or in other units, or lacks an input.
+        """
+        self.correction.network.require_period(data.clock)
+        return self.law.predict(data) + self.added(data.elements, data.clock, data.extras)
+
+    def outside(self, data: Rows) -> NDArray[np.bool_]:
+        """Rows whose field or slip lies outside what the model was trained on, shape (n,)."""
+        return self.law.outside(data)
+
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
+        """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
+        law = self.law.effort(elements, clock, extras, exactly=exactly)
+        return law + self.added(elements, clock, extras or {}, exactly=exactly)
+
+    def added(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+    ) -> Array:
+        """What the network adds to the law's effort, shape (n,).
+
+        Raises:
+            MappingError: a further input is not there.
+        """
+        inputs = residual_inputs(self.law, self.correction.network.structure, elements, clock, extras)
+        return self.correction.of_inputs(inputs, exactly=exactly)
+
+    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+        """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
+        law = self.law.steady(fields, slips, extras[: len(self.law.extras)])
+        fluids = [self.command(exact(np.atleast_1d(f))) for f in fields]
+        relative = [exact(np.atleast_1d(w)) for w in slips]
+        remembered = settled_memory(self, self.moved(fluids, relative))
+        further = dict(zip(self.extras, extras, strict=True))
+        inputs = self.correction.inputs(fluids, relative, remembered, further, lambda x, _: x)
+        return law + self.correction.of_inputs(np.array(np.broadcast_arrays(*inputs), np.float64))
+
+    def command(self, field: Any) -> Any:
+        """What the stages on the command work on, as for the law."""
+        return self.law.command(field)
+
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+        """What the stages on the slip of each element work on, as for the law."""
+        return self.law.moved(fluids, slips)
+
+    def from_fluid(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        remembered: Sequence[Sequence[Sequence[Any]]],
+        extras: Sequence[Any],
+        past: Any,
+    ) -> Any:
+        """The law's effort ahead of the stages on it; the correction comes behind them."""
+        return self.law.from_fluid(fluids, slips, remembered, extras[: len(self.law.extras)], past)
+
+    def equation(self) -> list[str]:
+        """The equation and what it needs, as lines of a comment."""
+        bounded = f"effort = law + weight * (y within -{self.correction.limit:.9g} .. {self.correction.limit:.9g})"
+        fades = "The weight is 1 where there were training rows and fades to 0 where there were none."
+        return [*self.law.equation(), "", bounded, "", fades, "", *self.correction.network.equation()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values, with a schema version and a digest over all of them."""
+        cells = self.correction.covered
+        body: dict[str, Any] = {
+            "kind": KIND,
+            "schema": _SCHEMA,
+            "law": self.law.to_dict(),
+            "network": self.correction.network.to_dict(),
+            "limit": self.correction.limit,
+            "covered": {"low": cells.low.tolist(), "high": cells.high.tolist(), "reach": cells.reach.tolist()},
+        }
+        return {**body, "digest": digest_of(body)}
+
+
+def residual_inputs(
+    law: TorqueModel,
+    structure: NetworkStructure,
+    elements: Sequence[Element],
+    clock: Clock,
+    extras: Mapping[str, Array],
+) -> Array:
+    """Inputs of a network on a law's residual, shape (inputs, n): the law's own signals, with the bits of the C.
+
+    Raises:
+        MappingError: a further input is not there.
+    """
+    further = list(further_inputs(structure.extras, extras).values())
+    q = list(law.shape.values())
+    fluids, slips, _, remembered = law.structure.signals(elements, clock, law.reference, q, exact)
+    inputs = inputs_from(structure, fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    return np.array(inputs, np.float64)
+
+
+def residual_from_dict(body: Mapping[str, Any], where: str = "model") -> ResidualModel:
+    """The model that `ResidualModel.to_dict` wrote.
+
+    Raises:
+        RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
+    """
+    require_schema(body.get("schema"), _SCHEMA, where)
+    try:
+        if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
+            raise RunError(
+                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
+            )
+        return _residual_from(body, where)
+    except (PluginError, RunError):
+        raise
+    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
+        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+
+
+def _residual_from(body: Mapping[str, Any], where: str) -> ResidualModel:
+    law = model_from_dict(body["law"], where)
+    network = network_from_dict(body["network"], where)
+    if (network.structure.device, network.structure.dynamics, network.units) != (
+        law.structure.device,
+        law.structure.dynamics,
+        law.units,
+    ):
+        raise ValueError(f"a network of {network.name} on {law.name}")
+    low, high, reach = (np.asarray(body["covered"][key], np.float64) for key in ("low", "high", "reach"))
+    count, limit = len(network.structure.inputs), float(body["limit"])
+    if low.ndim != 2 or not low.size or low.shape != high.shape or {low.shape[1], *reach.shape} != {count}:
+        raise ValueError(f"boxes of shapes {low.shape}, {high.shape}, {reach.shape} for {count} inputs")
+    if not (np.all(low <= high) and np.all(reach > 0) and np.isfinite([*low.flat, *high.flat, *reach]).all()):
+        raise ValueError("corners of the boxes")
+    if not (np.isfinite(limit) and limit > 0):
+        raise ValueError(f"limit is {limit}")
+    return ResidualModel(law, BoundedResidual(network, limit, CoveredCells(low, high, reach)))

@@ -1,0 +1,74 @@
+"""Stages by name: a file each in this folder, and those of other packages (entry point ``erclutch.stages``).
+
+A specification of stages is ``none``, a name such as ``lag``, or several names joined by ``+`` in the order of the
+signal.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import cast
+
+from erclutch import registry
+from erclutch.errors import SettingError
+from erclutch.models.stages.outside_stage import OutsideStage, made_stage
+from erclutch.models.stages.stage import Moved, Place, SlipStage, Stage
+from erclutch.registry import Plugin
+
+GROUP = "erclutch.stages"
+NONE = "none"
+
+
+@cache
+def stage_named(specification: str) -> Stage:
+    """A stage by its specification: a name, or of a family a name, a number and forms, such as ``dahl-2/field``.
+
+    Raises:
+        SettingError: there is none, or no such number or form (PluginError: a stage of another package fails).
+    """
+    name = specification.split("/")[0]
+    stem, _, digits = name.rpartition("-")
+    numbered = digits.isdecimal() and name not in registry.names(GROUP) and stem in registry.names(GROUP)
+    return made_stage(registry.find(GROUP, stem if numbered else name), specification)
+
+
+@cache
+def stages_of(specification: str) -> tuple[Stage, ...]:
+    """The stages that a specification names, in its order.
+
+    Raises:
+        SettingError: a stage that is not there.
+    """
+    if specification == NONE:
+        return ()
+    found = tuple(stage_named(name) for name in specification.split("+"))
+    names = [p.name for stage in found for p in stage.parameters(1.0)]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise SettingError(
+            f"two stages of {specification!r} have a parameter {twice}", remedy="Leave one of these stages out"
+        )
+    return found
+
+
+@cache
+def stages_at(specification: str, place: Place) -> tuple[Stage, ...]:
+    """The stages of one place."""
+    return tuple(stage for stage in stages_of(specification) if stage.place == place)
+
+
+@cache
+def remembers(stage: Stage) -> bool:
+    """Whether a stage on the slip has a state."""
+    q = {shape.name: shape.scanned[0] for shape in stage.parameters(1.0)}
+    return bool(stage.initial(Moved(0.0, 0.0), q))
+
+
+def slip_stages(specification: str) -> tuple[SlipStage, ...]:
+    """The stages on the slip."""
+    return tuple(cast(SlipStage, stage) for stage in stages_at(specification, "slip"))
+
+
+def outside_stages(specification: str) -> tuple[Plugin, ...]:
+    """The plug-ins of other packages among the stages that a specification names."""
+    return tuple(stage.plugin for stage in stages_of(specification) if isinstance(stage, OutsideStage))

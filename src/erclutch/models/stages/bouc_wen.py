@@ -1,0 +1,100 @@
+"""Bouc-Wen hysteresis with the exponent N.
+
+::
+
+    r z' = w - beta |w| |z|**(N-1) z - (1 - beta) w |z|**N,   columns z and y(E) z
+
+The published form A w - beta |w| |z|**(N-1) z - gamma w |z|**N has scales that an effort cannot tell apart. Here z ends
+at 1: beta and gamma add up to 1, and r is the published z_max / A with z_max = (A / (beta + gamma))**(1/N).
+beta = 1/2 unloads along a straight line; with N = 1 and beta = 1 this is one Dahl state. There is no form with the
+field ahead of the memory: z would end at the N-th root of the field's strength.
+
+A step is linearly implicit and of second order in the travel, and z is held within -1 and 1. With beta of at least 1/2
+and gains that are not negative the effort never gives back more than it stored while the field is constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import less_select, sign_of
+from erclutch.arithmetic.recursion import Advance, follow, steps_of
+from erclutch.models.laws.law import ShapeParameter
+from erclutch.models.stages.slip_memory import SlipMemory, travel
+from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class BoucWen(SlipMemory):
+    """The hysteresis as a stage.
+
+    Attributes:
+        exponent: N.
+    """
+
+    exponent: int = 1
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The travel, and the share of beta."""
+        return (
+            travel("r_b", "travel over which the hysteresis yields", period),
+            ShapeParameter("beta_b", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
+        )
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The state over all rows; see `Stage`."""
+        moved = (signal.slip * steps_of(clock)) / q[0]
+        way = sign_of(signal.slip)
+        return [pick(follow(_advance(self.exponent), (way,), (moved, 2.0 * q[1] - 1.0), clock)[0], rows)]
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The state has yielded in the way of the slip."""
+        return (sign_of(signal.slip),)
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled state."""
+        return {"z": sign_of(signal.slip)}
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        moved = (signal.slip * memory.number(period)) / memory.number(q["r_b"])
+        given = (moved, memory.number(2.0 * q["beta_b"] - 1.0))
+        return (memory.keep("z", _advance(self.exponent)((memory.before("z"),), given)[0]),)
+
+
+@cache
+def _advance(exponent: int) -> Advance:
+    """The step for a travel over r, and for beta - gamma, which counts while the slip runs against the state."""
+
+    def advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+        z, moved, against = before[0], given[0], given[1]
+        size = less_select(moved, 0.0, -moved, moved)
+        pull = less_select(z * moved, 0.0, against, 1.0)
+        for _ in range(exponent - 1):
+            pull = pull * less_select(z, 0.0, -z, z)
+        held_back = pull * size
+        # Not z plus a change: so written each row takes from an error of z, also in a bound that adds magnitudes.
+        after = (((0.5 * exponent - 1.0) * held_back + 1.0) * z + moved) / ((0.5 * exponent) * held_back + 1.0)
+        held = less_select(after, 1.0, after, 1.0)
+        return (less_select(-1.0, held, held, -1.0),)
+
+    return advance
+
+
+def _bouc_wen(exponent: int, _: tuple[str, ...]) -> BoucWen:
+    return BoucWen(
+        name=f"bouc-wen-{exponent}",
+        title=f"Bouc-Wen hysteresis with exponent {exponent}",
+        source="Bouc 1967 and Wen 1976, doi 10.1061/JMCEA3.0002106",
+        outputs=("b",),
+        meanings=("effort of the hysteresis",),
+        exponent=exponent,
+    )
+
+
+STAGE = StageFamily(_bouc_wen, count=1)

@@ -1,0 +1,199 @@
+"""What stands between a command and the field in the fluid: a first-order lag, then a delay.
+
+::
+
+    x' = (u - x) / tau,   tau = tau_rise while |x| grows, tau_fall while it shrinks;   field(t) = x(t - delay)
+
+discretised exactly for a command held over a sample: x_k = x_{k-1} + (1 - exp(-dt / tau)) (u_k - x_{k-1}). The state
+starts settled at the first command of each span. Between samples x is a cubic through its values and slopes, so the
+field turns smoothly with the delay and a solver can follow it. All of it is causal: the same recursion runs live.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic.as_in_c import Exact
+from erclutch.arithmetic.dual import chosen, pick, value_of
+from erclutch.arithmetic.elementary import less_select
+from erclutch.arithmetic.recursion import recur, step_of, switched
+from erclutch.errors import ExportError
+from erclutch.models.laws.law import Dimension, ShapeParameter
+from erclutch.models.stages.stage import Memory, Place
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+
+Rows = NDArray[np.int64]
+
+_MOST_ROWS = 100_000
+_TIME = Dimension(time=1)
+
+
+@dataclass(frozen=True)
+class CommandLag:
+    """The lag with its delay, as a stage.
+
+    Attributes:
+        name, title: for the command line and for people.
+        switches: whether the field falls with a time constant of its own.
+    """
+
+    name: str
+    title: str
+    switches: bool
+    source: str = "first-order model of the coil and its fluid; no publication of its own"
+    place: Place = "command"
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The dead time, then one time constant or those of rise and fall."""
+        delay = ShapeParameter("delay", "dead time between command and field", 0.0, max(0.05, 5 * period), _TIME)
+        words = (
+            {"tau_rise": "the rising field", "tau_fall": "the falling field"} if self.switches else {"tau": "the field"}
+        )
+        return delay, *(
+            ShapeParameter(name, f"time constant of {what}", 0.2 * period, 1.0, _TIME, "log")
+            for name, what in words.items()
+        )
+
+    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+        """The field in the fluid; see the function `respond`."""
+        return respond(signal, clock, delay=q[0], rise=q[1], fall=q[2] if self.switches else None, rows=rows)
+
+    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The field has settled at the first command."""
+        return {"lag": signal}
+
+    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+        """The recursion, then the cubic between the two rows around the delay.
+
+        Raises:
+            ExportError: the delay needs a history of too many rows.
+        """
+        delay, *times = q.values()
+        whole = int(delay / period)
+        if whole + 2 > _MOST_ROWS:
+            raise ExportError(
+                f"a delay of {delay:g} s is {whole} rows at a period of {period:g} s",
+                remedy=f"Give a longer --period: at most {_MOST_ROWS} rows",
+            )
+        before = memory.before("lag")
+        share, tau = (memory.number(x) for x in (-float(np.expm1(-period / times[0])), times[0]))
+        if self.switches:
+            grown = (signal - before) * before
+            share = less_select(grown, 0.0, memory.number(-float(np.expm1(-period / times[1]))), share)
+            tau = less_select(grown, 0.0, memory.number(times[1]), tau)
+        x = memory.keep("lag", share * signal - (share - 1.0) * before)
+        slope = (signal - x) / tau
+        s = ((whole + 1) * period - delay) / period
+        square, cube = s * s, s * s * s
+        old, new = (memory.back("x", x, k) for k in (whole + 1, whole))
+        slope_old, slope_new = (memory.back("slope", slope, k) for k in (whole + 1, whole))
+        bend = slope_old * (cube - 2.0 * square + s) + slope_new * (cube - square)
+        return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
+
+
+def respond(
+    command: Any, clock: Clock, *, delay: Any, rise: Any, fall: Any | None = None, rows: slice = slice(None)
+) -> Any:
+    """The field in the fluid that follows a command.
+
+    Args:
+        command: shape (n,); an array, or a dual.
+        clock: the rows' clock.
+        delay: dead time in s, not negative; number or dual.
+        rise: time constant in s, positive; number or dual.
+        fall: time constant while the field shrinks in magnitude; None: the same as rise.
+        rows: which rows of the result are wanted; the lag runs over all of them regardless.
+
+    Returns:
+        ShapeParameter (n,), or that of the rows; a dual where any argument is one.
+    """
+    x, tau = _lag(command, clock, rise, fall)
+    return _delayed(x, (command - x) / tau, clock, delay, rows)
+
+
+def _delayed(x: Any, slope: Any, clock: Clock, delay: Any, rows: slice) -> Any:
+    """x(t - delay) by the cubic through values and slopes of the two rows around it."""
+    before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
+    # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
+    reach = np.where(after > before, step, 0.0)
+    s = (lead - delay) / step
+    first, last = pick(x, before), pick(x, after)
+    square, cube = s * s, s * s * s
+    bend = pick(slope, before) * (cube - 2.0 * square + s) + pick(slope, after) * (cube - square)
+    return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
+
+
+def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array | float, Array | float]:
+    """For t - delay at each of the rows: the rows around it, t less the earlier one's time, and their distance in s."""
+    chosen, period = np.arange(clock.time.size)[rows], step_of(clock)
+    if isinstance(period, float):
+        first = np.repeat([span.start for span in clock.spans], [span.stop - span.start for span in clock.spans])[rows]
+        low, lead = chosen - int(delay / period) - 1, (int(delay / period) + 1) * period
+        return np.maximum(low, first), np.maximum(low + 1, first), lead, period
+    before, after = np.empty_like(chosen), np.empty_like(chosen)
+    lead, step = np.empty(chosen.size), np.empty(chosen.size)
+    for span in clock.spans:
+        at = slice(*np.searchsorted(chosen, (span.start, span.stop)))
+        k = chosen[at]
+        if span.stop - span.start == 1:
+            low, lead[at], step[at] = k - 1, 1.0, 1.0
+        elif span.period is not None:
+            whole = int(delay / span.period)
+            low = k - whole - 1
+            lead[at], step[at] = (whole + 1) * span.period, span.period
+        else:
+            t = clock.time[span.start : span.stop]
+            low = np.searchsorted(t, clock.time[k] - delay, side="left") - 1 + span.start
+            held = np.clip(low, span.start, span.stop - 2)
+            lead[at], step[at] = clock.time[k] - clock.time[held], clock.time[held + 1] - clock.time[held]
+        before[at], after[at] = np.maximum(low, span.start), np.maximum(low + 1, span.start)
+    return before, after, lead, step
+
+
+def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, Any]:
+    """The lagged command, and the time constant at each row."""
+    tau, share = rise, _share(clock, rise)
+    if fall is not None:
+        rising = _rising(value_of(command), clock, float(value_of(rise)), float(value_of(fall)))
+        tau, share = chosen(rising, rise, fall), chosen(rising, share, _share(clock, fall))
+    return _filter(command, clock, share), tau
+
+
+def _share(clock: Clock, tau: Any) -> Any:
+    """1 - exp(-dt / tau): one number where all rows have one step."""
+    return -np.expm1(-step_of(clock) / tau)
+
+
+def _filter(u: Any, clock: Clock, share: Any) -> Any:
+    """x_k = x_{k-1} + share_k (u_k - x_{k-1}) over each span, from x = u."""
+    return recur(1.0 - share, share * u, u, clock)
+
+
+def _rising(u: Array, clock: Clock, rise: float, fall: float) -> NDArray[np.bool_]:
+    """Rows over which the field grows in magnitude."""
+    up, down = (np.zeros(u.size) + _share(clock, tau) for tau in (rise, fall))
+    return _switched(u, clock, up, down)[1] if isinstance(u, Exact) else switched(u, up, down, clock)
+
+
+def _switched(u: Array, clock: Clock, up: Array, down: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The same, row by row: for a share of the way gone at each row while rising, and while falling."""
+    rows = list(zip(u.tolist(), up.tolist(), down.tolist(), strict=True))
+    out: list[float] = []
+    rising: list[bool] = []
+    for span in clock.spans:
+        state = rows[span.start][0]
+        out.append(state)
+        rising.append(True)
+        for command, share_up, share_down in rows[span.start + 1 : span.stop]:
+            rises = (command - state) * state >= 0.0
+            share = share_up if rises else share_down
+            state = share * command - (share - 1.0) * state
+            out.append(state)
+            rising.append(rises)
+    return np.array(out), np.array(rising, np.bool_)

@@ -1,0 +1,125 @@
+"""Dahl's memory of the slip: N states that follow the slip and saturate at its sign.
+
+::
+
+    s_i' = (w - |w| s_i) / r_i            dahl-N:        columns s_i and y(E) s_i
+    z_i' = (y(E) w - |w| z_i) / r_i       dahl-N/field:  columns z_i, the field enters ahead of the memory
+
+r_i is the travel that it takes to yield. A step is exact for a slip that is held over the sample, and costs one
+exponential a state: with g = 1 - exp(-|w| dt / r), s_k = (1 - g) s_{k-1} + g sgn w.
+
+With gains that are not negative the effort never gives back more than it stored while the field is constant, because
+s w = (r s**2 / 2)' + |w| s**2. A field that changes while a state is stretched may add energy, which the supply pays
+for: y(E) s when the field grows, z when the field falls, as it stores r z**2 / (2 y).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import sign_of
+from erclutch.arithmetic.recursion import recur, step_of
+from erclutch.models.laws.law import EFFORT, Dimension, Gain, ShapeParameter
+from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.signals.clock import Clock
+
+TRAVEL = Dimension(slip=1, time=1)
+#: Travels, over the reference slip in s, between which the states of a scan lie.
+_USUAL = (3.0, 600.0)  # sampling periods
+
+
+@dataclass(frozen=True)
+class Dahl:
+    """Dahl states as a stage.
+
+    Attributes:
+        states: N.
+        ahead: whether the field enters ahead of the memory.
+    """
+
+    states: int
+    ahead: bool
+    place: Place = "slip"
+    switches: bool = True
+    source: str = "Dahl 1968, a solid friction model; with N states Al-Bender et al. 2005, doi 10.1109/TAC.2005.858676"
+
+    @property
+    def name(self) -> str:
+        """See `Stage`."""
+        return f"dahl-{self.states}{'/field' if self.ahead else ''}"
+
+    @property
+    def title(self) -> str:
+        """See `Stage`."""
+        how = ", the field ahead of the memory" if self.ahead else ""
+        return f"memory of the slip with {self.states} Dahl state{'s' if self.states > 1 else ''}{how}"
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(f"{'z' if self.ahead else 's'}{i + 1}" for i in range(self.states))
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """Effort of each state, without field and with it."""
+        places = range(1, self.states + 1)
+        free = () if self.ahead else (Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT) for i in places)
+        return (*free, *(Gain(f"T_z{i}", f"effort of memory {i} at the reference field", EFFORT) for i in places))
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The states, and the states times the strength of the field where that is not in them yet."""
+        return tuple(outputs) if self.ahead else (*outputs, *(strength * s for s in outputs))
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
+        ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, self.states + 1).tolist()
+        return tuple(
+            ShapeParameter(
+                f"r_{i + 1}",
+                f"travel over which memory {i + 1} yields",
+                0.1 * period,
+                10.0,
+                TRAVEL,
+                "log",
+                (ends[i], ends[i + 1]),
+            )
+            for i in range(self.states)
+        )
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The states over all rows; see `Stage`."""
+        way, moved = sign_of(signal.slip), np.abs(signal.slip) * step_of(clock)
+        aim = self._aim(way, signal)
+        gone = [-np.expm1(-(moved / r)) for r in q]
+        return [pick(recur(1.0 - g, aim * g, aim, clock), rows) for g in gone]
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """All states have yielded in the way of the slip."""
+        return (self._aim(sign_of(signal.slip), signal),) * self.states
+
+    def _aim(self, way: Any, signal: Moved) -> Any:
+        return way * signal.strength if self.ahead else way
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled states."""
+        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row of each state."""
+        aim = self._aim(sign_of(signal.slip), signal)
+        moved = np.abs(signal.slip) * memory.number(period)
+        gone = [-np.expm1(-(moved / memory.number(r))) for r in q.values()]
+        return tuple(
+            memory.keep(name, (1.0 - g) * memory.before(name) + aim * g)
+            for name, g in zip(self.outputs, gone, strict=True)
+        )
+
+
+STAGE = StageFamily(
+    lambda count, forms: Dahl(count, "field" in forms), count=1, forms=("field",), ladder=("dahl/field", "dahl-2/field")
+)

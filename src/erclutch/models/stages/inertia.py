@@ -1,0 +1,66 @@
+"""Inertia between the fluid and the load cell: a gain times the acceleration, the backward difference of the slip.
+
+::
+
+    a_k = (w_k - w_{k-1}) / dt,   column a
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from erclutch.arithmetic.recursion import starts_of, steps_of
+from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
+from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """The inertia as a stage on the slip."""
+
+    name: str = "inertia"
+    title: str = "inertia, with the acceleration from the slip"
+    source: str = "Newton's second law"
+    place: Place = "slip"
+    switches: bool = False
+    outputs: tuple[str, ...] = ("a",)
+    gains: tuple[Gain, ...] = (
+        Gain("m", "inertia between fluid and load cell", Dimension(effort=1, slip=-1, time=1), nonnegative=False),
+    )
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """There are none: the inertia is a gain."""
+        return ()
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """No acceleration."""
+        return (0.0 * signal.slip,)
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The acceleration."""
+        return tuple(outputs)
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The acceleration over all rows; see `Stage`."""
+        slip: Any = signal.slip
+        before: Any = slip.copy()
+        before[1:] = slip[:-1]
+        starts = starts_of(clock)
+        before[starts] = slip[starts]
+        return [((slip - before) / steps_of(clock))[rows]]
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The slip before the first row is that of the first row."""
+        return {"slip": signal.slip}
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        before = memory.before("slip")
+        memory.keep("slip", signal.slip)
+        return ((signal.slip - before) / memory.number(period),)
+
+
+STAGE = StageFamily(lambda count, forms: Inertia(), ladder=("inertia",))

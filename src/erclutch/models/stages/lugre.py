@@ -1,0 +1,93 @@
+"""LuGre friction: bristles that bend with the slip, yield over a travel, and slip at an effort that falls with speed.
+
+::
+
+    s' = (w - |w| s / g(w)) / r,   g(w) = 1 + (h - 1) exp(-(w / w_l)**2)
+    lugre:        columns s, y(E) s, d and y(E) d with d = w - |w| s / g(w)
+    lugre/field:  s' = (y(E) w - |w| s / g(w)) / r and d = y(E) w - |w| s / g(w), columns s and d
+
+The published form has a deflection z, a stiffness sigma_0, a damping sigma_1, and efforts F_C (Coulomb) and F_S
+(static): s = sigma_0 z / F_C, r = F_C / sigma_0, h = F_S / F_C; the gain of s is F_C, and the gain of d is
+sigma_1. Its viscous part sigma_2 w is the law's. A step is exact for a slip that is held over the sample.
+
+With h = 1 and no damping this is one Dahl state. It is dissipative at a constant field while the damping is small:
+sigma_1 below 4 F_C times the least of g(w) / |w|, with which s w = (r s**2 / 2)' + |w| s**2 / g pays for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import sign_of
+from erclutch.arithmetic.recursion import recur, steps_of
+from erclutch.models.laws.law import SLIP, ShapeParameter
+from erclutch.models.stages.slip_memory import SlipMemory, travel
+from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class LuGre(SlipMemory):
+    """LuGre friction as a stage."""
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The travel of the bristles, the static effort, and the slip at which the effort has fallen."""
+        return (
+            travel("r_l", "travel over which the bristles yield", period),
+            ShapeParameter("h_l", "static effort over that at high slip", 0.2, 5.0, scale="log", usual=(0.7, 2.0)),
+            ShapeParameter("w_l", "slip over which the static effort fades", 1e-3, 3.0, SLIP, "log", (0.01, 1.0)),
+        )
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """Deflection and its rate over all rows; see `Stage`."""
+        aim, most, gone = self._row(signal, steps_of(clock), *q)
+        s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
+        return [pick(x, rows) for x in (s, self._rate(signal, aim, s, most))]
+
+    def _row(self, signal: Moved, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
+        """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
+        way = sign_of(signal.slip)
+        ratio = signal.slip / w_l
+        most = (h - 1.0) * np.exp(-(ratio * ratio)) + 1.0
+        aim = way * signal.strength if self.ahead else way
+        return aim, most, -np.expm1(-((np.abs(signal.slip) * step) / (r * most)))
+
+    @staticmethod
+    def _rate(signal: Moved, aim: Any, s: Any, most: Any) -> Any:
+        return np.abs(signal.slip) * (aim - s / most)
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The bristles have yielded in the way of the slip, and bend no further."""
+        aim, most, _ = self._row(signal, 0.0, *q.values())
+        return aim * most, self._rate(signal, aim, aim * most, most)
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled deflection."""
+        return {"s": self.settled(signal, q)[0]}
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        aim, most, gone = self._row(signal, memory.number(period), *map(memory.number, q.values()))
+        s = memory.keep("s", (1.0 - gone) * memory.before("s") + (aim * most) * gone)
+        return s, self._rate(signal, aim, s, most)
+
+
+def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
+    ahead = "field" in forms
+    return LuGre(
+        name="lugre/field" if ahead else "lugre",
+        title="LuGre friction" + (", the field ahead of the memory" if ahead else ""),
+        source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi 10.1109/9.376053",
+        outputs=("l", "ld"),
+        meanings=("effort of the bristles", "effort of the bristles' damping"),
+        ahead=ahead,
+        damping=("ld",),
+    )
+
+
+STAGE = StageFamily(_lugre, forms=("field",))

@@ -1,0 +1,100 @@
+"""A damped oscillator that follows a signal, which stages on the command and on the effort share.
+
+::
+
+    tau**2 x'' + 2 zeta tau x' + x = u
+
+The state is x and its slope v = tau x'. The signal is held over a sample, so one step is exact::
+
+    x_k = u + a11 (x_{k-1} - u) + a12 v_{k-1},   v_k = a21 (x_{k-1} - u) + a22 v_{k-1}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick, value_of
+from erclutch.arithmetic.recursion import follow, step_of
+from erclutch.models.laws.law import Dimension, ShapeParameter
+from erclutch.models.stages.stage import Memory, Place
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """The oscillator as a stage.
+
+    Attributes:
+        name, title, source, place: see `Stage`.
+        letter: ends the names of the parameters.
+    """
+
+    name: str
+    title: str
+    source: str
+    place: Place
+    letter: str
+    switches: bool = False
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The time constant and the damping; 1 / (2 pi tau) is the natural frequency."""
+        time, damping = f"tau_{self.letter}", f"zeta_{self.letter}"
+        usual = (0.5 * period, 50.0 * period)
+        return (
+            ShapeParameter(
+                time, "reciprocal of the natural angular frequency", 0.2 * period, 1.0, Dimension(time=1), "log", usual
+            ),
+            ShapeParameter(damping, "damping: below 1 it overshoots", 0.03, 5.0, scale="log", usual=(0.2, 2.0)),
+        )
+
+    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+        """What follows at some of the rows; see `Stage`."""
+        given = (signal, *coefficients(q[0], q[1], step_of(clock)))
+        return pick(follow(_advance, (signal, 0.0), given, clock, linear=True)[0], rows)
+
+    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """At rest at the signal."""
+        return {"x": signal, "v": 0.0 * signal}
+
+    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+        """One row."""
+        tau, zeta = q.values()
+        numbers = (memory.number(float(a)) for a in coefficients(tau, zeta, period))
+        x, v = _advance((memory.before("x"), memory.before("v")), (signal, *numbers))
+        memory.keep("v", v)
+        return (memory.keep("x", x),)
+
+
+def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+    u, a11, a12, a21, a22 = given[0], given[1], given[2], given[3], given[4]
+    off, v = before[0] - u, before[1]
+    return u + (a11 * off + a12 * v), a21 * off + a22 * v
+
+
+def coefficients(tau: Any, zeta: Any, step: Any) -> tuple[Any, Any, Any, Any]:
+    """The numbers a11, a12, a21, a22 for a sampling step, of numbers, arrays or duals."""
+    h = step / tau
+    swing, turn = _swing(h * h * (zeta * zeta - 1.0))
+    decay = np.exp(-(zeta * h))
+    cross = decay * (h * turn)
+    return decay * swing + zeta * cross, cross, -cross, decay * swing - zeta * cross
+
+
+def _swing(x: Any) -> tuple[Any, Any]:
+    """cosh(sqrt x) and sinh(sqrt x) / sqrt x; below zero these are a cosine and a sine."""
+    values = value_of(x)
+    if np.max(np.abs(values)) < 0.01:
+        even, odd = 1.0, 1.0
+        for k in range(6, 0, -1):
+            even, odd = 1.0 + even * x / (2 * k * (2 * k - 1)), 1.0 + odd * x / (2 * k * (2 * k + 1))
+        return even, odd
+    if np.max(values) < 0.0:
+        root = np.sqrt(-x)
+        return np.cos(root), np.sin(root) / root
+    root = np.sqrt(x)
+    grown = np.exp(root)
+    return 0.5 * (grown + 1.0 / grown), 0.5 * (grown - 1.0 / grown) / root

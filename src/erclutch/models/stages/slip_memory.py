@@ -1,0 +1,57 @@
+"""What memories of the slip share: outputs that are columns, without field and times the strength of the field."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, ShapeParameter
+from erclutch.models.stages.stage import Place
+
+TRAVEL = Dimension(slip=1, time=1)
+#: Travels, over the reference slip in s, between which the states of a scan lie.
+_USUAL = (3.0, 600.0)  # sampling periods
+
+
+@dataclass(frozen=True)
+class SlipMemory:
+    """Outputs, columns and gains of a stage on the slip.
+
+    Attributes:
+        name, title, source: see `Stage`.
+        outputs: names of the outputs.
+        meanings: what the gain of each output is.
+        ahead: whether the field enters ahead of the memory; then an output is one column, else two.
+        damping: the outputs that are slips, with a viscous gain.
+    """
+
+    name: str
+    title: str
+    source: str
+    outputs: tuple[str, ...]
+    meanings: tuple[str, ...]
+    ahead: bool = False
+    damping: tuple[str, ...] = ()
+    place: Place = "slip"
+    switches: bool = True
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """Effort of each output, without field and with it."""
+        named = list(zip(self.outputs, self.meanings, strict=True))
+        free = () if self.ahead else (Gain(f"T_{o}", f"{m} without field", self._unit(o)) for o, m in named)
+        return (*free, *(Gain(f"T_{o}y", f"{m} at the reference field", self._unit(o)) for o, m in named))
+
+    def _unit(self, output: str) -> Dimension:
+        return VISCOUS if output in self.damping else EFFORT
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The outputs, and the outputs times the strength of the field where that is not in them yet."""
+        return tuple(outputs) if self.ahead else (*outputs, *(strength * x for x in outputs))
+
+
+def travel(name: str, meaning: str, period: float, usual: tuple[float, float] = _USUAL) -> ShapeParameter:
+    """A travel as a parameter; ``usual`` counts sampling periods at the reference slip."""
+    span = (usual[0] * period, usual[1] * period)
+    return ShapeParameter(name, meaning, 0.1 * period, 10.0, TRAVEL, "log", span)

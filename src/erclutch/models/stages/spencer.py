@@ -1,0 +1,133 @@
+"""Spencer's modified Bouc-Wen model: a Bouc-Wen element, a dashpot and a spring, in series with another dashpot.
+
+::
+
+    c_1 y' = alpha z + k_0 (x - y) + c_0 (x' - y'),   effort = c_1 y' + k_1 (x - x_0)
+    z' = A v - beta |v| |z| z - gamma v |z|**2,   v = x' - y'
+    alpha = alpha_a + alpha_b u,   c_0 = c_0a + c_0b u,   c_1 = c_1a + c_1b u
+
+u is the voltage behind a first-order lag. The fit sees ratios, because an effort has one scale. With c = c_1a + c_1b at
+the reference field (u = 1), s the strength of the field, z over its end z_max = (A / (beta + gamma))**(1/2), and the
+deflection d = x - y, this stage is::
+
+    c_1 = e + (1 - e) s,   c_0 = p + p_b s,   alpha = q + q_b s          all over c; q and q_b are slips
+    v = (c_1 w - alpha z - k_0 d) / (c_0 + c_1),   d' = v
+    r z' = v (1 - z**2) while v and z agree, v (1 + (2 beta - 1) z**2) while they do not
+    column c_1 (w - v), whose gain is c
+
+So c_1a = e c, c_0a = p c, alpha_a z_max = q c, k_0 (published) = k_0 c, r = z_max / A, and beta is the published
+beta / (beta + gamma). The lag of the voltage is the stage ``lag`` on the command; k_1 and x_0 are the stage
+``stiffness`` and the offset. The published alpha, c_0 and c_1 are linear in the voltage: that is an exponent n of 1.
+
+A step is linearly implicit (trapezoidal), and z is held within -1 and 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import less_select
+from erclutch.arithmetic.recursion import follow, steps_of
+from erclutch.models.laws.law import SLIP, VISCOUS, Dimension, Gain, ShapeParameter
+from erclutch.models.stages.slip_memory import travel
+from erclutch.models.stages.stage import Memory, Moved, Place
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class Spencer:
+    """The model's two states as a stage on the slip."""
+
+    name: str = "spencer"
+    title: str = "modified Bouc-Wen model"
+    source: str = "Spencer, Dyke, Sain and Carlson 1997, doi 10.1061/(ASCE)0733-9399(1997)123:3(230)"
+    place: Place = "slip"
+    switches: bool = True
+    outputs: tuple[str, ...] = ("u",)
+    gains: tuple[Gain, ...] = (Gain("c_y", "dashpot in series (c_1) at the reference field", VISCOUS),)
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """All but the scale of the effort."""
+        share, small, slip = (0.03, 1.0), (1e-3, 1.0), (0.01, 3.0)
+        return (
+            ShapeParameter("e_y", "c_1 without field over c_1", 1e-3, 1.0, scale="log", usual=share),
+            ShapeParameter("p_y", "c_0 without field over c_1", 1e-4, 30.0, scale="log", usual=small),
+            ShapeParameter("p_yb", "growth of c_0 with the field over c_1", 1e-4, 30.0, scale="log", usual=small),
+            ShapeParameter("q_y", "yield effort without field over c_1", 1e-3, 30.0, SLIP, "log", slip),
+            ShapeParameter("q_yb", "growth of the yield effort with the field over c_1", 1e-3, 30.0, SLIP, "log", slip),
+            ShapeParameter(
+                "k_y", "spring beside the hysteresis over c_1", 1e-3, 1e3, Dimension(time=-1), "log", (0.03, 30.0)
+            ),
+            travel("r_y", "travel over which the hysteresis yields", period),
+            ShapeParameter("beta_y", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
+        )
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The effort over that of the dashpot in series: the field is in it."""
+        return tuple(outputs)
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The column over all rows; see `Stage`."""
+        given = _given(signal, q, steps_of(clock))
+        z, d = follow(_advance, (_yielded(given), 0.0), given, clock)
+        return [pick(_effort(z, d, given), rows)]
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The hysteresis has yielded as far as the slip takes it; the spring counts from zero."""
+        given = _given(signal, list(q.values()), 0.0)
+        return (_effort(_yielded(given), 0.0, given),)
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled states."""
+        return {"z": _yielded(_given(signal, list(q.values()), 0.0)), "d": 0.0 * signal.slip}
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        given = _given(signal, [memory.number(x) for x in q.values()], memory.number(period))
+        z, d = _advance((memory.before("z"), memory.before("d")), given)
+        return (_effort(memory.keep("z", z), memory.keep("d", d), given),)
+
+
+def _given(signal: Moved, q: Sequence[Any], step: Any) -> tuple[Any, ...]:
+    """What a row brings: the slip, the step, c_0, c_1, alpha, k_0, r and beta - gamma."""
+    e, p, p_b, q_0, q_b, k_0, r, beta = q
+    s = signal.strength
+    return signal.slip, step, p + p_b * s, e + (1.0 - e) * s, q_0 + q_b * s, k_0, r, 2.0 * beta - 1.0
+
+
+def _yielded(given: tuple[Any, ...]) -> Any:
+    """The z at which the hysteresis carries the effort of the slip, at most 1."""
+    z = (given[3] * given[0]) / given[4]
+    held = less_select(z, 1.0, z, 1.0)
+    return less_select(-1.0, held, held, -1.0)
+
+
+def _effort(z: Any, d: Any, given: tuple[Any, ...]) -> Any:
+    w, _, c_0, c_1, alpha, k_0, _, _ = given
+    return c_1 * (((alpha * z + c_0 * w) + k_0 * d) / (c_0 + c_1))
+
+
+def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Both states after a step: rates, their derivatives, and Cramer's rule for the implicit part."""
+    z, d = before[0], before[1]
+    w, step, c_0, c_1 = given[0], given[1], given[2], given[3]
+    alpha, k_0, r, against = given[4], given[5], given[6], given[7]
+    total = c_0 + c_1
+    a, k = alpha / total, k_0 / total
+    v = ((c_1 * w - alpha * z) - k_0 * d) / total
+    pull = less_select(z * v, 0.0, -against, 1.0) * (z * z)
+    left = (1.0 - pull) / r
+    bend = less_select(z * v, 0.0, against, 1.0) * less_select(z, 0.0, -z, z) * less_select(v, 0.0, -v, v)
+    half = 0.5 * step
+    m11 = 1.0 + half * (a * left + 2.0 * bend / r)
+    m12, m21, m22 = half * (k * left), half * a, 1.0 + half * k
+    move = (step * v) / (m11 * m22 - m12 * m21)
+    after = z + move * (left * m22 - m12)
+    held = less_select(after, 1.0, after, 1.0)
+    return less_select(-1.0, held, held, -1.0), d + move * (m11 - m21 * left)
+
+
+STAGE = Spencer()

@@ -1,0 +1,160 @@
+"""What a stage is: a small system with a memory that stands before or behind a law or a network.
+
+A model is a chain::
+
+    command -> [stages on the command] -> law or network <- [stages on the slip] <- slip
+                                               |
+                                    [stages on the effort] -> effort
+
+A stage says its step once, in elementwise arithmetic. The exported C, the other targets and predictions with the C's
+bits are made from a record of that step. A fit uses `Stage.respond`, which may be faster and carries derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
+
+from erclutch.models.laws.law import Gain, ShapeParameter
+from erclutch.signals.clock import Clock
+
+#: What a stage works on: the command or the slip of each element, or the effort of the device.
+Place = Literal["command", "slip", "effort"]
+
+
+class Moved(NamedTuple):
+    """What a stage on the slip works on.
+
+    Attributes:
+        slip: of the element, over the reference slip; positive the way in which the element drives.
+        strength: how strong the field in the fluid makes the yield effort, 1 at the reference field.
+    """
+
+    slip: Any
+    strength: Any
+
+
+class Memory(Protocol):
+    """What a stage remembers while its step is computed.
+
+    In the first row every number of the state has the value that `Stage.initial` gives, before and after the step.
+    """
+
+    def before(self, name: str) -> Any:
+        """The value of a number after the row before."""
+        ...
+
+    def keep(self, name: str, value: Any) -> Any:
+        """Set a number for the next row, and return the value that is kept: in the first row the initial one."""
+        ...
+
+    def back(self, name: str, value: Any, rows: int) -> Any:
+        """A signal so many rows back; before the first row the signal was as in the first row."""
+        ...
+
+    def number(self, value: float) -> Any:
+        """A constant as an operand, so that arithmetic on it rounds as in the export's precision."""
+        ...
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """A stage of a model. Its functions take one element; each element has a memory of its own."""
+
+    @property
+    def name(self) -> str:
+        """Identifier on the command line, for example ``lag``."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        ...
+
+    @property
+    def source(self) -> str:
+        """Where it is published."""
+        ...
+
+    @property
+    def place(self) -> Place:
+        """What it works on."""
+        ...
+
+    @property
+    def switches(self) -> bool:
+        """Whether the step asks for the sign of its signal; then a signal of no size is all rounding."""
+        ...
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The nonlinear parameters, for data sampled at a period in s."""
+        ...
+
+    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+        """The output over all rows, for fits; of a stage on the slip a list of all outputs.
+
+        Args:
+            signal: shape (n,); an array or a dual, of a stage on the slip a `Moved` of such. An `Exact` array asks for
+                the bits of the step.
+            clock: when the rows were sampled. Each span starts anew.
+            q: the parameters; numbers or duals.
+            rows: which rows of the result are wanted.
+        """
+        ...
+
+    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The state once the signal has long been the same, by name."""
+        ...
+
+    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row: the outputs, of which a stage on the command or on the effort has one.
+
+        Args:
+            memory: the state.
+            signal: what comes in.
+            q: the parameters by name.
+            period: sampling period in s.
+        """
+        ...
+
+
+@runtime_checkable
+class SlipStage(Stage, Protocol):
+    """A stage on the slip: it gets a `Moved`, and its outputs are further columns of a law, or inputs of a network."""
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        ...
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """The linear parameters that a law gets for the stage, one a column."""
+        ...
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The outputs once slip and strength have long been the same; elementwise on any operand."""
+        ...
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """A law's columns from the outputs and the strength of the field; elementwise on any operand."""
+        ...
+
+
+@dataclass(frozen=True)
+class StageFamily:
+    """What a stage's file brings under the name ``STAGE`` where users choose a number or a form of it.
+
+    Attributes:
+        make: the stage for a number and forms.
+        count: the number that the name alone stands for; None where there is none to choose.
+        forms: words that may follow after slashes.
+        ladder: specifications that `fit.ladder` tries on the best law by itself, from the simplest to the richest; a
+            richer one takes the place of a simpler one of the family.
+    """
+
+    make: Callable[[int, tuple[str, ...]], Stage]
+    count: int | None = None
+    forms: tuple[str, ...] = ()
+    ladder: tuple[str, ...] = ()

@@ -1,0 +1,69 @@
+"""Stiffness beside the fluid: a gain times the travel, the slip summed up since the start of the stretch.
+
+::
+
+    x_k = c x_{k-1} + w_k dt,   c = exp(-dt / tau_x),   column x
+
+A leak with the time constant tau_x forgets what a sensor's zero would pile up; where the position is logged, take the
+position itself as a further input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.recursion import recur, steps_of
+from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
+from erclutch.models.stages.stage import Memory, Moved, Place
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """The stiffness as a stage on the slip."""
+
+    name: str = "stiffness"
+    title: str = "stiffness, with the travel from the slip"
+    source: str = "Hooke's law"
+    place: Place = "slip"
+    switches: bool = False
+    outputs: tuple[str, ...] = ("x",)
+    gains: tuple[Gain, ...] = (
+        Gain("k", "stiffness beside the fluid", Dimension(effort=1, slip=-1, time=-1), nonnegative=False),
+    )
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The time constant of the leak."""
+        usual = (100.0 * period, 1e4 * period)
+        meaning = "time after which the travel is forgotten"
+        return (ShapeParameter("tau_x", meaning, 10.0 * period, 1e6 * period, Dimension(time=1), "log", usual),)
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The travel is counted from zero: a slip that lasts has none that is known."""
+        return (0.0 * signal.slip,)
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The travel."""
+        return tuple(outputs)
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The travel over all rows; see `Stage`."""
+        steps = steps_of(clock)
+        return [pick(recur(np.exp(-steps / q[0]), signal.slip * steps, 0.0, clock), rows)]
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The travel starts at zero."""
+        return {"travel": 0.0 * signal.slip}
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        keep = memory.number(float(np.exp(-period / q["tau_x"])))
+        return (memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period)),)
+
+
+STAGE = Stiffness()

@@ -1,0 +1,94 @@
+"""Stop operators after Prandtl and Ishlinskii: N springs, each in series with a slider of dry friction.
+
+::
+
+    s_k = clip(s_{k-1} + w dt / r_i, -1, 1)             stops-N:        columns s_i and y(E) s_i
+    z_k = clip(z_{k-1} + y(E) w dt / r_i, -y(E), y(E))  stops-N/field:  columns z_i, the field in spring and slider
+
+r_i is the travel from rest to yield. A step is exact for a slip that is held over the sample, and costs no exponential.
+With gains that are not negative the effort never gives back more than it stored while the field is constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import less_select, sign_of
+from erclutch.arithmetic.recursion import follow, steps_of
+from erclutch.models.laws.law import ShapeParameter
+from erclutch.models.stages.slip_memory import SlipMemory, travel
+from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.signals.clock import Clock
+
+_LEAST, _MOST = 3.0, 600.0
+
+
+@dataclass(frozen=True)
+class Stops(SlipMemory):
+    """Stop operators as a stage."""
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The travel of each stop; a scan looks for them in neighbouring parts of the usual range."""
+        count = len(self.outputs)
+        ends = np.geomspace(_LEAST, _MOST, count + 1).tolist()
+        return tuple(
+            travel(f"r_p{i + 1}", f"travel over which stop {i + 1} yields", period, (ends[i], ends[i + 1]))
+            for i in range(count)
+        )
+
+    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The states over all rows; see `Stage`."""
+        moved, edge = self._given(signal, steps_of(clock))
+        aim = sign_of(signal.slip) * edge
+        return [pick(follow(_advance, (aim,), (moved / r, edge), clock)[0], rows) for r in q]
+
+    def _given(self, signal: Moved, step: Any) -> tuple[Any, Any]:
+        """Travel of a row, and where the states stop."""
+        moved = signal.slip * step
+        return (moved * signal.strength, signal.strength) if self.ahead else (moved, 1.0)
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """All states have yielded in the way of the slip."""
+        way = sign_of(signal.slip)
+        return ((way * signal.strength if self.ahead else way),) * len(self.outputs)
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled states."""
+        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
+
+    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row of each state."""
+        moved, edge = self._given(signal, memory.number(period))
+        return tuple(
+            memory.keep(name, _advance((memory.before(name),), (moved / memory.number(r), edge))[0])
+            for name, r in zip(self.outputs, q.values(), strict=True)
+        )
+
+
+def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+    moved, edge = before[0] + given[0], given[1]
+    held = less_select(moved, edge, moved, edge)
+    return (less_select(-edge, held, held, -edge),)
+
+
+def _stops(count: int, forms: tuple[str, ...]) -> Stops:
+    ahead = "field" in forms
+    outputs = tuple(f"{'q' if ahead else 'p'}{i + 1}" for i in range(count))
+    return Stops(
+        name=f"stops-{count}{'/field' if ahead else ''}",
+        title=f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
+        + (", the field ahead of the memory" if ahead else ""),
+        source="Prandtl 1928 and Ishlinskii 1944; stop operators after Brokate and Sprekels 1996, "
+        "doi 10.1007/978-1-4612-4048-8",
+        outputs=outputs,
+        meanings=tuple(f"effort of stop {i + 1}" for i in range(count)),
+        ahead=ahead,
+    )
+
+
+STAGE = StageFamily(_stops, count=1, forms=("field",))

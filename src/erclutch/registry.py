@@ -1,0 +1,225 @@
+"""Plug-ins by name: laws, readers, stages, targets and rigs, those of erclutch and those of other packages.
+
+Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
+folder that assigns the group's `mark` at its top level (``LAW = ...`` in ``models/laws/casson.py`` is the law
+``casson``); there is no list of them. One of another package is an entry point of the group that names such a value::
+
+    [project.entry-points."erclutch.laws"]
+    robertson-stiff = "erclutch_law_robertson_stiff:LAW"
+
+Nothing of a plug-in is imported before its value is asked for. Where a name stands twice, ours is taken.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import import_module
+from importlib.resources import files
+from typing import Any, NamedTuple, cast
+
+from erclutch._version import __version__
+from erclutch.errors import ErclutchError, PluginError, SettingError
+
+
+class _Group(NamedTuple):
+    kind: str  # what a plug-in of the group is called
+    folder: str  # of the package, with a file for each of ours
+    mark: str  # what the file assigns at its top level: the plug-in's value
+    module: bool = False  # the file itself is the value, and the mark one of several names that it must hold
+
+
+_GROUPS: Mapping[str, _Group] = {
+    "erclutch.laws": _Group("law", "models/laws", "LAW"),
+    "erclutch.readers": _Group("reader", "logs/readers", "READER"),
+    "erclutch.stages": _Group("stage", "models/stages", "STAGE"),
+    "erclutch.targets": _Group("target", "export/targets", "TITLE", module=True),
+    "erclutch.rigs": _Group("rig", "rig", "RIG"),
+}
+GROUPS = tuple(_GROUPS)
+_PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """One plug-in. Its value is imported when it is first asked for.
+
+    Attributes:
+        group: one of `GROUPS`.
+        name: by which users choose it.
+        source: where its value is, ``module:attribute`` or ``module``.
+        package: that brings it, as pip calls it; ``erclutch`` for our own.
+        version: of that package.
+    """
+
+    group: str
+    name: str
+    source: str
+    package: str = "erclutch"
+    version: str = __version__
+
+    @property
+    def own(self) -> bool:
+        """Whether it is one of ours."""
+        return self.package == "erclutch"
+
+    @property
+    def label(self) -> str:
+        """Package and version, for people."""
+        return f"{self.package} {self.version}"
+
+    @cached_property
+    def value(self) -> Any:
+        """What the group's contract asks for.
+
+        Raises:
+            PluginError: a plug-in of another package cannot be imported.
+        """
+        module, _, attribute = self.source.partition(":")
+        with self.working("cannot be loaded"):
+            value: Any = import_module(module)
+            for part in attribute.split(".") if attribute else ():
+                value = getattr(value, part)
+            return value
+
+    @contextmanager
+    def working(self, doing: str = "failed") -> Generator[None]:
+        """What it raises while it works is told with its name and package. Our own raise as they are.
+
+        Args:
+            doing: what is said of it then, for example "failed on run1.csv".
+        """
+        try:
+            yield
+        except ErclutchError:
+            raise
+        except (Exception, SystemExit) as error:  # somebody else's code: whatever it raises is told, not our crash
+            if self.own:
+                raise
+            said = " ".join(str(error).split())[:300] or "no reason given"
+            raise self.fault(f"{doing}: {type(error).__name__}: {said}") from error
+
+    def of_type(self, kind: type[Any]) -> Any:
+        """The value, if it is of a type.
+
+        Raises:
+            PluginError: it is of another, or cannot be imported.
+        """
+        if not isinstance(self.value, kind):
+            given = type(self.value).__name__
+            raise self.fault(f"is of type {given}, it must be {kind.__name__} (of {kind.__module__})")
+        return self.value
+
+    def fault(self, what: str) -> PluginError:
+        """What is wrong with it, with its name, package and version, to be raised."""
+        remedy = (
+            f"Tell its author, install another version of {self.package}, or remove it: pip uninstall {self.package}"
+        )
+        return PluginError(f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}", remedy=remedy)
+
+    def to_dict(self) -> dict[str, str]:
+        """What a file says of a plug-in that it needs."""
+        return {"group": self.group, "name": self.name, "package": self.package, "version": self.version}
+
+
+def names(group: str) -> tuple[str, ...]:
+    """Names of a group's plug-ins: ours, then those of other packages."""
+    return tuple(dict.fromkeys(plugin.name for plugin in plugins(group)))
+
+
+def plugins(group: str) -> tuple[Plugin, ...]:
+    """A group's plug-ins: ours, then those of other packages but for names that are ours."""
+    own = _own(group)
+    return (*own.values(), *(plugin for plugin in _others(group) if plugin.name not in own))
+
+
+def hidden(group: str) -> tuple[Plugin, ...]:
+    """Plug-ins of other packages that are not used, because their name is one of ours."""
+    return tuple(plugin for plugin in _others(group) if plugin.name in _own(group))
+
+
+def find(group: str, name: str) -> Plugin:
+    """The plug-in of a name. Other packages are looked at only where it is none of ours.
+
+    Raises:
+        SettingError: there is none (PluginError: two packages have one of this name).
+    """
+    own = _own(group).get(name)
+    if own is not None:
+        return own
+    found = [plugin for plugin in _others(group) if plugin.name == name]
+    if not found:
+        raise unknown(group, name)
+    if len(found) > 1:
+        kind, packages = _GROUPS[group].kind, [plugin.package for plugin in found]
+        problem = f"the {kind} {name!r} is in {len(found)} packages: {', '.join(packages)}"
+        raise PluginError(problem, remedy=f"Remove all but one of them: pip uninstall {packages[-1]}")
+    return found[0]
+
+
+def unknown(
+    group: str, name: str, known: Iterable[str] = (), where: str = "", error: type[ErclutchError] = SettingError
+) -> ErclutchError:
+    """That there is no plug-in of a name, to be raised.
+
+    Args:
+        group: one of `GROUPS`.
+        name: what was asked for.
+        known: what may be asked for; the plug-ins' names by default.
+        where: the option or file at fault.
+        error: its class.
+    """
+    offered = tuple(known) or names(group)
+    near = difflib.get_close_matches(name, offered, n=1)
+    hint = f"Did you mean {near[0]}? " if near else ""
+    return error(f"unknown {_GROUPS[group].kind} {name!r}", where=where, remedy=f"{hint}Known are {', '.join(offered)}")
+
+
+def require(needed: Any, where: str) -> None:
+    """Look whether the plug-ins that a file names (a list of `Plugin.to_dict`) are there.
+
+    Raises:
+        PluginError: one is not, and the remedy says which package to install; or the entry is none.
+    """
+    for entry in cast("list[object]", needed) if isinstance(needed, list) else [needed]:
+        named = cast("dict[str, object]", entry) if isinstance(entry, dict) else {}
+        group, name, package = (str(named.get(key, "")) for key in ("group", "name", "package"))
+        if group not in _GROUPS or not _PACKAGE.fullmatch(package):
+            remedy = "Restore the file, or make it again"
+            raise PluginError(f"{entry!r:.100} names no plug-in", where=where, remedy=remedy)
+        if name not in names(group):
+            what = f"the {_GROUPS[group].kind} {name!r} of {package} {named.get('version', '')}"
+            remedy = f"Install it: pip install {package}"
+            raise PluginError(f"{what} is needed and not installed", where=where, remedy=remedy)
+
+
+@cache
+def _own(group: str) -> Mapping[str, Plugin]:
+    """Ours, by the files in the group's folder that hold its mark."""
+    where = _GROUPS[group]
+    marked = re.compile(rf"^{where.mark}\b.*=", re.MULTILINE)
+    folder = files("erclutch").joinpath(where.folder)
+    stems = sorted(
+        file.name.removesuffix(".py")
+        for file in folder.iterdir()
+        if file.name.endswith(".py") and marked.search(file.read_text(encoding="utf-8"))
+    )
+    package, tail = f"erclutch.{where.folder.replace('/', '.')}", "" if where.module else f":{where.mark}"
+    plain = {stem.replace("_", "-"): stem for stem in stems}
+    return {name: Plugin(group, name, f"{package}.{stem}{tail}") for name, stem in plain.items()}
+
+
+@cache
+def _others(group: str) -> tuple[Plugin, ...]:
+    """Those of other packages, by name."""
+    from importlib.metadata import entry_points
+
+    found: list[Plugin] = []
+    for point in entry_points(group=group):
+        package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
+        found.append(Plugin(group, point.name, point.value.partition("[")[0].strip(), package, version))
+    return tuple(sorted(found, key=lambda plugin: (plugin.name, plugin.package)))

@@ -1,0 +1,97 @@
+"""Equations of laws are MathML, a term a formula, made from the functions that are fitted.
+
+SymPy takes a second to make them, so they are kept in the user's cache, under a digest of what the law computes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+from functools import cache
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from markupsafe import Markup
+
+from erclutch.arithmetic.operand import Operand
+from erclutch.errors import RunError
+from erclutch.files import cache_folder
+from erclutch.models.laws import Law, law_from_name
+from erclutch.report.plots.paper_style import placed
+from erclutch.signals.device import DeviceName
+
+_MAKERS = ("models/laws/symbolic.py", "report/html/equations.py")
+
+
+@cache
+def terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
+    """Gain times column of each term of a law's effort for w > 0."""
+    law = law_from_name(specification, device)
+    kept = cache_folder() / f"equation-{_digest(law)[:24]}.json"
+    terms = _read(kept)
+    if terms is None:
+        terms = made_terms(law)
+        _keep(kept, terms)
+    return tuple(map(Markup, terms))
+
+
+def made_terms(law: Law) -> list[str]:
+    """The terms as MathML, made by SymPy now."""
+    from sympy.printing.mathml import mathml
+
+    from erclutch.models.laws import symbolic
+
+    def written(gain: Any, column: Any) -> str:
+        body = str(mathml(column, printer="presentation"))
+        fenced = f"<mo>(</mo>{body}<mo>)</mo>" if column.is_Add else body
+        return str(mathml(gain, printer="presentation")) + fenced
+
+    return [written(gain, column) for gain, column in symbolic.short_terms(law)]
+
+
+class _Words(Operand):
+    """An operand that writes down in words what is done to it."""
+
+    __slots__ = ("text",)
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        return _Words(f"{ufunc.__name__}.{method}({', '.join(map(_text, inputs))}{kwargs or ''})")
+
+
+def _text(x: Any) -> str:
+    return x.text if isinstance(x, _Words) else repr(x)
+
+
+def _digest(law: Law) -> str:
+    """Of all that the equation follows from: what the law computes, its names, and the code that writes it."""
+    field: Any = _Words("E")
+    if law.stimulus is not None:
+        field = law.stimulus(field, *(_Words(shape.name) for shape in law.stimulus_shape))
+    columns = law.columns(field, _Words("w"), *(_Words(shape.name) for shape in law.shape))
+    names = [gain.name for gain in law.gains], [(shape.name, shape.lower >= 0) for shape in law.shape]
+    digest = hashlib.sha256(repr((names, [_text(column) for column in columns], version("sympy"))).encode())
+    for maker in _MAKERS:
+        digest.update(files("erclutch").joinpath(maker).read_bytes())
+    return digest.hexdigest()
+
+
+def _read(kept: Path) -> list[str] | None:
+    try:
+        terms: object = json.loads(kept.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    sound = isinstance(terms, list) and all(isinstance(term, str) for term in cast("list[object]", terms))
+    return cast("list[str]", terms) if sound else None
+
+
+def _keep(kept: Path, terms: list[str]) -> None:
+    """Write the file, whole or not at all; a cache that cannot be written costs a second the next time, no more."""
+    with contextlib.suppress(RunError), placed(kept) as partial:
+        partial.write_text(json.dumps(terms), encoding="utf-8")

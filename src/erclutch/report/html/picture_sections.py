@@ -1,0 +1,139 @@
+"""These sections show pictures: the error map, how errors are distributed, what is left, flow curves, loops."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from erclutch.report.html.section import Section
+from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
+from erclutch.report.numbers.error_map import ErrorMap
+from erclutch.report.numbers.number_text import count, number, percent
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.error_map_plot import describe_error_map, worst_cell
+from erclutch.report.plots.flow_curves_plot import flow_panels
+from erclutch.report.plots.loops_plot import describe_loops
+from erclutch.report.plots.parity_plot import describe_parity
+from erclutch.report.plots.residual_plot import describe_residual
+from erclutch.report.plots.svg_painter import RAMP, inside
+
+#: Share of its box below which a loop is closed.
+_NARROW = 0.02
+
+
+def _error_map(material: Material) -> dict[str, Any]:
+    """Two maps an element."""
+    panels = describe_error_map(material).panels
+    (error,), (rows,) = panels[0].cells(), panels[1].cells()
+    return {
+        "pairs": list(zip(panels[::2], panels[1::2], strict=True)),
+        "grids": [_grid(material, m) | {"inside": inside(panels[0])} for m in material.error_maps],
+        "error_steps": [number(top, 2) for top in error.largest(RAMP)],
+        "row_steps": [count(round(top)) for top in rows.largest(RAMP)],
+        "error_label": error.label,
+        "lead": _holes(material),
+    }
+
+
+def _holes(material: Material) -> str:
+    worst = " ".join(text for text in (worst_cell(material, m) for m in material.error_maps) if text)
+    blind = max(m.blind_share for m in material.error_maps)
+    if not blind:
+        return f"{worst} Every row held out lies in a cell that training rows reach."
+    return f"{worst} {percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
+
+
+def _grid(material: Material, found: ErrorMap) -> dict[str, Any]:
+    """For the readout under the pointer."""
+    rmse = np.where(np.isfinite(found.rmse), found.rmse * material.effort.factor, -1.0)
+    return {
+        "name": material.element_name(found.element),
+        "field": [float(f"{v:.4g}") for v in found.field_edges * material.field.factor],
+        "slip": [float(f"{v:.4g}") for v in found.slip_edges * material.slip.factor],
+        "train": found.train.tolist(),
+        "test": found.test.tolist(),
+        "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
+        "units": [material.field.unit, material.slip.unit, material.effort.unit],
+    }
+
+
+def _parity(material: Material) -> dict[str, Any]:
+    """Estimated against measured; how errors are distributed."""
+    return {"figures": describe_parity(material).panels}
+
+
+def _residual(material: Material) -> dict[str, Any] | None:
+    """In frequency and in time."""
+    power, memory = material.spectrum, material.autocorrelation
+    if power is None or memory is None:
+        return None
+    return {"figures": describe_residual(material).panels, "lead": _remains(material, power, memory)}
+
+
+def _remains(material: Material, power: Spectrum, memory: Autocorrelation) -> str:
+    name = material.recommended
+    rows = material.body["test_rows"]
+    free = min(memory.independent[name], float(rows))
+    mine, whole = power.density[name] ** 2, power.density["measured"] ** 2
+    width = np.gradient(power.frequency)
+    total = float(np.sum(mine * width))
+    running = np.cumsum(mine * width) / (total or 1.0)
+    half = float(power.frequency[int(np.searchsorted(running, 0.5))])
+    bad = power.frequency[mine > 0.5 * whole]
+    text = (
+        f"Half of the residual's power lies below {number(half, 2)} Hz. Errors come in bouts: {count(rows)} rows held "
+        f"out tell as much of their size as {count(max(1, round(free)))} independent ones."
+    )
+    if bad.size and bad.size < mine.size:
+        text += f" From about {number(float(bad[0]), 2)} Hz on, the model explains less than half of what is measured."
+    return text
+
+
+def _flow_curves(material: Material) -> dict[str, Any] | None:
+    """One small plot a law."""
+    curves = material.flow_curves
+    if not curves[0]:
+        return None
+    groups = [flow_panels(material, group) for group in curves]
+    return {
+        "groups": [
+            {
+                "element": material.element_name(k),
+                "plots": [{"name": c.model, "panel": p} for c, p in zip(*both, strict=True)],
+            }
+            for k, both in enumerate(zip(curves, groups, strict=True))
+        ],
+        "levels": [(style, label if material.field.unit else f"E = {label}") for style, label in groups[0][0].legend()],
+        "dots": any(d.size for group in curves for c in group for d in c.dots),
+    }
+
+
+def _loops(material: Material) -> dict[str, Any] | None:
+    """A row of two plots a field."""
+    if not material.effort_loops:
+        return None
+    panels = describe_loops(material).panels
+    return {"figures": panels, "models": material.looped, "lead": _drawn(material)}
+
+
+def _drawn(material: Material) -> str:
+    """How much of the measured loops the models draw."""
+    areas = material.loop_areas
+    if areas is None:
+        return "Hardly a period was held out at a steady field, and at a moving field a loop is no sign of memory."
+    wide = (
+        f"Over {count(areas.periods)} periods held out at a steady field, the loops of {material.word} over slip fill "
+        f"{percent(areas.measured, 2)} of the boxes around them"
+    )
+    if areas.measured < _NARROW:
+        return f"{wide}: this {material.word} hardly remembers the motion."
+    shares = " and ".join(f"{name} draws {percent(max(share, 0.0), 2)}" for name, share in areas.drawn.items())
+    return f"{wide}; of that area {shares}."
+
+
+ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Error map", _error_map)
+PARITY = Section("parity", "How errors are distributed", "Parity", _parity)
+RESIDUAL = Section("residual", "What is left in the residual", "Residual", _residual)
+FLOW_CURVES = Section("flow_curves", "Flow curves of the laws", "Flow curves", _flow_curves)
+LOOPS = Section("loops", "Loops of effort over slip and over travel", "Loops", _loops)

@@ -1,0 +1,124 @@
+"""The report of a comparison of runs is the same page, with runs in place of the models of one run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from erclutch.fit.scoring import BandedFigure
+from erclutch.report.html.dynamics_section import DYNAMICS
+from erclutch.report.html.picture_sections import PARITY, RESIDUAL
+from erclutch.report.html.report_page import headings, page
+from erclutch.report.html.section import Section
+from erclutch.report.html.traces_section import TRACES
+from erclutch.report.numbers.model_stages import APART, MODEL
+from erclutch.report.numbers.number_text import Scale, count, number, percent, span
+from erclutch.report.numbers.paired_runs import Contender, Pairing, apart, changes
+from erclutch.report.numbers.run_material import Material, Role
+from erclutch.report.plots.paper_style import placed
+from erclutch.runs.run_folder import Run
+from erclutch.runs.run_rows import RunRows
+
+_LONG = 60  # characters of a setting in a sentence
+_ROLES: tuple[Role, ...] = ("recommended", "best", "baseline")
+
+
+def sentence(found: Pairing, scale: Scale) -> str:
+    """What the comparison says, in a sentence or two."""
+    first, others = found.contenders[0], found.contenders[1:]
+    words: list[str] = []
+    for other in others:
+        more, share = other.more, other.share
+        if more is None or share is None:
+            continue
+        size = f"{scale.of(abs(more.value))} ({percent(abs(share.value), 2)})"
+        one, base = title_of(other), title_of(first)
+        if more.low <= 0.0 <= more.high:
+            words.append(f"{one} cannot be told from {base}: the difference of {size} may be chance")
+        else:
+            words.append(f"{one} errs by {size} {'less' if more.value < 0.0 else 'more'} than {base}")
+    return ". ".join(words) + "."
+
+
+def what_changed(found: Pairing) -> str:
+    """What the models of the runs differ in, so that a difference is credited to nothing else."""
+    return " ".join(_changed(found.contenders[0], other) for other in found.contenders[1:])
+
+
+def _changed(first: Contender, other: Contender) -> str:
+    found = changes(first, other)
+    if not found:
+        return f"The model of {other.label} is made as that of {first.label}, from the same rows."
+    parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in found]
+    doubt = "" if len(found) == 1 else " These runs do not tell what each of them does."
+    return f"From {first.label} to {other.label} changed: {'; '.join(parts)}.{doubt}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONG else f"{text[:_LONG]}…"
+
+
+def title_of(contender: Contender) -> str:
+    """Label of a run and the model that stands for it."""
+    return f"{contender.label}: {contender.model}"
+
+
+def band(figure: BandedFigure | None, factor: float, unit: str = "") -> str:
+    """A difference with its sign and band."""
+    if figure is None:
+        return ""
+    sign = "+" if figure.value > 0 else ""
+    unit = f" {unit}" if unit else ""
+    return f"{sign}{number(figure.value * factor)}{unit} ({span(figure.low * factor, figure.high * factor)})"
+
+
+@dataclass(frozen=True)
+class _Joined(Material):
+    """Runs with the same rows, as if each were a model of one run."""
+
+    found: Pairing
+
+    @cached_property
+    def shown(self) -> dict[str, Role]:
+        """The first three runs."""
+        return {title_of(c): role for c, role in zip(self.found.contenders, _ROLES, strict=False)}
+
+
+def joined(found: Pairing) -> _Joined:
+    """The material of a comparison's pictures: the first run's rows, one model a run."""
+    first = found.contenders[0]
+    entries = [{**c.run.entry(c.model), "name": title_of(c), MODEL: c.model, APART: apart(c)} for c in found.contenders]
+    body = {**first.run.body, "ranking": entries, "recommended": entries[0]["name"], "best": entries[0]["name"]}
+    predicted = {title_of(c): c.rows.predicted[c.model] for c in found.contenders}
+    return _Joined(Run(first.run.folder, body), RunRows(first.rows.data, first.rows.test, predicted), found)
+
+
+def _verdict(found: Pairing, material: Material) -> dict[str, Any]:
+    """What differs, and whether that may be chance."""
+    return {
+        "found": found,
+        "sentence": sentence(found, material.effort),
+        "changed": what_changed(found),
+        "most": max(c.figures.rmse.high for c in found.contenders) or 1.0,
+        "title_of": title_of,
+        "band": band,
+    }
+
+
+def write_comparison(found: Pairing, path: Path) -> Path:
+    """Write the report of a comparison as one HTML file, whole or not at all.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    material = joined(found)
+    sections = [Section("comparison", "Verdict", "Verdict", partial(_verdict, found))]
+    if found.whole:
+        sections += [TRACES, PARITY, RESIDUAL, DYNAMICS]
+    heading = f"{len(found.contenders)} runs on {headings(material)[0]}"
+    text = page(material, sections, heading, heading, f"{count(found.rows)} rows that all of them held out")
+    with placed(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+    return path

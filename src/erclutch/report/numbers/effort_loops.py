@@ -1,0 +1,207 @@
+"""Effort runs around a loop over slip where the device remembers: periods of the motion, measured and modelled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.report.numbers.correlation import spans_inside
+from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Span
+
+Rows = NDArray[np.intp]
+
+_RESTLESS = 0.1  # share of the largest field by which a steady field may move in a window
+_DEAD = 0.2  # share of the RMS slip within which a change of sign is noise
+_FEWEST_ROWS = 12  # of a period
+_FEWEST_PERIODS = 5  # before anything is said of all loops
+_LEVELS = 3
+_POINTS = 300  # of a curve that is drawn
+_OTHER = 0.1  # share of the largest field below which the other clutch of a pair is free
+
+
+@dataclass(frozen=True)
+class EffortLoop:
+    """A few periods of the motion of one element, at nearly one field.
+
+    Attributes:
+        element: its number, from 0.
+        held: whether the rows were held out.
+        start: time of the first row in s.
+        fields: smallest and largest magnitude of the field.
+        slip: shape (n,).
+        travel: the slip summed up over the window, around the middle of its range, shape (n,).
+        measured: effort, shape (n,).
+        modelled: effort by model, each (n,).
+    """
+
+    element: int
+    held: bool
+    start: float
+    fields: tuple[float, float]
+    slip: Array
+    travel: Array
+    measured: Array
+    modelled: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class LoopAreas:
+    """How wide loops of effort over slip are, over all periods held out in which the field hardly moves.
+
+    Attributes:
+        periods: how many.
+        measured: area of the measured loops as a share of the boxes around them; the sign is that of the usual loop.
+        drawn: share of that area that each model draws.
+    """
+
+    periods: int
+    measured: float
+    drawn: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class _Periods:
+    """Windows of an element: first rows, rows behind the last ones, whether they are held out."""
+
+    starts: Rows
+    stops: Rows
+    held: NDArray[np.bool_]
+
+
+def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
+    """Windows of a few periods, one for each of a few fields, weak fields first; empty where the slip never turns.
+
+    Rows held out come first; a field that was not held out is shown on training rows.
+    """
+    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements) or 1.0
+    found: list[EffortLoop] = []
+    for element in range(len(rows.data.elements)):
+        windows = _windows(rows, element, 2)
+        field = np.abs(rows.data.elements[element].field)
+        if (
+            np.median(_reach(field, windows.starts, windows.stops) / largest if windows.starts.size else 1.0)
+            > _RESTLESS
+        ):
+            windows = _windows(rows, element, 1)
+        chosen = _chosen(rows, element, windows, largest)
+        found += [_loop(rows, models, element, windows, k) for k in chosen]
+    return found
+
+
+def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
+    """Areas of the loops over slip of the periods held out at a steady field; None where there are few.
+
+    A field that moves draws loops too, which are no memory of the slip.
+    """
+    efforts = [rows.data.effort, *(rows.predicted[name] for name in models)]
+    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements)
+    areas, boxes, periods = np.zeros(len(efforts)), 0.0, 0
+    for element, own in enumerate(rows.data.elements):
+        windows = _windows(rows, element, 1)
+        moves = _reach(np.abs(own.field), windows.starts, windows.stops)
+        usable = windows.held & (moves <= _RESTLESS * largest)
+        starts, stops = windows.starts[usable], windows.stops[usable]
+        if not starts.size:
+            continue
+        reach = _reach(own.slip, starts, stops) * _reach(rows.data.effort, starts, stops)
+        areas += [float(np.sum(_area(own.slip, effort, starts, stops))) for effort in efforts]
+        boxes, periods = boxes + float(np.sum(reach)), periods + starts.size
+    if periods < _FEWEST_PERIODS or not boxes or not areas[0]:
+        return None
+    drawn = {name: float(area / areas[0]) for name, area in zip(models, areas[1:], strict=True)}
+    return LoopAreas(periods, abs(float(areas[0])) / boxes, drawn)
+
+
+def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
+    """All windows of so many periods in which the other element of a pair is without field."""
+    data = rows.data
+    starts, stops, out = list[Rows](), list[Rows](), list[NDArray[np.bool_]]()
+    usual = float(np.sqrt(np.mean(data.elements[element].slip ** 2)))
+    for is_held in (True, False):
+        spans = spans_inside(rows, rows.test == is_held)
+        turns = [_turns(data.elements[element].slip, span, _DEAD * usual) for span in spans]
+        starts += [at[:-periods] for at in turns if at.size > periods]
+        stops += [at[periods:] for at in turns if at.size > periods]
+        out += [np.full(at.size - periods, is_held) for at in turns if at.size > periods]
+    if not starts:
+        return _Periods(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0, np.bool_))
+    first, last = np.concatenate(starts), np.concatenate(stops)
+    keep = (last - first >= periods * _FEWEST_ROWS) & _alone(rows, element, first, last)
+    return _Periods(first[keep], last[keep], np.concatenate(out)[keep])
+
+
+def _turns(slip: Array, span: Span, dead: float) -> Rows:
+    """Rows at which the slip, about its mean, turns from negative to positive; a small slip does not turn."""
+    own = slip[span.start : span.stop]
+    own = own - own.mean()
+    beyond = np.flatnonzero(np.abs(own) > dead)
+    up = np.flatnonzero((own[beyond][:-1] < 0.0) & (own[beyond][1:] > 0.0))
+    return beyond[up + 1] + span.start
+
+
+def _alone(rows: RunRows, element: int, first: Rows, last: Rows) -> NDArray[np.bool_]:
+    free = np.ones(first.size, np.bool_)
+    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements)
+    for k, other in enumerate(rows.data.elements):
+        if k != element:
+            busy = np.concatenate([[0], np.cumsum(np.abs(other.field) > _OTHER * largest)])
+            free &= busy[last] == busy[first]
+    return free
+
+
+def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> list[int]:
+    """For each of a few fields the window with the steadiest field near it and at least the usual motion."""
+    if not windows.starts.size:
+        return []
+    field, slip = np.abs(rows.data.elements[element].field), rows.data.elements[element].slip
+    starts, stops = windows.starts, windows.stops
+    mean, moved = _mean(field, starts, stops), _mean(slip * slip, starts, stops)
+    spread = _reach(field, starts, stops) / largest
+    lively = moved >= np.median(moved)
+    targets = np.linspace(float(mean.min()), float(mean.max()), _LEVELS)
+    found: list[int] = []
+    for target in targets:
+        # Rows held out first, where they have such a field.
+        off = spread + np.abs(mean - target) / largest + 0.25 * ~windows.held + 1.0 * ~lively
+        best = int(np.argmin(off))
+        if best not in found and all(abs(mean[best] - mean[k]) > 0.05 * largest for k in found):
+            found.append(best)
+    return found
+
+
+def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods, k: int) -> EffortLoop:
+    start, stop = int(windows.starts[k]), int(windows.stops[k]) + 1
+    own, time = rows.data.elements[element], rows.data.clock.time[start:stop]
+    slip, field = own.slip[start:stop], np.abs(own.field[start:stop])
+    steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
+    travel = np.concatenate([[0.0], np.cumsum(steps)])
+    travel -= 0.5 * (travel.min() + travel.max())
+    few = np.unique(np.linspace(0, slip.size - 1, min(slip.size, _POINTS)).round().astype(np.intp))
+    modelled = {name: rows.predicted[name][start:stop][few] for name in models}
+    measured = rows.data.effort[start:stop][few]
+    fields = (float(field.min()), float(field.max()))
+    return EffortLoop(
+        element, bool(windows.held[k]), float(time[0]), fields, slip[few], travel[few], measured, modelled
+    )
+
+
+def _mean(values: Array, starts: Rows, stops: Rows) -> Array:
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return (total[stops] - total[starts]) / (stops - starts)
+
+
+def _reach(values: Array, starts: Rows, stops: Rows) -> Array:
+    """Largest less smallest value of each window."""
+    return np.array([np.ptp(values[a : b + 1]) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)])
+
+
+def _area(slip: Array, effort: Array, starts: Rows, stops: Rows) -> Array:
+    """Signed area around which effort runs over slip in each window, the last row joined to the first."""
+    sums = np.concatenate([[0.0], np.cumsum(0.5 * (effort[1:] + effort[:-1]) * np.diff(slip))])
+    closing = 0.5 * (effort[starts] + effort[stops]) * (slip[starts] - slip[stops])
+    return sums[stops] - sums[starts] + closing

@@ -1,0 +1,232 @@
+"""Sections and figures of a report are made from a run, its rows, and the way its numbers are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.model import Model
+from erclutch.report.numbers.correlation import (
+    Autocorrelation,
+    Spectrum,
+    autocorrelation,
+    period_of,
+    spectrum,
+)
+from erclutch.report.numbers.effort_loops import EffortLoop, LoopAreas, effort_loops, loop_areas
+from erclutch.report.numbers.error_map import ErrorMap, error_maps
+from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, law_names
+from erclutch.report.numbers.model_stages import remembers_slip
+from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
+from erclutch.report.numbers.parity import Distribution, distributions
+from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
+from erclutch.report.numbers.windows import Windows, windows
+from erclutch.runs.run_folder import Run
+from erclutch.runs.run_rows import RunRows, read_rows
+
+Role = Literal["recommended", "best", "baseline"]
+
+
+def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
+    """Models that pictures show: the recommended, the best and the plainest one of a run (`run.json`), and why."""
+    ranking = body["ranking"]
+    picks: tuple[tuple[Role, str], ...] = (
+        ("recommended", body["recommended"]),
+        ("best", body["best"]),
+        ("baseline", _plainest(ranking)),
+    )
+    found: dict[str, Role] = {}
+    for role, name in picks:
+        found.setdefault(name, role)
+    return found
+
+
+def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:
+    """Bingham without memory where it was fitted, else the model with the fewest parameters."""
+    finite = [e for e in ranking if e["test"]["rmse"][0] is not None]
+    bingham = [e for e in finite if e["name"].startswith("bingham") and "+" not in e["name"]]
+    chosen = min(bingham or finite or ranking, key=lambda e: (e["parameters_count"], e["name"]))
+    return str(chosen["name"])
+
+
+def badge_of(body: Mapping[str, Any]) -> str:
+    """TWIN, SYNTHETIC, RECORDING, or MIXED where logs of several origins went in."""
+    origins = {str(log["origin"]) for log in body["logs"]}
+    if len(origins) > 1:
+        return "MIXED"
+    return origins.pop() or "RECORDING"
+
+
+BADGE_MEANS = {
+    "TWIN": "Data of a digital twin: made by a computer, not a measurement.",
+    "SYNTHETIC": "Made-up data for trying things out: not a measurement.",
+    "RECORDING": "Measured data, as far as the log tells.",
+    "MIXED": "Logs of different origins: measured and made by a computer.",
+}
+
+
+@dataclass(frozen=True)
+class Material:
+    """A run that is being reported, with the numbers that several sections and figures show, each made once.
+
+    Attributes:
+        run: the run.
+        rows: its rows.
+    """
+
+    run: Run
+    rows: RunRows
+
+    @property
+    def body(self) -> Mapping[str, Any]:
+        """run.json."""
+        return self.run.body
+
+    @property
+    def recommended(self) -> str:
+        """Name of the recommended model."""
+        return str(self.body["recommended"])
+
+    @cached_property
+    def shown(self) -> dict[str, Role]:
+        """Models in the pictures, and why each is shown."""
+        return shown_models(self.body)
+
+    @cached_property
+    def badge(self) -> str:
+        """Where the data come from, in a word."""
+        return badge_of(self.body)
+
+    @property
+    def print_badge(self) -> str:
+        """The same where a figure stands alone; empty for a recording."""
+        return "" if self.badge == "RECORDING" else self.badge
+
+    @property
+    def badge_means(self) -> str:
+        """The same in a sentence."""
+        return BADGE_MEANS.get(self.badge, "Made by a computer, not a measurement.")
+
+    @property
+    def word(self) -> str:
+        """What the effort is: torque, force."""
+        return effort_word(self.body["units"]["effort"])
+
+    @cached_property
+    def effort(self) -> Scale:
+        """How efforts and their errors are shown."""
+        return scale_for(self.body["units"]["effort"], float(np.std(self.rows.data.effort)))
+
+    @cached_property
+    def field(self) -> Scale:
+        """How fields are shown."""
+        return scale_for(
+            self.body["units"]["field"], max(float(np.abs(e.field).max()) for e in self.rows.data.elements)
+        )
+
+    @cached_property
+    def slip(self) -> Scale:
+        """How slips are shown."""
+        return scale_for(self.body["units"]["slip"], max(float(np.std(e.slip)) for e in self.rows.data.elements))
+
+    @cached_property
+    def period(self) -> float:
+        """Sampling period in s."""
+        return period_of(self.rows)
+
+    @cached_property
+    def windows(self) -> Windows:
+        """Sections of the log worth a close look."""
+        return windows(self.rows, self.recommended)
+
+    @cached_property
+    def models(self) -> Mapping[str, Model]:
+        """All models of the run, read from their files."""
+        return {name: self.run.model(name) for name in self.run.names}
+
+    @cached_property
+    def laws(self) -> Mapping[str, TorqueModel]:
+        """Those of them that are laws."""
+        return {name: model for name, model in self.models.items() if isinstance(model, TorqueModel)}
+
+    @cached_property
+    def error_maps(self) -> tuple[ErrorMap, ...]:
+        """Where the recommended model errs, an element each."""
+        return error_maps(self.rows, self.recommended)
+
+    @cached_property
+    def distributions(self) -> tuple[Distribution, ...]:
+        """Residuals of the shown models."""
+        return distributions(self.rows, list(self.shown))
+
+    @cached_property
+    def spectrum(self) -> Spectrum | None:
+        """Spectra of the shown models' residuals."""
+        return spectrum(self.rows, list(self.shown))
+
+    @cached_property
+    def autocorrelation(self) -> Autocorrelation | None:
+        """Autocorrelations of the shown models' residuals."""
+        return autocorrelation(self.rows, list(self.shown))
+
+    @cached_property
+    def after_switch(self) -> AfterSwitch | None:
+        """Errors of the shown models after a switch."""
+        return after_switch(self.rows, list(self.shown))
+
+    @cached_property
+    def step_responses(self) -> tuple[StepResponse, ...]:
+        """Step responses of the shown models."""
+        return step_responses(self.body, list(self.shown))
+
+    @cached_property
+    def looped(self) -> dict[str, Role]:
+        """Models whose loops are shown: the recommended one, and the best law that does not remember the slip."""
+        plain = (e["name"] for e in self.body["ranking"] if not e["fit"]["weights"] and not remembers_slip(e))
+        found: dict[str, Role] = {self.recommended: "recommended"}
+        found.setdefault(next(plain, self.recommended), "baseline")
+        return found
+
+    @cached_property
+    def effort_loops(self) -> list[EffortLoop]:
+        """Effort around a few periods of the motion, at a few fields."""
+        return effort_loops(self.rows, list(self.looped))
+
+    @cached_property
+    def loop_areas(self) -> LoopAreas | None:
+        """How wide loops of effort over slip are, over all periods held out."""
+        return loop_areas(self.rows, list(self.looped))
+
+    @property
+    def travel(self) -> Scale:
+        """How travels are shown: slips summed up over time."""
+        largest = max((float(np.abs(loop.travel).max()) for loop in self.effort_loops), default=0.0)
+        unit = self.body["units"]["slip"]
+        return scale_for(unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}*s", largest)
+
+    @cached_property
+    def flow_curves(self) -> tuple[tuple[FlowCurves, ...], ...]:
+        """Curves of each element, of each law in its best form."""
+        laws = [self.laws[name] for name in law_names(self.body)]
+        return tuple(tuple(flow_curves(self.rows, laws, k)) for k in range(len(self.rows.data.elements)))
+
+    def element_name(self, element: int) -> str:
+        """CH1 and CH2 for a pair; empty for a single device."""
+        return f"CH{element + 1}" if len(self.rows.data.elements) > 1 else ""
+
+
+def material_of(run: Run) -> Material:
+    """All that is needed of a run.
+
+    Raises:
+        RunError: a file of the run is missing or was changed.
+    """
+    made = Material(run, read_rows(run))
+    run.file("table.csv")
+    _ = made.models
+    return made

@@ -1,0 +1,68 @@
+"""Error after a switch of the command, and step responses of the models with a lag."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import CheckError
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.numbers.switching import AfterSwitch, StepResponse
+from erclutch.report.plots.plot_description import Axis, Line, Panel, Plot, PlotTable
+
+_Rows = list[tuple[object, ...]]
+
+
+def describe_lag(material: Material) -> Plot:
+    """One or two panels, as far as the run has switches and models with a lag.
+
+    Raises:
+        CheckError: the run has neither.
+    """
+    panels, rows = list[Panel](), _Rows()
+    if material.after_switch is not None:
+        panels.append(_after(material, material.after_switch, rows))
+    if material.step_responses:
+        panels.append(_steps(material, material.step_responses, rows))
+    if not panels:
+        raise CheckError(
+            "the command hardly ever switches and no model has a lag",
+            where=str(material.run.folder),
+            remedy="Fit with --lag auto, or log with a switched field",
+        )
+    table = PlotTable(("curve", "model", "time_s", "value"), rows)
+    return Plot(panels, table, 1.9 * len(panels), badge=material.print_badge)
+
+
+def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
+    x = np.maximum(found.since * 1e3, 0.5e3 * material.period)
+    curves = {name: rmse * material.effort.factor for name, rmse in found.rmse.items()}
+    for name, rmse in found.rmse.items():
+        rows += [("rmse", name, float(t), float(v)) for t, v in zip(found.since, rmse, strict=True)]
+    return Panel(
+        Axis("time since the command switched", "ms", float(x[0]), float(x[-1]), log=True),
+        Axis("RMSE", material.effort.unit, 0.0, 1.08 * max(float(v.max()) for v in curves.values())),
+        [Line(x, curves[name], role, name) for name, role in reversed(material.shown.items())],
+        f"RMSE over the time since the command last switched, of {', '.join(found.rmse)}.",
+        caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
+        "the model does not have.",
+    )
+
+
+def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> Panel:
+    t = np.linspace(0.0, 1.15 * max(step.settled for step in found), 241)
+    lines: list[Line] = []
+    for step in found:
+        up, down = step.up(t), step.down(t)
+        ways = {"step": up} if np.allclose(down, 1.0 - up, atol=1e-3) else {"step": up, "fall": down}
+        for name, share in ways.items():
+            label = step.model if name == "step" else ""
+            lines.append(Line(t * 1e3, share, material.shown[step.model], label))
+            rows += [(name, step.model, float(a), float(b)) for a, b in zip(t, share, strict=True)]
+    highest = max(1.05, *(1.03 * float(line.y.max()) for line in lines))
+    return Panel(
+        Axis("time since the command stepped", "ms", 0.0, float(t[-1]) * 1e3),
+        Axis("field in the fluid, share of the step", "", min(0.0, *(float(line.y.min()) for line in lines)), highest),
+        lines,
+        f"Step responses of {', '.join(s.model for s in found)}.",
+        caption="How the field in the fluid follows a step, as the models with a lag have it.",
+    )

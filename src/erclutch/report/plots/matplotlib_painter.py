@@ -1,0 +1,180 @@
+"""Plots for papers: a description drawn by matplotlib at IEEE column width, with the table beside it as CSV."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.report.plots.paper_style import BLACK, RAMPS, STYLES, new_figure, save, save_numbers, style
+from erclutch.report.plots.plot_description import (
+    PAGE,
+    Axis,
+    Band,
+    Bars,
+    Cells,
+    Dots,
+    Line,
+    Mark,
+    NamedBars,
+    Panel,
+    Plot,
+    ReferenceLine,
+)
+
+_CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
+_TIGHT = "\u00a0"
+#: Which meanings a legend names first.
+_RANKS = {"measured": 0, "recommended": 1, "best": 2, "baseline": 3}
+
+
+def save_plot(plot: Plot, *paths: Path) -> list[Path]:
+    """Write a plot as the endings of the paths say (.png, .pdf, .svg), and its table beside them.
+
+    Returns:
+        The files written, the table last.
+
+    Raises:
+        RunError: another ending, or a folder that cannot be written.
+    """
+    with style():
+        figure = new_figure(plot.height, plot.width)
+        paint(figure, plot)
+        drawn = [save(figure, path) for path in paths]
+    return [*drawn, save_numbers(paths[0].with_suffix(".csv"), plot.table.header, plot.table.rows)]
+
+
+def paint(figure: Any, plot: Plot) -> None:
+    """Draw a plot in a figure, or in a part of one; call inside `style`."""
+    rows = [plot.panels[k : k + plot.columns] for k in range(0, len(plot.panels), plot.columns)]
+    ratios = [max(panel.share for panel in row) for row in rows]
+    axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=ratios)
+    for axis in list(axes.flat)[len(plot.panels) :]:
+        axis.set_visible(False)
+    maps: dict[str, list[tuple[Any, Any]]] = {}
+    for panel, axis in zip(plot.panels, axes.flat, strict=False):
+        _panel(axis, panel)
+        for cells in panel.cells():
+            maps.setdefault(cells.label, []).append((_cells(axis, cells), axis))
+    for label, drawn in maps.items():
+        if label:
+            at = [axis for _, axis in drawn]
+            figure.colorbar(drawn[0][0], ax=at, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
+    _titles(axes, plot)
+    _legends(figure, axes, plot)
+    if plot.title:
+        figure.suptitle(plot.title, x=0.02, ha="left", fontsize=8.0)
+    if plot.columns == 1:
+        figure.align_ylabels(list(axes.flat))
+
+
+def _panel(axis: Any, panel: Panel) -> None:
+    x, y = panel.limits()
+    axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear", xlim=x, ylim=y)
+    if panel.x.whole:
+        axis.xaxis.get_major_locator().set_params(integer=True)
+    for layer, mark in enumerate(panel.marks):
+        _draw(axis, mark, 2.0 + 0.01 * layer)
+    if panel.square:
+        axis.set_aspect("equal")
+    if panel.title:
+        axis.set_title(panel.title, loc="left", fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+
+
+def _draw(axis: Any, mark: Mark, layer: float) -> None:
+    match mark:
+        case Line():
+            look = STYLES[mark.style] | ({"linestyle": (0, (3, 1.5))} if mark.dashed else {})
+            look |= {"marker": "o", "markersize": 2.5} if mark.marked else {}
+            layer += 0.5 if "linestyle" in look else 0.0  # dashes over a solid line leave both to be seen
+            axis.plot(*mark.corners(), label=mark.label or None, zorder=layer, **look)
+        case Dots():
+            colour, size = STYLES[mark.style]["color"], 1.8 * mark.size
+            alpha, label = (0.6, None) if not mark.label else (1.0, mark.label)
+            axis.plot(mark.x, mark.y, ".", ms=size, mew=0, color=colour, alpha=alpha, label=label, zorder=layer)
+        case Bars():
+            look = {"color": STYLES[mark.style]["color"], "label": mark.label or None}
+            axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
+        case NamedBars():
+            _named_bars(axis, mark)
+        case Band():
+            axis.axhspan(mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
+        case ReferenceLine(axis="x"):
+            axis.axvline(mark.at, **STYLES["zero"])
+        case ReferenceLine():
+            axis.axhline(mark.at, **STYLES["zero"])
+        case Cells():  # drawn with their colour bars
+            pass
+
+
+def _named_bars(axis: Any, bars: NamedBars) -> None:
+    at = np.arange(len(bars.names))
+    axis.barh(at, bars.values, 0.62, color=[STYLES[name]["color"] for name in bars.styles])
+    whiskers = [bars.values - bars.low, bars.high - bars.values]
+    axis.errorbar(bars.values, at, xerr=whiskers, fmt="none", ecolor=BLACK, elinewidth=0.7, capsize=1.5)
+    axis.set_yticks(at, bars.names)
+    axis.invert_yaxis()
+    axis.grid(False, axis="y")
+
+
+def _cells(axis: Any, cells: Cells) -> Any:
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+
+    colours: Any = LinearSegmentedColormap.from_list(cells.style, RAMPS[cells.style])
+    norm = LogNorm(1.0, max(2.0, cells.top)) if cells.log else Normalize(0.0, cells.top)
+    x, y = cells.x_edges, cells.y_edges
+    image = axis.pcolormesh(x, y, cells.values.T, cmap=colours, norm=norm, rasterized=True)
+    if cells.crossed is not None:
+        i, j = np.nonzero(cells.crossed)
+        axis.plot(0.5 * (x[i] + x[i + 1]), 0.5 * (y[j] + y[j + 1]), "x", color=BLACK, ms=2.0, mew=0.4)
+    return image
+
+
+def _titles(axes: Any, plot: Plot) -> None:
+    """Titles of the axes; panels under one another or side by side name a common axis once."""
+    columns, panels = plot.columns, plot.panels
+    for k, (panel, axis) in enumerate(zip(panels, axes.flat, strict=False)):
+        below = panels[k + columns].x if k + columns < len(panels) else None
+        if _same(panel.x, below):
+            axis.tick_params(labelbottom=False)
+        else:
+            badge = f" ({plot.badge})" if plot.badge and below is None else ""
+            axis.set_xlabel(_capital(panel.x.title) + badge)
+        if k % columns and _same(panel.y, panels[k - 1].y):
+            axis.tick_params(labelleft=False)
+        else:
+            room = plot.height * panel.share / sum(p.share for p in panels[::columns])
+            axis.set_ylabel(_wrapped(_capital(panel.y.title), room))
+
+
+def _wrapped(title: str, inches: float) -> str:
+    """A title in as many lines as the height of a panel asks for; a unit stays whole."""
+    label, mark, unit = title.partition(" [")
+    lines = f"{label}{mark}{unit.replace(' ', _TIGHT)}"
+    return textwrap.fill(lines, max(6, int(inches / _CHARACTER)), break_long_words=False, break_on_hyphens=False)
+
+
+def _same(one: Axis, other: Axis | None) -> bool:
+    return one == other and one.low is not None
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _legends(figure: Any, axes: Any, plot: Plot) -> None:
+    """Names of the marks; a panel with one name has no legend."""
+    above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+    place: dict[str, Any] = above | {"ncols": 6 if plot.width == PAGE else 3} if plot.legend == "above" else {}
+    for panel, axis in zip(plot.panels, axes.flat, strict=False):
+        named = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
+        labels = [label for _, label in sorted(panel.legend(), key=lambda key: _RANKS.get(key[0], len(_RANKS)))]
+        handles = [named[label] for label in labels]
+        if plot.legend == "shared":
+            ncols = len(labels)
+            figure.legend(handles, labels, loc="outside upper center", ncols=ncols, title=plot.legend_title)
+            return
+        if len(labels) > 1:
+            axis.legend(handles, labels, handlelength=1.6, **place)

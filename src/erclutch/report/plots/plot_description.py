@@ -1,0 +1,263 @@
+"""A plot as data: panels, axes, marks and the table behind them. Each painter draws the same description.
+
+A mark names what it means ("measured", "recommended", "heat") and never a colour. `svg_painter` takes the colours from
+the page's style sheet, `matplotlib_painter` those of `paper_style.STYLES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
+
+#: Widths of one and two columns of a paper in inches.
+COLUMN, PAGE = 3.5, 7.16
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis.
+
+    Attributes:
+        label: what it shows, without a capital.
+        unit: as printed; empty for a pure number.
+        low, high: its limits; None leaves both to the marks.
+        log: whether it is logarithmic.
+        whole: whether its ticks stand at whole numbers only.
+    """
+
+    label: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+    whole: bool = False
+
+    @property
+    def title(self) -> str:
+        """The label with the unit in brackets."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that breaks where y is not finite.
+
+    Attributes:
+        x, y: shapes (n,); of a staircase x may have one value more, which ends the last step.
+        style: what the line means.
+        label: in the legend; empty leaves the line out.
+        steps: whether y holds until the next x.
+        dashed: dashes tell two lines of one panel apart in print without colours.
+        marked: whether each point has a dot.
+    """
+
+    x: Array
+    y: Array
+    style: str
+    label: str = ""
+    steps: bool = False
+    dashed: bool = False
+    marked: bool = False
+
+    def corners(self) -> tuple[Array, Array]:
+        """The points that straight lines join."""
+        if not self.steps:
+            return self.x, self.y
+        y = np.append(self.y, self.y[-1:]) if self.y.size < self.x.size else self.y
+        return np.repeat(self.x, 2)[1:], np.repeat(y, 2)[:-1]
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Points of shapes (n,), with their radius in units of the page's drawing; those outside the axes are left out."""
+
+    x: Array
+    y: Array
+    style: str
+    label: str = ""
+    size: float = 1.6
+
+
+@dataclass(frozen=True)
+class Bars:
+    """A filled histogram: edges (n + 1,), heights (n,)."""
+
+    edges: Array
+    heights: Array
+    style: str
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class NamedBars:
+    """Bars to the right with whiskers, the first on top: all of shape (n,), and what each bar means."""
+
+    names: Sequence[str]
+    values: Array
+    low: Array
+    high: Array
+    styles: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Band:
+    """A band between two values of y."""
+
+    low: float
+    high: float
+    style: str = "white"
+
+
+@dataclass(frozen=True)
+class ReferenceLine:
+    """A thin line over the whole panel at a value of one axis."""
+
+    at: float
+    axis: Literal["x", "y"] = "y"
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A map of coloured cells.
+
+    Attributes:
+        x_edges, y_edges: shapes (nx + 1,), (ny + 1,).
+        values: nan leaves a cell out, shape (nx, ny).
+        top: value of the strongest colour; what is above has the same colour.
+        style: the colour ramp: "heat" or "mass".
+        label: of the colour bar.
+        log: whether colours follow log(1 + value).
+        crossed: cells with a cross, shape (nx, ny).
+    """
+
+    x_edges: Array
+    y_edges: Array
+    values: Array
+    top: float
+    style: str
+    label: str
+    log: bool = False
+    crossed: NDArray[np.bool_] | None = None
+
+    def steps(self, count: int) -> NDArray[np.int64]:
+        """Which of so many colours each cell has, shape (nx, ny); -1 leaves it out."""
+        share = np.log1p(self.values) / (np.log1p(self.top) * 1.0001) if self.log else self.values / self.top
+        share = np.nan_to_num(share, nan=-1.0)
+        return np.where(share < 0, -1, np.clip((share * count).astype(np.int64), 0, count - 1))
+
+    def largest(self, count: int) -> list[float]:
+        """Largest value of each of so many colours."""
+        shares = np.arange(1, count + 1) / count
+        return (np.expm1(np.log1p(self.top) * shares) if self.log else self.top * shares).tolist()
+
+
+Mark: TypeAlias = Line | Dots | Bars | NamedBars | Band | ReferenceLine | Cells
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Marks on two axes.
+
+    Attributes:
+        x, y: axes.
+        marks: the first lies at the bottom.
+        says: a sentence for those who do not see the panel.
+        title: above the panel.
+        caption: below the panel in the page.
+        chosen: whether the title stands out.
+        square: whether both axes have the same scale in print.
+        size: of the drawing in the page, in its own units.
+        share: of the height in print, over those of the other panels.
+    """
+
+    x: Axis
+    y: Axis
+    marks: Sequence[Mark]
+    says: str = ""
+    title: str = ""
+    caption: str = ""
+    chosen: bool = False
+    square: bool = False
+    size: tuple[int, int] = (430, 300)
+    share: float = 1.0
+
+    def legend(self) -> list[tuple[str, str]]:
+        """Style and label of each mark with a label."""
+        return [(m.style, m.label) for m in self.marks if isinstance(m, Line | Dots | Bars) and m.label]
+
+    def cells(self) -> Iterator[Cells]:
+        """The coloured maps of the panel."""
+        return (m for m in self.marks if isinstance(m, Cells))
+
+    def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Ranges of both axes: those given, else around the marks."""
+        found = [_extent(mark) for mark in self.marks]
+        return _range(self.x, [x for x, _ in found]), _range(self.y, [y for _, y in found])
+
+
+def _extent(mark: Mark) -> tuple[Array, Array]:
+    """Values of a mark along both axes."""
+    none = np.zeros(0)
+    match mark:
+        case Line() | Dots():
+            return mark.x, mark.y
+        case Bars():
+            return mark.edges, np.append(mark.heights, 0.0)
+        case NamedBars():
+            return np.append(mark.high, 0.0), np.array([-0.6, len(mark.names) - 0.4])
+        case Cells():
+            return mark.x_edges, mark.y_edges
+        case Band() | ReferenceLine():
+            return none, none
+
+
+def _range(axis: Axis, values: Sequence[Array]) -> tuple[float, float]:
+    if axis.low is not None and axis.high is not None:
+        return axis.low, axis.high
+    flat = np.concatenate([*values, np.zeros(0)])
+    flat = flat[np.isfinite(flat) & ((flat > 0.0) if axis.log else True)]
+    low, high = (float(flat.min()), float(flat.max())) if flat.size else (0.1, 1.0)
+    if axis.log:
+        return low / 1.3, high * 1.3
+    slack = 0.05 * (high - low) or 0.5
+    return low - slack, high + slack
+
+
+@dataclass(frozen=True)
+class PlotTable:
+    """The table behind a plot, in the units of the run: names of the columns, and rows of values."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[object]]
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A whole plot.
+
+    Attributes:
+        panels: from left to right, then down.
+        table: the numbers behind it.
+        height, width: in print, in inches.
+        columns: panels beside each other in print.
+        title: above all panels in print.
+        badge: TWIN or another word where the data are no recording; it stands in the print.
+        legend: where print names the marks: inside each panel, above each panel, or above all panels at once.
+        legend_title: over the legend above all panels.
+    """
+
+    panels: Sequence[Panel]
+    table: PlotTable
+    height: float
+    width: float = COLUMN
+    columns: int = 1
+    title: str = ""
+    badge: str = ""
+    legend: Literal["inside", "above", "shared"] = "inside"
+    legend_title: str = ""

@@ -1,0 +1,73 @@
+"""Spectrum and autocorrelation of the residual."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from erclutch.errors import CheckError
+from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.plot_description import Axis, Band, Line, Panel, Plot, PlotTable, ReferenceLine
+
+_POINTS = 400  # of a curve that is drawn; the table has them all
+
+
+def describe_residual(material: Material) -> Plot:
+    """Two panels: amplitude densities, autocorrelations.
+
+    Raises:
+        CheckError: no stretch of the rows held out is long enough.
+    """
+    power, memory = material.spectrum, material.autocorrelation
+    if power is None or memory is None:
+        raise CheckError(
+            "no stretch of 64 rows without a gap is held out, so there is no spectrum",
+            where=str(material.run.folder),
+            remedy="Hold out more rows with --test",
+        )
+    panels = [_spectrum(material, power), _correlation(material, memory)]
+    return Plot(panels, _table(power, memory), 3.8, badge=material.print_badge)
+
+
+def _spectrum(material: Material, found: Spectrum) -> Panel:
+    x = found.frequency
+    curves = {name: np.maximum(d * material.effort.factor, 1e-300) for name, d in found.density.items()}
+    positive = np.concatenate([d[d > 1e-300] for d in curves.values()])
+    lines = [Line(x, curves["measured"], "measured", "measured")]
+    lines += [Line(x, curves[name], role, name) for name, role in reversed(material.shown.items())]
+    low, high = float(np.quantile(positive, 0.002)) / 1.5, 1.6 * float(positive.max())
+    return Panel(
+        Axis("frequency", "Hz", float(x[0]), float(x[-1]), log=True),
+        Axis("amplitude density", f"{material.effort.unit or '1'}/√Hz", low, high, log=True),
+        lines,
+        f"Spectra of the measured {material.word} and of the residuals of {', '.join(material.shown)}.",
+        caption="A residual that keeps to the measured line at some frequency is not explained there; flat and low is "
+        "noise.",
+    )
+
+
+def _correlation(material: Material, found: Autocorrelation) -> Panel:
+    scale, unit = (1e3, "ms") if found.lag[-1] < 1.0 else (1.0, "s")
+    x = found.lag * scale
+    thin = slice(None, None, max(1, x.size // _POINTS))
+    lowest = min(-0.1, *(float(v.min()) for v in found.values.values()))
+    slack = 0.04 * (1.0 - lowest)
+    lines = [Line(x[thin], found.values[name][thin], role) for name, role in reversed(material.shown.items())]
+    return Panel(
+        Axis("lag", unit, 0.0, float(x[-1])),
+        Axis("autocorrelation", "", lowest - slack, 1.0 + slack),
+        [Band(-found.white, found.white), ReferenceLine(0.0), *lines],
+        f"Autocorrelation of the residuals of {', '.join(material.shown)} over the lag.",
+        caption="White noise stays in the grey band. A slow decay: something the model does not know lasts that long.",
+    )
+
+
+def _table(power: Spectrum, memory: Autocorrelation) -> PlotTable:
+    """Both tables side by side, the shorter one filled up with nothing."""
+    one = np.column_stack([power.frequency, *power.density.values()]).tolist()
+    two = np.column_stack([memory.lag, *memory.values.values()]).tolist()
+    empty = ([""] * len(one[0]), [""] * len(two[0]))
+    header = ["frequency_Hz", *(f"density:{n}" for n in power.density), "lag_s", *(f"acf:{n}" for n in memory.values)]
+    return PlotTable(header, [[*(a or empty[0]), *(b or empty[1])] for a, b in itertools.zip_longest(one, two)])

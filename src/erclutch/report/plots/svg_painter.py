@@ -1,0 +1,208 @@
+"""Plots as inline SVG: colours come from the page's style sheet, so they follow light and dark."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+from numpy.typing import NDArray
+
+from erclutch.report.numbers.number_text import number
+from erclutch.report.plots.plot_description import (
+    Band,
+    Bars,
+    Cells,
+    Dots,
+    Line,
+    Mark,
+    NamedBars,
+    Panel,
+    ReferenceLine,
+)
+from erclutch.signals.array import Array
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 24.0, 36.0
+#: Steps of the colour ramps in the style sheet.
+RAMP = 8
+
+
+def svg(panel: Panel) -> Markup:
+    """A panel as one drawing, with its sentence for those who do not see it."""
+    width, height = panel.size
+    (x_low, x_high), (y_low, y_high) = panel.limits()
+    x = _Ruler(x_low, x_high, panel.x.log, _LEFT, width - _RIGHT)
+    y = _Ruler(y_low, y_high, panel.y.log, height - _BOTTOM, _TOP)
+    drawn = "".join(_drawn(mark, x, y) for mark in panel.marks)
+    return Markup(
+        f'<svg class="plot" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(panel.says)}">'
+        f"{_frame(panel, x, y)}{drawn}</svg>"
+    )
+
+
+def inside(panel: Panel) -> tuple[float, float, float, float]:
+    """Where the axes of a panel lie, as shares of its drawing: left, top, right, bottom."""
+    width, height = panel.size
+    return _LEFT / width, _TOP / height, 1 - _RIGHT / width, 1 - _BOTTOM / height
+
+
+@dataclass(frozen=True)
+class _Ruler:
+    """Where the values of an axis lie: the low end at ``first``, the high one at ``last``, in units of the drawing."""
+
+    low: float
+    high: float
+    log: bool
+    first: float
+    last: float
+
+    def at(self, values: Array) -> Array:
+        a, b, v = self.low, self.high, values
+        if self.log:
+            a, b, v = math.log(a), math.log(b), np.log(np.maximum(v, 1e-300))
+        return self.first + (v - a) / ((b - a) or 1.0) * (self.last - self.first)
+
+    def one(self, value: float) -> float:
+        return float(self.at(np.array([value]))[0])
+
+    def holds(self, places: Array) -> NDArray[np.bool_]:
+        return (places >= min(self.first, self.last)) & (places <= max(self.first, self.last))
+
+
+def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[float]:
+    """Round values inside a range; about as many as asked for."""
+    if log:
+        return _decades(low, high, most)
+    rough = (high - low) / max(most, 1)
+    if not rough > 0:
+        return [low]
+    base = 10.0 ** math.floor(math.log10(rough))
+    step = next(m * base for m in (1, 2, 5, 10) if m * base >= rough * 0.999)
+    first = math.ceil(low / step - 1e-9)
+    return [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
+
+
+def _decades(low: float, high: float, most: int) -> list[float]:
+    powers = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9) + 1)
+    marks = [10.0**p for p in powers]
+    if len(marks) <= 2:
+        marks = [m * 10.0**p for p in range(powers.start - 1, powers.stop + 1) for m in (1, 2, 5)]
+        marks = [m for m in marks if low <= m <= high]
+    return marks[:: max(1, math.ceil(len(marks) / most))]
+
+
+def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
+    match mark:
+        case Line():
+            return _line(mark, x, y)
+        case Dots():
+            return _dots(mark, x, y)
+        case Bars():
+            return _bars(mark, x, y)
+        case NamedBars():
+            return _named_bars(mark, x, y)
+        case Cells():
+            return _cells(mark, x, y)
+        case Band():
+            top, bottom = y.at(np.array([mark.high, mark.low]))
+            place = f'x="{x.first}" y="{top:.1f}" width="{x.last - x.first:.1f}" height="{bottom - top:.1f}"'
+            return f'<rect class="{mark.style}" {place}/>'
+        case ReferenceLine(axis="x"):
+            return f'<path class="zero" d="M{x.one(mark.at):.1f} {y.last}V{y.first:.1f}"/>'
+        case ReferenceLine():
+            return f'<path class="zero" d="M{x.first} {y.one(mark.at):.1f}H{x.last:.1f}"/>'
+
+
+def _line(line: Line, x: _Ruler, y: _Ruler) -> str:
+    px, py = x.at(line.corners()[0]), np.clip(y.at(line.corners()[1]), -50, y.first + 86)
+    pen, words = False, list[str]()
+    for a, b in zip(px.tolist(), py.tolist(), strict=True):
+        if math.isfinite(b):
+            words.append(f"{'L' if pen else 'M'}{a:.1f} {b:.1f}")
+        pen = math.isfinite(b)
+    css = f"line {line.style} dashed" if line.dashed else f"line {line.style}"
+    drawn = f'<path class="{css}" d="{"".join(words)}"/>'
+    if np.any(py < y.last - 1.0) or np.any(py > y.first + 1.0):
+        drawn = _cut(drawn, x, y)
+    return drawn + (_dots(Dots(line.x, line.y, line.style), x, y) if line.marked else "")
+
+
+def _cut(drawn: str, x: _Ruler, y: _Ruler) -> str:
+    """What leaves the axes, cut off there: an inner drawing hides what is outside of it."""
+    left, top, width, height = x.first - 1, y.last - 1, x.last - x.first + 2, y.first - y.last + 2
+    box = f"{left:.0f} {top:.0f} {width:.0f} {height:.0f}"
+    place = f'x="{left:.0f}" y="{top:.0f}" width="{width:.0f}" height="{height:.0f}"'
+    return f'<svg {place} viewBox="{box}">{drawn}</svg>'
+
+
+def _dots(dots: Dots, x: _Ruler, y: _Ruler) -> str:
+    px, py = x.at(dots.x), y.at(dots.y)
+    keep = x.holds(px) & y.holds(py)
+    marks = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(px[keep].tolist(), py[keep].tolist(), strict=True))
+    return f'<path class="dots {dots.style}" stroke-width="{2 * dots.size:.1f}" d="{marks}"/>' if marks else ""
+
+
+def _bars(bars: Bars, x: _Ruler, y: _Ruler) -> str:
+    px, py = x.at(bars.edges).tolist(), y.at(bars.heights).tolist()
+    words = [f"L{a:.1f} {h:.1f}L{b:.1f} {h:.1f}" for a, b, h in zip(px[:-1], px[1:], py, strict=True)]
+    path = f"M{px[0]:.1f} {y.first:.1f}{''.join(words)}L{px[-1]:.1f} {y.first:.1f}Z"
+    return f'<path class="bars {bars.style}" d="{path}"/>'
+
+
+def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
+    """The first bar is on top, so row k lies where an axis that points up has the number of the rows below it."""
+    rows = y.at(np.arange(len(bars.names), dtype=np.float64)[::-1]).tolist()
+    half = 0.31 * abs(y.one(1.0) - y.one(0.0))
+    spans = np.column_stack([x.at(v) for v in (bars.values, bars.low, bars.high)]).tolist()
+    zero, out = x.one(0.0), list[str]()
+    for name, style, at, (end, low, high) in zip(bars.names, bars.styles, rows, spans, strict=True):
+        place = f'x="{min(zero, end):.1f}" y="{at - half:.1f}" width="{abs(end - zero):.1f}" height="{2 * half:.1f}"'
+        whisker = f"M{low:.1f} {at:.1f}H{high:.1f}M{low:.1f} {at - 3:.1f}v6M{high:.1f} {at - 3:.1f}v6"
+        out.append(f'<rect class="bars {style}" {place}/><path class="whisker" d="{whisker}"/>')
+        out.append(f'<text x="{x.first + 5:.0f}" y="{at + 3.5:.1f}">{escape(name)}</text>')
+    return "".join(out)
+
+
+def _cells(cells: Cells, x: _Ruler, y: _Ruler) -> str:
+    px, py = x.at(cells.x_edges).tolist(), y.at(cells.y_edges).tolist()
+    steps, drawn = cells.steps(RAMP), list[str]()
+    for colour in range(RAMP):
+        words = [
+            f"M{px[i]:.1f} {py[j + 1]:.1f}H{px[i + 1]:.1f}V{py[j]:.1f}H{px[i]:.1f}Z"
+            for i, j in np.argwhere(steps == colour).tolist()
+        ]
+        if words:
+            drawn.append(f'<path class="cell {cells.style}{colour}" d="{"".join(words)}"/>')
+    crossed = [] if cells.crossed is None else np.argwhere(cells.crossed).tolist()
+    words = [
+        f"M{px[i]:.1f} {py[a]:.1f}L{px[i + 1]:.1f} {py[b]:.1f}" for i, j in crossed for a, b in ((j, j + 1), (j + 1, j))
+    ]
+    return "".join(drawn) + (f'<path class="blind" d="{"".join(words)}"/>' if words else "")
+
+
+def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
+    """Grid, ticks and titles. A small drawing has fewer ticks."""
+    out: list[str] = []
+    left, right, bottom = x.first, x.last, y.first
+    across, up = (6, 5) if panel.size[0] > 400 else (5, 4)
+    named = any(isinstance(mark, NamedBars) for mark in panel.marks)
+    for value in [] if named else ticks(y.low, y.high, up, log=y.log):
+        at = y.one(value)
+        out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
+        out.append(f'<text x="{left - 6:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
+    for value in ticks(x.low, x.high, across, log=x.log):
+        at = x.one(value)
+        out.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
+        out.append(f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>')
+    out.append(f'<path class="axis" d="M{left} {bottom:.1f}H{right:.1f}"/>')
+    out.append(f'<text class="title" x="4" y="12">{escape(panel.y.title)}</text>')
+    place = f'x="{right:.1f}" y="{bottom + 32:.1f}" text-anchor="end"'
+    out.append(f'<text class="title" {place}>{escape(panel.x.title)}</text>')
+    return "".join(out)
+
+
+def _mark(value: float) -> str:
+    if value and (abs(value) < 1e-3 or abs(value) >= 1e5):
+        return number(value, 1).replace("1·10", "10")
+    return f"{value:g}".replace("-", "−")

@@ -1,0 +1,1 @@
+"""The digital TWIN simulates two coaxial ER clutches on a ball screw."""

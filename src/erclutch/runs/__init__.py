@@ -1,0 +1,1 @@
+"""A run is a folder that keeps what was asked, read and found."""

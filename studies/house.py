@@ -1,0 +1,393 @@
+"""What the code costs whoever takes it over: rooms, lines, functions, import tricks, circles, the files of a change.
+
+    python studies/house.py [FOLDER ...]
+
+Each FOLDER is a checkout, by default this one; several stand side by side, so that before and after come from one
+count. Nothing is imported and no place is fixed: packages, classes and functions are found by search.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import sys
+import tokenize
+import tomllib
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+
+HERE = Path(__file__).resolve().parents[1]
+PACKAGE = "erclutch"
+LANGUAGES = {
+    "Python": (".py",),
+    "C": (".c", ".h"),
+    "JavaScript": (".js",),
+    "CSS": (".css",),
+    "templates": (".html", ".j2", ".ld"),
+}
+#: Folders whose files are not ours.
+FOREIGN = {"vendor", "uplot", "__pycache__"}
+MODELS = re.compile(r"(Torque|Network|Law)Model")
+
+#: An example of each kind that can be added: the files of its own, and how code names it elsewhere.
+CHANGES = {
+    "law (casson)": (r"casson", r"casson"),
+    "log format (text)": (r"^(text|dialect)$", r"\.asc\b|\btext \. read_text\b|import read_text\b"),
+    "export target (mujoco)": (r"mujoco", r"mujoco"),
+    "rig (replay)": (r"playback", r"[\"']replay[\"']|playback"),
+    "stage of dynamics (lag)": (
+        r"^(dynamics|command_lag|field_lag)$",
+        r"\b(tau|tau_rise|tau_fall|respond|DynamicsForm)\b",
+    ),
+}
+
+#: Knowledge that should stand once, as code shows it.
+REPEATED = {
+    "slips of the pair": (
+        r"^(?!.*w1 = ).*-\s*(?:theta_dot|rows\[2\]|\(-in\[2\]|in\[2\])\)?\s*-\s*(?:alpha_dot|rows\[3\]|in\[3\])"
+    ),
+    "base inputs of a network": r"fields\[0\] - fields\[1\]|fluids\[0\] - fluids\[1\]|x\[0\] - x\[1\]",
+    "1 % outside of what was trained on": r"0\.01 \* \((?:high - low|b - a)\)",
+}
+
+#: Nodes with nothing below them that is counted.
+_LEAVES = (ast.Name, ast.Constant, ast.expr_context, ast.operator)
+
+
+@dataclass(frozen=True)
+class Module:
+    """One file of the package.
+
+    Attributes:
+        path: inside the package.
+        text: all of it.
+    """
+
+    path: PurePosixPath
+    text: str
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """Parsed."""
+        return ast.parse(self.text)
+
+    @cached_property
+    def nodes(self) -> list[ast.AST]:
+        """All of the tree but names, constants and operators, which are most of it and are not counted."""
+        found: list[ast.AST] = []
+        left: list[ast.AST] = [self.tree]
+        for node in left:
+            if isinstance(node, _LEAVES):
+                continue
+            if not isinstance(node, ast.Attribute):
+                found.append(node)
+            left.extend(ast.iter_child_nodes(node))
+        return found
+
+    @property
+    def name(self) -> str:
+        """As in an import."""
+        parts = [PACKAGE, *self.path.with_suffix("").parts]
+        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+    @cached_property
+    def said(self) -> set[int]:
+        """Lines of strings that stand alone: docstrings."""
+        alone = (n for n in self.nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant))
+        return {line for node in alone for line in range(node.lineno, 1 + (node.end_lineno or node.lineno))}
+
+    @cached_property
+    def code(self) -> str:
+        """The text without comments and docstrings."""
+        kept: list[str] = []
+        before = tokenize.NEWLINE
+        for token in tokenize.generate_tokens(io.StringIO(self.text).readline):
+            statement = before in (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.NL)
+            if token.type != tokenize.COMMENT and not (token.type == tokenize.STRING and statement):
+                kept.append("\n" if token.type in (tokenize.NEWLINE, tokenize.NL) else token.string + " ")
+            if token.type not in (tokenize.COMMENT, tokenize.NL):
+                before = token.type
+        return "".join(kept)
+
+
+@dataclass(frozen=True)
+class House:
+    """One checkout."""
+
+    folder: Path
+
+    @property
+    def source(self) -> Path:
+        """The package."""
+        return self.folder / "src" / PACKAGE
+
+    @cached_property
+    def files(self) -> list[Path]:
+        """All files of the package that are ours."""
+        inside = (p for p in sorted(self.source.rglob("*")) if p.is_file())
+        return [p for p in inside if not FOREIGN & set(p.relative_to(self.source).parts)]
+
+    @cached_property
+    def modules(self) -> list[Module]:
+        """Its Python files."""
+        found = [p for p in self.files if p.suffix == ".py"]
+        return [Module(PurePosixPath(p.relative_to(self.source)), p.read_text(encoding="utf-8")) for p in found]
+
+    @cached_property
+    def rooms(self) -> list[str]:
+        """Packages on the ground floor."""
+        return sorted(p.parent.name for p in self.source.glob("*/__init__.py"))
+
+    @cached_property
+    def ground_floor(self) -> list[str]:
+        """Modules beside the rooms."""
+        return sorted(p.stem for p in self.source.glob("*.py") if not p.stem.startswith("_"))
+
+    @cached_property
+    def contract_lines(self) -> int:
+        """Lines of the layer contracts in pyproject.toml."""
+        tools = tomllib.loads((self.folder / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+        return sum(len(contract.get("layers", ())) for contract in tools["importlinter"]["contracts"])
+
+    def lines(self, endings: Sequence[str]) -> int:
+        """Lines of all files with such an ending."""
+        return sum(p.read_bytes().count(b"\n") for p in self.files if p.suffix in endings)
+
+    @cached_property
+    def functions(self) -> list[tuple[int, str]]:
+        """Length and name of each function, the shortest first."""
+        found: list[tuple[int, str]] = []
+        for module in self.modules:
+            for node in module.nodes:
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                    found.append((1 + (node.end_lineno or node.lineno) - node.lineno, f"{module.path}:{node.name}"))
+        return sorted(found)
+
+    @cached_property
+    def any_lines(self) -> int:
+        """Lines of code with the type `Any`."""
+        return sum(bool(re.search(r"\bAny\b", line)) for m in self.modules for line in m.code.split("\n"))
+
+    @cached_property
+    def import_tricks(self) -> list[str]:
+        """Places that import by a name in a string."""
+        tricks = {"import_module", "__import__", "spec_from_file_location"}
+        return [f"{m.path}:{node.lineno}" for m, node in self._calls() if _called(node) in tricks]
+
+    @cached_property
+    def model_kinds(self) -> list[str]:
+        """Places that ask of which kind a model is."""
+        found: list[str] = []
+        for module, node in self._calls():
+            if _called(node) == "isinstance" and MODELS.search(ast.unparse(node.args[1])):
+                found.append(f"{module.path}:{node.lineno}")
+        for module in self.modules:
+            for node in module.nodes:
+                if isinstance(node, ast.MatchClass) and MODELS.search(ast.unparse(node.cls)):
+                    found.append(f"{module.path}:{node.lineno}")
+        return found
+
+    def _calls(self) -> Iterator[tuple[Module, ast.Call]]:
+        for module in self.modules:
+            for node in module.nodes:
+                if isinstance(node, ast.Call):
+                    yield module, node
+
+    @cached_property
+    def shared_classes(self) -> dict[str, list[str]]:
+        """Names of classes that stand in more than one module."""
+        at: dict[str, list[str]] = defaultdict(list)
+        for module in self.modules:
+            for node in module.tree.body:
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    at[node.name].append(str(module.path))
+        return {name: places for name, places in sorted(at.items()) if len(places) > 1}
+
+    @cached_property
+    def shared_stems(self) -> dict[str, list[str]]:
+        """Names of modules that stand more than once; a command may be named as the module that does its work."""
+        at: dict[str, list[str]] = defaultdict(list)
+        for module in self.modules:
+            if not module.path.stem.startswith("_"):
+                at[module.path.stem].append(str(module.path))
+        return {name: places for name, places in sorted(at.items()) if len(places) > 1}
+
+    def change(self, own: str, named: str) -> tuple[list[str], list[str]]:
+        """Files of an example's own, and files of the package that name it besides."""
+        mine, others = list[str](), list[str]()
+        for path in self.files:
+            short = path.relative_to(self.source)
+            if path.suffix not in {".py", ".json", ".toml", ".j2", ".c", ".h"}:
+                continue
+            if re.search(own, path.stem):
+                mine.append(str(short))
+            elif re.search(named, self._code_of(short, path), re.IGNORECASE):
+                others.append(str(short))
+        return mine, others
+
+    def _code_of(self, short: Path, path: Path) -> str:
+        module = self._by_path.get(str(PurePosixPath(short)))
+        text = path.read_text(encoding="utf-8", errors="replace")
+        return module.code if module else re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+
+    @cached_property
+    def _by_path(self) -> dict[str, Module]:
+        return {str(module.path): module for module in self.modules}
+
+    def places(self, pattern: str) -> list[str]:
+        """Lines that match outside of comments and docstrings, as FILE:LINE."""
+        return [
+            f"{module.path}:{number}"
+            for module in self.modules
+            for number, line in enumerate(module.text.splitlines(), start=1)
+            if re.search(pattern, line) and number not in module.said and not line.lstrip().startswith("#")
+        ]
+
+    def circles(self, *, lazy: bool) -> list[list[str]]:
+        """Groups of modules that import each other at their heads, or (lazy) wherever they import at run time."""
+        names = {module.name for module in self.modules}
+        return _circles({m.name: set(_imports(m, names, lazy=lazy)) - {m.name} for m in self.modules})
+
+    def c_circles(self) -> list[list[str]]:
+        """Groups of C files that need each other; a source and its header are one.
+
+        A file needs what it includes, and the file that defines a function that it calls.
+        """
+        texts: dict[str, str] = defaultdict(str)
+        for path in self.files:
+            if path.suffix in (".c", ".h"):
+                texts[path.stem] += path.read_text(encoding="utf-8", errors="replace")
+        home: dict[str, str] = {}
+        for unit, text in texts.items():
+            home |= dict.fromkeys(
+                re.findall(r"^(?!static|typedef)\w[\w *]*?(\w+)\([^;{]*\)\s*\{", text, re.MULTILINE), unit
+            )
+        needs: dict[str, set[str]] = {}
+        for unit, text in texts.items():
+            called = {home[word] for word in set(re.findall(r"\b(\w+)\(", _bodies(text))) if word in home}
+            included = {Path(name).stem for name in re.findall(r'#include "([^"]+)"', text)}
+            needs[unit] = ((included & set(texts)) | called) - {unit}
+        return _circles(needs)
+
+
+def _bodies(text: str) -> str:
+    """The inside of a C file's functions, without comments."""
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    return "\n".join(re.findall(r"\)\s*(\{.*?^\})", text, re.DOTALL | re.MULTILINE))
+
+
+def _called(node: ast.Call) -> str:
+    return node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+
+
+def _imports(module: Module, names: set[str], *, lazy: bool) -> Iterator[str]:
+    """Modules of the package that one imports at run time."""
+    for node in module.nodes if lazy else _at_head(module.tree.body):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            deeper = {f"{node.module}.{alias.name}" for alias in node.names} & names
+            yield from deeper or ({node.module} & names)
+
+
+def _at_head(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+    """Statements that run when a module is imported, without those for the type checker."""
+    for node in body:
+        if isinstance(node, ast.If):
+            if "TYPE_CHECKING" not in ast.unparse(node.test):
+                yield from _at_head(node.body)
+            yield from _at_head(node.orelse)
+        elif isinstance(node, ast.Try):
+            yield from _at_head(node.body)
+        else:
+            yield node
+
+
+def _circles(arrows: Mapping[str, set[str]]) -> list[list[str]]:
+    """Groups of nodes that can be reached from each other, by repeatedly following all arrows."""
+    reached = {name: set(targets) for name, targets in arrows.items()}
+    for middle in reached:
+        for targets in reached.values():
+            if middle in targets:
+                targets |= reached[middle]
+    groups = {tuple(sorted(n for n in reached[name] if name in reached.get(n, ()))) for name in reached}
+    return [list(group) for group in sorted(groups) if len(group) > 1]
+
+
+# --- the tables ------------------------------------------------------------------------------------------------------
+
+
+def counts(house: House) -> dict[str, str]:
+    """What is counted, each with its figure."""
+    lengths = [length for length, _ in house.functions]
+    longest, where = house.functions[-1]
+    lines = {name: house.lines(endings) for name, endings in LANGUAGES.items()}
+    return {
+        "rooms": f"{len(house.rooms)}",
+        "modules on the ground floor": f"{len(house.ground_floor)}",
+        "lines of the layer contract": f"{house.contract_lines}",
+        "source lines": f"{sum(lines.values()):,}",
+        **{f"  {name}": f"{count:,}" for name, count in lines.items()},
+        "functions": f"{len(lengths):,}",
+        "  median length": f"{lengths[len(lengths) // 2]}",
+        "  90 % length": f"{lengths[len(lengths) * 9 // 10]}",
+        "  longest": f"{longest} ({where})",
+        "lines with Any": f"{house.any_lines}",
+        "import tricks": f"{len(house.import_tricks)}",
+        "isinstance of a model's kind": f"{len(house.model_kinds)}",
+        "class names that two classes share": f"{len(house.shared_classes)}",
+        "module names that two modules share": f"{len(house.shared_stems)}",
+        "definitions of the alias Array": f"{len(house.places(r'^Array(: TypeAlias)? = '))}",
+        "circles at import": f"{len(house.circles(lazy=False))}",
+        "circles with lazy imports": f"{len(house.circles(lazy=True))}",
+        "circles in C": f"{len(house.c_circles())}",
+        **{f"{name}, places": f"{len(house.places(pattern))}" for name, pattern in REPEATED.items()},
+    }
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Rows as a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
+
+
+def main(folders: Sequence[str]) -> None:
+    """Print all tables of some checkouts."""
+    houses = [House(Path(folder).resolve()) for folder in folders or [str(HERE)]]
+    names = [house.folder.name for house in houses]
+    columns = [counts(house) for house in houses]
+    print(table(["", *names], [[key, *(column[key] for column in columns)] for key in columns[0]]))
+    print("\nWhat a change touches: files of its own + files of the package that name it\n")
+    rows: list[list[str]] = []
+    for title, (own, named) in CHANGES.items():
+        found = [house.change(own, named) for house in houses]
+        rows.append([title, *(f"{len(mine)} + {len(others)}: {', '.join(others) or '-'}" for mine, others in found)])
+    print(table(["to add", *names], rows))
+    for house in houses:
+        _details(house)
+
+
+def _details(house: House) -> None:
+    print(f"\n{house.folder.name}: {', '.join(house.rooms)}; {', '.join(house.ground_floor)}")
+    for name, places in house.shared_classes.items():
+        print(f"  shared: {name} in {', '.join(places)}")
+    for name, places in house.shared_stems.items():
+        print(f"  shared: {name}.py in {', '.join(places)}")
+    print(f"  import tricks: {', '.join(house.import_tricks) or '-'}")
+    kinds = Counter(place.rpartition(":")[0] for place in house.model_kinds)
+    print(f"  a model's kind is asked for in: {', '.join(f'{n} x {path}' for path, n in kinds.items()) or '-'}")
+    for lazy, title in ((False, "at import"), (True, "with lazy imports")):
+        for group in house.circles(lazy=lazy):
+            print(f"  circle {title}: {', '.join(group)}")
+    for group in house.c_circles():
+        print(f"  circle in C: {', '.join(group)}")
+    for name, pattern in REPEATED.items():
+        print(f"  {name}: {', '.join(house.places(pattern)) or '-'}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,160 @@
+"""Another sampling rate: what lies below the filter's edge is kept, what lies above is gone, nothing moves in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import SettingError
+from erclutch.fit.data_check import check
+from erclutch.fit.past_samples import past_rows
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import build_dataset, hold_out
+from erclutch.logs.resample import PASSED, rate_of, resampled
+from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
+
+UNITS = {"field": "A", "slip": "m/s", "effort": "N"}
+
+
+def smooth(t: Array, slower: float) -> Array:
+    """A drift and a sine below the filter's edge."""
+    return 3.0 + 0.5 * t + np.sin(2 * np.pi * 0.9 * PASSED * slower / 2 * t)
+
+
+def log_at(rate: float, slower: float, seconds: float = 2.0, alias: float = 0.0, name: str = "log") -> Recording:
+    t = np.arange(int(seconds * rate)) / rate
+    effort = smooth(t, slower) + (np.sin(2 * np.pi * alias * t) if alias else 0.0)
+    signals = {"field": np.full(t.size, 0.3), "slip": smooth(t, slower), "effort": effort}
+    return recording_from_arrays(signals, UNITS, rate=rate, name=name)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [(3004.8, 1000.0), (1000.0, 100.0), (1000.0, 900.0), (500.0, 1000.0), (1000.0, 999.5)]
+)
+def test_what_is_slow_is_kept_and_nothing_moves(old: float, new: float) -> None:
+    slower = min(old, new)
+    log = log_at(old, slower, 4.0)
+    got = resampled(log, new)
+    np.testing.assert_allclose(got.signals["slip"], smooth(got.time, slower), atol=2e-3)
+    np.testing.assert_allclose(np.diff(got.time), 1 / new, rtol=1e-6)
+    assert (got.period, got.uniform) == (1 / new, True)
+    # Edges that the filter would reach beyond are gone, and no more than they.
+    assert got.time[0] - log.time[0] == pytest.approx(16 / slower, abs=1.1 / new)
+    assert log.time[-1] - got.time[-1] == pytest.approx(16 / slower, abs=1.1 / new)
+
+
+@pytest.mark.parametrize("alias", [52.0, 70.0, 103.0, 350.0])
+def test_aliases_are_stopped(alias: float) -> None:
+    got = resampled(log_at(1000.0, 100.0, 4.0, alias), 100.0)
+    np.testing.assert_allclose(got.signals["effort"], smooth(got.time, 100.0), atol=1e-3)
+
+
+def test_a_constant_stays_what_it_is_and_the_note_says_what_was_done() -> None:
+    got = resampled(log_at(1000.0, 100.0), 100.0)
+    assert set(got.signals["field"]) == {0.3}
+    assert "brought from 1000 Hz to 100 Hz by a zero-phase filter that passes 34 Hz and stops 50 Hz" in got.notes[-1]
+    assert "160 ms left out at each end" in got.notes[-1]
+
+
+def test_each_stretch_by_itself() -> None:
+    t = np.concatenate([np.arange(1000) / 1000, 5 + np.arange(1000) / 1000, 9 + np.arange(20) / 1000])
+    level = np.repeat([1.0, 7.0, 3.0], [1000, 1000, 20])
+    got = resampled(recording_from_arrays({"field": level, "slip": np.sin(t), "effort": level}, UNITS, time=t), 500.0)
+    assert len(got.segments) == 2
+    for (a, b), value in zip(got.segments, (1.0, 7.0), strict=True):
+        assert set(got.signals["effort"][a:b]) == {value}
+        np.testing.assert_allclose(got.signals["slip"][a:b], np.sin(got.time[a:b]), atol=1e-5)
+    assert "1 stretch too short for the filter left out" in got.notes[-1]
+
+
+def test_unequal_steps_become_equal() -> None:
+    rng = np.random.default_rng(0)
+    t = np.cumsum(rng.uniform(0.8e-3, 1.2e-3, 3000))
+    log = recording_from_arrays({"field": np.cos(t), "slip": np.sin(t), "effort": np.sin(t)}, UNITS, time=t)
+    assert not log.uniform
+    got = resampled(log, 250.0)
+    np.testing.assert_allclose(got.signals["slip"], np.sin(got.time), atol=1e-2)
+    assert "unequal steps were joined by straight lines" in got.notes[-1]
+
+
+def test_the_same_rate_and_a_short_log() -> None:
+    log = log_at(1000.0, 1000.0)
+    assert resampled(log, 1000.0) is log
+    with pytest.raises(SettingError, match="no gapless stretch is longer than the 320 rows"):
+        resampled(log_at(1000.0, 100.0, 0.2), 100.0)
+    with pytest.raises(SettingError, match=r"0\.01 Hz for a log at 1000 Hz"):
+        resampled(log, 0.01)
+
+
+def test_logs_of_different_rates_are_refused_or_brought_to_one() -> None:
+    one, other = log_at(1000.0, 500.0, name="one"), log_at(500.0, 500.0, name="other")
+    apart = build_dataset([one, other])
+    assert apart.rates == pytest.approx((500.0, 1000.0))
+    with pytest.raises(SettingError) as caught:
+        past_rows(("2ms",), apart)
+    assert str(caught.value) == (
+        "the logs were sampled at 500 to 1000 Hz, so past samples are other instants in each. "
+        "Bring all logs to one rate, for example --resample 500."
+    )
+    assert past_rows((), apart) == ()
+    joined = build_dataset([resampled(log, 500.0) for log in (one, other)])
+    assert joined.rates == pytest.approx((500.0, 500.0))
+    assert past_rows(("2ms",), joined) == (1,)
+    near = build_dataset([one, log_at(1003.0, 500.0, name="near")])  # clocks of two recorders
+    assert near.rates[0] == near.rates[1]
+
+
+def test_a_check_says_what_the_rates_are() -> None:
+    rng = np.random.default_rng(0)
+    logs = []
+    for rate in (1000.0, 500.0):
+        signals = {name: rng.uniform(-1, 1, 400) for name in UNITS}
+        logs.append(recording_from_arrays(signals, UNITS, rate=rate))
+    data = build_dataset(logs)
+    (note,) = [f for f in check(data, hold_out(data, 0.3)) if f.subject == "rate"]
+    assert "sampled at 500 to 1000 Hz" in note.message
+    data = build_dataset([resampled(log, 250.0) for log in logs])
+    (note,) = [f for f in check(data, hold_out(data, 0.3)) if f.subject == "rate"]
+    assert "logs were brought from 1000 Hz to 250 Hz" in note.message
+    assert "(and 1 other ways)" in note.message
+
+
+@pytest.mark.parametrize(
+    ("text", "rate"), [("1000", 1000.0), ("1kHz", 1000.0), ("0.5 kHz", 500.0), ("3004.8 Hz", 3004.8), ("1e3", 1000.0)]
+)
+def test_rates(text: str, rate: float) -> None:
+    assert rate_of(text) == pytest.approx(rate)
+
+
+@pytest.mark.parametrize("text", ["", "0", "-5", "fast", "1 ms", "nan", "inf Hz", "1e99", "3 rpm"])
+def test_what_is_no_rate(text: str) -> None:
+    with pytest.raises(SettingError, match="no sampling rate"):
+        rate_of(text)
+
+
+@settings(deadline=None)
+@given(st.text(max_size=15))
+def test_any_text_is_a_rate_or_one_line(text: str) -> None:
+    try:
+        rate = rate_of(text)
+    except SettingError:
+        return
+    assert 1e-3 <= rate <= 1e7
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(200, 3000), st.floats(0.05, 3.0))
+def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
+    t = np.arange(rows) / 1000
+    log = recording_from_arrays({"field": t, "slip": 2 * t - 1, "effort": -t}, UNITS, rate=1000.0)
+    try:
+        got = resampled(log, 1000.0 * ratio)
+    except SettingError:
+        assert rows < 32 * max(1 / ratio, 1) + 3 / min(ratio, 1) + 2
+        return
+    np.testing.assert_allclose(got.signals["slip"], 2 * got.time - 1, atol=1e-3)
+    assert got.time[0] >= t[0]
+    assert got.time[-1] <= t[-1] + 1e-9

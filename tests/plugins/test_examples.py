@@ -1,0 +1,217 @@
+"""The example packages, installed into a fresh environment, do what our own laws, readers, stages and targets do."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from erclutch.registry import names
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("erclutch-*/pyproject.toml"))
+
+
+TARGETS = (*names("erclutch.targets"), "arduino")
+PACKAGES = {path.name for path in EXAMPLES}
+MODEL = "robertson-stiff+slew-rate"
+#: Another order of operations, by ONNX Runtime and Octave: as for our own laws.
+OTHER_ORDER = ("ONNX Runtime", "GNU Octave")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """A Python of its own."""
+
+    folder: Path
+
+    @property
+    def python(self) -> Path:
+        return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+    def run(self, *words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "COLUMNS")}
+        command = [str(self.python), *map(str, words)]
+        return subprocess.run(
+            command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=600, check=False
+        )
+
+    def erclutch(self, *words: object, cwd: Path | None = None) -> str:
+        """What a command prints; it must succeed."""
+        done = self.run("-m", "erclutch", *words, cwd=cwd)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def fails(self, *words: object, cwd: Path | None = None) -> str:
+        """What a command says on standard error; it must fail in one line, never with a traceback."""
+        done = self.run("-m", "erclutch", *words, cwd=cwd)
+        assert done.returncode in (2, 3), done.stdout + done.stderr
+        assert "Traceback" not in done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+        return done.stderr
+
+    def pip(self, *words: object) -> None:
+        """The pip of this Python acts on that one; nothing comes from the network."""
+        command = [sys.executable, "-m", "pip", "--python", str(self.python), *map(str, words)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    def install(self, *packages: Path) -> None:
+        self.pip("install", "-q", "--no-deps", "--no-index", "--no-build-isolation", *packages)
+
+
+def fresh(folder: Path) -> Environment:
+    """An environment that sees erclutch and what it depends on, and nothing that is installed in it."""
+    venv.create(folder, with_pip=False)
+    made = Environment(folder)
+    (site,) = folder.glob("Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
+    (site / "below.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    return made
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """All examples, installed once for all tests."""
+    made = fresh(tmp_path_factory.mktemp("plugins") / "env")
+    made.install(*EXAMPLES)
+    return made
+
+
+@pytest.fixture(scope="module")
+def run(environment: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run on a log of the TWIN: outside reader, outside law, outside stage."""
+    folder = tmp_path_factory.mktemp("run")
+    environment.erclutch("simulate", "tracking-slow", "--seconds", 4, "--out", "twin.csv", cwd=folder)
+    header, *rows = [line for line in (folder / "twin.csv").read_text("utf-8").splitlines() if line[:1] != "#"]
+    labels = header.split(",")
+    pairs = (dict(zip(labels, map(float, row.split(",")), strict=True)) for row in rows)
+    (folder / "twin.jsonl").write_text("\n".join(map(json.dumps, pairs)), encoding="utf-8")
+    words = ("--device", "coaxial", "--models", "rs", "--lag", "slew-rate", "--out", "run")
+    said = environment.erclutch("fit", "twin.jsonl", *words, cwd=folder)
+    assert MODEL in said
+    return folder / "run"
+
+
+def test_each_example_passes_its_own_tests(environment: Environment) -> None:
+    for package in EXAMPLES:
+        done = environment.run("-m", "pytest", "-q", "-p", "no:cacheprovider", package)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_lists_name_package_and_version(environment: Environment) -> None:
+    listed = json.loads(environment.erclutch("plugins", "--json"))
+    outside = {entry["package"]: entry for entry in listed if entry["package"] != "erclutch"}
+    assert set(outside) == PACKAGES
+    assert {entry["group"] for entry in outside.values()} == {entry["group"] for entry in listed}
+    assert all(entry["version"] == "0.1.0" and not entry["problem"] for entry in outside.values())
+    laws = environment.erclutch("laws", "--json")
+    assert json.loads(laws)[6]["name"] == "robertson-stiff"  # in its place on the ladder
+    assert "arduino" in environment.erclutch("export", "--help")
+
+
+def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> None:
+    model = json.loads((run / "models" / f"{MODEL}.json").read_text("utf-8"))
+    needed = {entry["name"]: f"{entry['package']} {entry['version']}" for entry in model["plugins"]}
+    assert needed == {
+        "robertson-stiff": "erclutch-law-robertson-stiff 0.1.0",
+        "slew-rate": "erclutch-stage-slew-rate 0.1.0",
+    }
+    assert "read by 'jsonl' of erclutch-reader-jsonl 0.1.0" in (run / "run.json").read_text("utf-8")
+    environment.erclutch("report", run)
+    page = (run / "report.html").read_text("utf-8")
+    assert "<math>" in page
+    assert "<mi>C</mi>" in page
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_export_gives_the_bits(environment: Environment, run: Path, target: str, tmp_path: Path) -> None:
+    folder = tmp_path / target
+    environment.erclutch("export", run, "--to", target, "--out", folder)
+    body = json.loads((folder / "export.json").read_text("utf-8"))
+    assert len(body["plugins"]) == (3 if target == "arduino" else 2)
+    checks = json.loads(environment.erclutch("verify", folder, "--json"))
+    assert checks
+    for check in checks:
+        assert check["passed"], check
+        assert check["other_bits"] == 0 or check["where"].startswith(OTHER_ORDER), check
+
+
+def test_live_on_the_twin(environment: Environment, run: Path) -> None:
+    model = run / "models" / f"{MODEL}.json"
+    words = ("--model", model, "--headless", "--seconds", 1, "--priority", 0, "--json")
+    figures = json.loads(environment.erclutch("live", *words))
+    assert figures["frames"] > 500
+    assert figures["origin"] == "TWIN"
+
+
+def test_live_on_a_rig_with_a_single_device(environment: Environment) -> None:
+    words = ("--rig", "brake", "--no-model", "--headless", "--seconds", 1, "--priority", 0, "--json")
+    done = environment.run("-m", "erclutch", "live", *words)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["frames"] > 500
+    assert "flywheel angle [rad]" in done.stderr
+
+
+def test_where_a_package_is_absent_one_line_says_what_to_install(
+    environment: Environment, run: Path, tmp_path: Path
+) -> None:
+    exported = tmp_path / "exported"
+    environment.erclutch("export", run, "--to", "arduino", "--out", exported)
+    bare = fresh(tmp_path / "bare")
+    said = bare.fails("export", run, "--out", tmp_path / "more")
+    assert "Install it: pip install erclutch-law-robertson-stiff" in said
+    assert "pip install erclutch-law-robertson-stiff" in bare.fails("verify", exported)
+    assert "pip install erclutch-law-robertson-stiff" in bare.fails("live", "--model", run / "models" / f"{MODEL}.json")
+    bare.install(*(path for path in EXAMPLES if "law" in path.name))
+    assert "pip install erclutch-stage-slew-rate" in bare.fails("verify", exported)
+    bare.install(*(path for path in EXAMPLES if "stage" in path.name))
+    assert "pip install erclutch-target-arduino" in bare.fails("verify", exported)
+
+
+_BROKEN = {
+    "import": ("laws", "raise OSError('no licence')", "cannot be loaded: OSError: no licence"),
+    "type": ("laws", "LAW = 5", "is of type int"),
+    "works": (
+        "laws",
+        "from erclutch.models.laws.law import LawFamily\nLAW = LawFamily(lambda f: 1 / 0, '', '')",
+        "Zero",
+    ),
+    "stage": ("stages", "STAGE = None", "is of type NoneType"),
+    "target": ("targets", "LAW = lambda: None", "it must be Target"),
+}
+
+
+@pytest.mark.parametrize("case", _BROKEN)
+def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
+    kind, text, said = _BROKEN[case]
+    package = tmp_path / "package"
+    shutil.copytree(next(path for path in EXAMPLES if "law" in path.name), package)
+    project = (package / "pyproject.toml").read_text("utf-8")
+    value = "erclutch_law_robertson_stiff" + {"laws": ":LAW", "stages": ":STAGE", "targets": ""}[kind]
+    project = project.replace('erclutch.laws"', f'erclutch.{kind}"').replace("erclutch_law_robertson_stiff:LAW", value)
+    (package / "pyproject.toml").write_text(project.replace('"0.1.0"', '"0.2.0"'), encoding="utf-8")
+    (package / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
+    place = fresh(tmp_path / "place")
+    place.install(package)
+    fit = ("fit", run.parent / "twin.csv", "--device", "coaxial", "--models")
+    words = {
+        "laws": (*fit, "robertson-stiff", "--lag", "none"),
+        "stages": (*fit, "bingham", "--lag", "robertson-stiff"),
+        "targets": ("export", tmp_path / "own", "--to", "robertson-stiff"),
+    }[kind]
+    if kind == "targets":
+        place.erclutch(*fit, "bingham", "--lag", "none", "--out", tmp_path / "own")
+    line = place.fails(*words)
+    assert "'robertson-stiff' of erclutch-law-robertson-stiff 0.2.0" in line
+    assert said in line
+    assert "pip uninstall erclutch-law-robertson-stiff" in line
+    assert "erclutch-law-robertson-stiff 0.2.0" in place.run("-m", "erclutch", "plugins").stdout.replace("\n", "")

@@ -1,0 +1,153 @@
+"""Painters: both draw any description, from the same numbers, and say what they draw."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.matplotlib_painter import paint, save_plot
+from erclutch.report.plots.paper_style import RAMPS, STYLES, new_figure, style
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Band,
+    Bars,
+    Cells,
+    Dots,
+    Line,
+    NamedBars,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
+from erclutch.report.plots.run_plots import FIGURES
+from erclutch.report.plots.svg_painter import RAMP, svg, ticks
+
+X = np.linspace(0.0, 4.0, 5)
+VALUES = np.array([[1.0, 10.0], [np.nan, 100.0]])
+MARKS = {
+    "line": Line(X, X**2, "recommended", "a law"),
+    "staircase": Line(X, X[:-1], "best", "steps", steps=True),
+    "marked": Line(X, X, "series1", "points", dashed=True, marked=True),
+    "dots": Dots(X, X, "level3", "rows"),
+    "bars": Bars(X, X[:-1], "recommended", "share"),
+    "named": NamedBars(["a & b", "two", "three"], X[1:4], X[:3], X[2:], ["best", "other", "other"]),
+    "band": Band(1.0, 2.0),
+    "level": ReferenceLine(3.0),
+    "upright": ReferenceLine(3.0, "x"),
+    "cells": Cells(X[:3], X[:3], VALUES, 100.0, "mass", "rows", log=True, crossed=np.isnan(VALUES)),
+}
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def panel_of(*names: str) -> Panel:
+    return Panel(
+        Axis("slip", "rad/s", 0.0, 4.0),
+        Axis("effort", "N", 0.0, 16.0),
+        [MARKS[n] for n in names],
+        "What <is> seen & said.",
+    )
+
+
+def parsed(panel: Panel) -> ElementTree.Element:
+    return ElementTree.fromstring(str(svg(panel)).replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
+
+
+@pytest.mark.parametrize("name", MARKS)
+def test_both_painters_draw_each_mark(name: str) -> None:
+    empty, drawn = (len(str(svg(panel_of(*names)))) for names in ((), (name,)))
+    assert drawn > empty
+    root = parsed(panel_of(name))
+    assert root.get("aria-label") == "What <is> seen & said."
+    assert {"slip [rad/s]", "effort [N]"} <= {text.text for text in root.iter(f"{SVG}text")}
+    with style():
+        counts: list[int] = []
+        for names in ((), (name,)):
+            figure = new_figure(2.0)
+            paint(figure, Plot([panel_of(*names)], PlotTable((), ()), 2.0))
+            counts.append(len(figure.axes[0].get_children()))
+    assert counts[1] > counts[0]
+
+
+def test_a_line_lies_where_its_numbers_say() -> None:
+    panel = Panel(
+        Axis("x", "", 0.0, 1.0), Axis("y", "", 0.0, 1.0), [Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ref")]
+    )
+    (path,) = (p for p in parsed(panel).iter(f"{SVG}path") if p.get("class") == "line ref")
+    assert path.get("d") == "M46.0 264.0L420.0 24.0"  # the corners of the axes in a drawing of 430 x 300
+
+
+def test_named_bars_lie_from_the_top_and_end_at_their_values() -> None:
+    panel = Panel(Axis("x", "", 0.0, 4.0), Axis("", "", -0.6, 2.6), [MARKS["named"]])
+    first, second, third = (r for r in parsed(panel).iter(f"{SVG}rect") if "bars" in (r.get("class") or ""))
+    assert [r.get("class") for r in (first, second, third)] == ["bars best", "bars other", "bars other"]
+    assert float(first.get("y", "")) < float(second.get("y", "")) < float(third.get("y", ""))
+    width = (430 - 46 - 10) / 4.0  # of one unit of x
+    assert [float(r.get("width", "")) for r in (first, second)] == pytest.approx([width, 2 * width], abs=0.1)
+    words = [text.text for text in parsed(panel).iter(f"{SVG}text")]
+    assert {"a & b", "two"} <= set(words)
+    assert "0.5" not in words  # rows have names in place of numbers
+
+
+def test_a_gap_breaks_a_line_and_what_leaves_the_axes_is_cut() -> None:
+    gap = Line(X, np.array([0.0, 1.0, np.nan, 3.0, 4.0]), "ref")
+    assert str(svg(Panel(Axis("x"), Axis("y"), [gap]))).count("M") > str(svg(panel_of("line"))).count("M")
+    tall = Panel(Axis("x"), Axis("y", "", 0.0, 1.0), [MARKS["line"]])
+    assert len(list(parsed(tall).iter(f"{SVG}svg"))) == 2
+
+
+def test_cells_have_the_colours_of_their_legend() -> None:
+    cells = MARKS["cells"]
+    assert isinstance(cells, Cells)
+    steps, largest = cells.steps(RAMP), cells.largest(RAMP)
+    assert steps[1, 0] == -1
+    assert largest[-1] == pytest.approx(100.0)
+    for value, step in zip(VALUES[np.isfinite(VALUES)], steps[steps >= 0], strict=True):
+        assert value <= largest[step] * 1.001
+        assert step == 0 or value >= largest[step - 1] * 0.999
+
+
+@pytest.mark.parametrize("log", [False, True])
+@given(low=st.floats(-1e6, 1e6), width=st.floats(1e-3, 1e6))
+def test_ticks_lie_inside_any_range(log: bool, low: float, width: float) -> None:
+    low = abs(low) + 1e-6 if log else low
+    found = ticks(low, low + width, 6, log=log)
+    assert len(found) <= 8
+    slack = 1e-6 * width + 1e-9 * (abs(low) + width)
+    assert all(low - slack <= t <= low + width + slack for t in found)
+
+
+def test_every_meaning_has_its_colour_on_the_page_and_in_print() -> None:
+    """A style that only one painter knows would be drawn black, or not at all, by the other."""
+    import erclutch
+
+    css = (Path(erclutch.__file__).parent / "report/assets/report.css").read_text()
+    for name in (*STYLES, *(f"{ramp}{k}" for ramp in RAMPS for k in range(RAMP))):
+        assert name == "other" or re.search(rf"\.{name}\b", css), name
+
+
+def test_the_table_is_the_one_described(tmp_path: Path) -> None:
+    table = PlotTable(("a", "b"), [(1, 2.0), (3, 0.1)])
+    bars = NamedBars(["one", "two"], X[1:3], X[:2], X[2:4], ["best", "other"])
+    paths = save_plot(Plot([Panel(Axis("x"), Axis(""), [bars])], table, 2.0), tmp_path / "p.png")
+    assert [p.name for p in paths] == ["p.png", "p.csv"]
+    assert list(csv.reader(paths[1].read_text().splitlines())) == [["a", "b"], ["1", "2"], ["3", "0.1"]]
+
+
+def test_the_page_shows_the_panels_of_the_figures(material: Material) -> None:
+    """The page and the paper draw the same description."""
+    from erclutch.report.html.report_page import report_html
+
+    html = report_html(material)
+    for name in ("error-map", "parity", "residual", "lag", "flow-curves"):
+        for panel in FIGURES[name][1](material).panels:
+            assert panel.says
+            assert str(svg(panel)) in html, name

@@ -1,0 +1,131 @@
+"""The limits of the house: rooms, arrows, names, import tricks and circles, counted by `studies/house.py`."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+#: Places where the name of a module is data: the lazy names of the package, a target, a module that was exported.
+TRICKS = {"__init__.py", "registry.py", "export/targets/mujoco.py"}
+
+
+def load() -> Any:
+    spec = importlib.util.spec_from_file_location("studies_house", ROOT / "studies" / "house.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+STUDY = load()
+
+
+@pytest.fixture(scope="module")
+def house() -> Any:
+    return STUDY.House(ROOT)
+
+
+def test_few_rooms_and_few_modules_on_the_ground_floor(house: Any) -> None:
+    assert len(house.rooms) <= 12
+    assert len(house.ground_floor) <= 4
+
+
+def test_the_layers_are_few_lines(house: Any) -> None:
+    assert 0 < house.contract_lines <= 16
+
+
+def test_no_function_is_long(house: Any) -> None:
+    lengths = [length for length, _ in house.functions]
+    assert lengths[len(lengths) // 2] <= 8
+    assert lengths[-1] <= 60, house.functions[-1]
+
+
+def test_modules_are_imported_by_name(house: Any) -> None:
+    assert {place.rpartition(":")[0] for place in house.import_tricks} <= TRICKS
+
+
+def test_no_module_needs_one_that_needs_it(house: Any) -> None:
+    assert house.circles(lazy=False) == []
+    assert house.circles(lazy=True) == []
+
+
+def test_no_c_file_needs_one_that_needs_it(house: Any) -> None:
+    assert house.c_circles() == []
+
+
+def test_no_two_classes_share_a_name(house: Any) -> None:
+    assert house.shared_classes == {}
+
+
+def test_no_two_modules_share_a_name(house: Any) -> None:
+    assert house.shared_stems == {}
+
+
+def test_few_ask_of_which_kind_a_model_is(house: Any) -> None:
+    assert len(house.model_kinds) <= 5
+
+
+def test_the_alias_of_arrays_stands_once(house: Any) -> None:
+    assert house.places(r"^Array(: TypeAlias)? = NDArray\[np\.float64\]") == ["signals/array.py:8"]
+
+
+# --- the counts themselves -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Any:
+    """A package with one of everything that is counted."""
+    files = {
+        "__init__.py": "",
+        "errors.py": "class Fault(Exception):\n    pass\n",
+        "one/__init__.py": "",
+        "one/first.py": (
+            '"""Docstring: import_module(\'x\'), a - b."""\n'
+            "from importlib import import_module\n"
+            "from erclutch.one.second import g\n"
+            "class Fault:\n    pass\n"
+            "def f(x):\n    return isinstance(x, (int, TorqueModel)) and import_module('numpy')\n"
+        ),
+        "one/second.py": "def g():\n    from erclutch.one.first import f\n    return f\n",
+        "one/a.h": "void b_call(void);\nvoid a_call(void);\n",
+        "one/a.c": '#include "a.h"\nvoid a_call(void) {\n    b_call();\n}\n',
+        "one/b.c": '#include "a.h"\nvoid b_call(void) {\n}\n',
+    }
+    for name, text in files.items():
+        path = tmp_path / "src" / "erclutch" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    (tmp_path / "pyproject.toml").write_text('[[tool.importlinter.contracts]]\nlayers = ["one", "errors"]\n')
+    return STUDY.House(tmp_path)
+
+
+def test_what_is_counted_is_found(small: Any) -> None:
+    assert small.rooms == ["one"]
+    assert small.ground_floor == ["errors"]
+    assert small.contract_lines == 2
+    assert small.import_tricks == ["one/first.py:7"]
+    assert small.model_kinds == ["one/first.py:7"]
+    assert small.shared_classes == {"Fault": ["errors.py", "one/first.py"]}
+    assert small.lines((".c", ".h")) == 9
+    assert [length for length, _ in small.functions] == [2, 3]
+
+
+def test_circles_are_found(small: Any) -> None:
+    assert small.circles(lazy=False) == []
+    assert small.circles(lazy=True) == [["erclutch.one.first", "erclutch.one.second"]]
+    assert small.c_circles() == [["a", "b"]]
+
+
+def test_the_code_is_without_what_is_said(small: Any) -> None:
+    first = next(module for module in small.modules if module.path.name == "first.py")
+    assert "Docstring" not in first.code
+    assert "isinstance" in first.code
+    assert small.places("import_module") == ["one/first.py:2", "one/first.py:7"]

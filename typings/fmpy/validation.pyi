@@ -1,0 +1,3 @@
+from os import PathLike
+
+def validate_fmu(filename: str | PathLike[str]) -> list[str]: ...

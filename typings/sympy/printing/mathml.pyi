@@ -1,0 +1,3 @@
+from sympy import Expr
+
+def mathml(expr: Expr, printer: str = ...) -> str: ...
