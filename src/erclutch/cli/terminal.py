@@ -113,11 +113,11 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
 
 
 def _interval(estimate: Estimate) -> str:
+    known = math.isfinite(estimate.high - estimate.low)
+    span = f"{number(estimate.low)} - {number(estimate.high)}"
     if estimate.at_bound:
-        return f"at its {estimate.at_bound} bound"
-    if math.isinf(estimate.high - estimate.low):
-        return "not identified"
-    return f"{number(estimate.low)} - {number(estimate.high)}"
+        return f"at its {estimate.at_bound} bound" + (f", {span}" if known else "")
+    return span if known else "not identified"
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:

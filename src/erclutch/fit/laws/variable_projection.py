@@ -10,8 +10,8 @@ equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -38,6 +38,7 @@ class Separable:
         shapes: the nonlinear parameters, for bounds and scales.
         gains: the linear parameters, for bounds.
         behind: what becomes of each column, a linear map with the same nonlinear parameters; None: nothing does.
+        pinned: gain -> the value that it keeps.
     """
 
     columns: ColumnsOf
@@ -45,11 +46,23 @@ class Separable:
     shapes: tuple[ShapeParameter, ...]
     gains: tuple[Gain, ...]
     behind: Callable[[Any, Sequence[Any]], Any] | None = None
+    pinned: Mapping[int, float] = field(default_factory=dict[int, float])
 
     def values(self, columns: Sequence[Any], q: Sequence[float]) -> Array:
-        """What becomes of the columns, and the target, side by side, values only, shape (n, p + 1)."""
+        """What becomes of the columns, and the target, side by side, values only, shape (n, p + 1).
+
+        The column of a pinned gain is taken off the target and is zero itself, so that its own gain is held.
+        """
         values = [value_of(column) for column in columns]
-        return stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
+        stacked = stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
+        for j, gain in self.pinned.items():
+            stacked[:, -1] -= gain * stacked[:, j]
+            stacked[:, j] = 0.0
+        return stacked
+
+    def with_pinned(self, gains: Array) -> Array:
+        """All gains, those that are pinned among them."""
+        return np.array([self.pinned.get(j, gain) for j, gain in enumerate(gains.tolist())])
 
     @property
     def nonnegative(self) -> Mask:
@@ -158,16 +171,21 @@ def seeded(shapes: Sequence[ShapeParameter], u: Array) -> list[Dual]:
 
 def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
+    stacked, slopes, projection = _linear(separable, u)
+    return stacked[:, :-1], slopes, projection
+
+
+def _linear(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         q = seeded(separable.shapes, u)
         columns = separable.columns(q)
         stacked = separable.values(columns, [value_of(x) for x in q])
         projection = _gains(stacked, separable.nonnegative)
         slopes = np.zeros((separable.target.size, u.size), order="F")
-        for total in _totals(separable, columns, q, projection.gains):
+        for total in _totals(separable, columns, q, separable.with_pinned(projection.gains)):
             for i in range(u.size):
                 slopes[:, i] += partial_of(total, i)
-    return stacked[:, :-1], slopes, projection
+    return stacked, slopes, projection
 
 
 def _totals(separable: Separable, columns: Sequence[Any], q: Sequence[Dual], gains: Array) -> list[Any]:
@@ -205,10 +223,10 @@ def outer_problem(separable: Separable) -> Problem:
     lower, upper = separable.bounds
 
     def linearise(u: Array) -> Linearisation:
-        columns, slopes, projection = jacobian(separable, u)
-        free = columns[:, ~projection.held]
+        stacked, slopes, projection = _linear(separable, u)
+        free, target = stacked[:, :-1][:, ~projection.held], stacked[:, -1]
         p, k = free.shape[1], u.size
-        r = triangle_of(np.asfortranarray(np.column_stack([free, slopes, separable.target])))
+        r = triangle_of(np.asfortranarray(np.column_stack([free, slopes, target])))
         return Linearisation(projection.cost, r[p : p + k, p : p + k], r[p : p + k, p + k])
 
     return Problem(lambda u: project(separable, parameters(separable.shapes, u)).cost, linearise, lower, upper)
