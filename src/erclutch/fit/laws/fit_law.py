@@ -22,7 +22,7 @@ from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
 from erclutch.fit.laws.law_starts import scan_points, thinned, windows
 from erclutch.fit.laws.other_basins import best_basin
-from erclutch.fit.laws.profile_intervals import Optimum, interval_ends
+from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
 from erclutch.fit.laws.variable_projection import (
     Projection,
     Separable,
@@ -216,7 +216,7 @@ def _outcome(
     residual = full.target - columns @ projection.gains
     free = np.concatenate([~(found.at_lower | found.at_upper), ~projection.held])
     slopes = np.column_stack([slopes, columns])
-    ends = (np.full(free.size, np.nan),) * 2
+    ends = no_intervals(free.size)
     if intervals:
         spread = uncertainty(slopes[:, free], residual, ordered=ordered)
         some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
@@ -265,8 +265,7 @@ def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutco
         cost = sum(float(np.sum((m[:, -1] - m[:, :-1] @ projection.gains) ** 2)) for m in matrices)
         spread = _rank(cells, found, projection, triangle, data.rows)
         seen = Seen(reference, data.units, range_of(data), data.rows, cost)
-    ends = (np.full(len(shapes) + len(few.gains), np.nan),) * 2
-    return described(structure, seen, few, found, projection, spread, ends)
+    return described(structure, seen, few, found, projection, spread, no_intervals(len(shapes) + len(few.gains)))
 
 
 def _triangle_over(matrices: Iterable[Array], wide: int) -> Array:

@@ -47,6 +47,11 @@ class Optimum:
     live: Mask
 
 
+def no_intervals(parameters: int) -> tuple[Array, Array]:
+    """Ends where no intervals were asked for."""
+    return np.full(parameters, np.nan), np.full(parameters, np.nan)
+
+
 def interval_ends(few: Separable, found: Optimum, spread: Uncertainty, *, ordered: bool) -> tuple[Array, Array]:
     """Ends of the 95 % intervals of all parameters, (p,) each; infinite where the rows do not identify a parameter.
 
@@ -119,7 +124,7 @@ class _Search:
         live = found.live & (norms > 0)
         norms[~live] = 1.0
         lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
-        inverse = np.linalg.pinv((slopes / norms).T @ (slopes / norms), rcond=1e-14) / np.outer(norms, norms)
+        inverse: Array = np.linalg.pinv((slopes / norms).T @ (slopes / norms), rcond=1e-14) / np.outer(norms, norms)
         white = np.maximum(np.diag(inverse), np.finfo(float).tiny)
         ratio = np.where(np.isfinite(spread.errors), spread.errors**2 / white, 0.0)
         ratio[ratio == 0.0] = ratio.max(initial=0.0)
