@@ -24,7 +24,7 @@ from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
-from erclutch.models.stages import NONE, outside_stages, slip_stages, stages_at, stages_of
+from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin, require
 from erclutch.signals.array import Array
@@ -76,6 +76,9 @@ class Structure:
     friction: bool = False
     offset: bool = False
     extras: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dynamics", canonical(self.dynamics))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""

@@ -51,6 +51,15 @@ def stages_of(specification: str) -> tuple[Stage, ...]:
     return found
 
 
+def canonical(specification: str) -> str:
+    """The specification with each stage by its own name, so that ``dahl-1`` and ``dahl`` are one.
+
+    Raises:
+        SettingError: a stage that is not there.
+    """
+    return "+".join(stage.name for stage in stages_of(specification)) or NONE
+
+
 @cache
 def stages_at(specification: str, place: Place) -> tuple[Stage, ...]:
     """The stages of one place."""

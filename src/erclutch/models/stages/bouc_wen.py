@@ -25,7 +25,7 @@ from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import Advance, follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
@@ -88,7 +88,7 @@ def _advance(exponent: int) -> Advance:
 
 def _bouc_wen(exponent: int, _: tuple[str, ...]) -> BoucWen:
     return BoucWen(
-        name=f"bouc-wen-{exponent}",
+        name=numbered("bouc-wen", exponent),
         title=f"Bouc-Wen hysteresis with exponent {exponent}",
         source="Bouc 1967 and Wen 1976, doi 10.1061/JMCEA3.0002106",
         outputs=("b",),

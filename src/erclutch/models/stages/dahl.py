@@ -25,7 +25,7 @@ from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import EFFORT, Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 TRAVEL = Dimension(slip=1, time=1)
@@ -51,7 +51,7 @@ class Dahl:
     @property
     def name(self) -> str:
         """See `Stage`."""
-        return f"dahl-{self.states}{'/field' if self.ahead else ''}"
+        return numbered("dahl", self.states, ahead=self.ahead)
 
     @property
     def title(self) -> str:

@@ -158,3 +158,8 @@ class StageFamily:
     count: int | None = None
     forms: tuple[str, ...] = ()
     ladder: tuple[str, ...] = ()
+
+
+def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
+    """The name of a stage of a family: the number 1 is left out, as the name alone stands for it."""
+    return stem + (f"-{number}" if number != 1 else "") + ("/field" if ahead else "")

@@ -22,7 +22,7 @@ from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 _LEAST, _MOST = 3.0, 600.0
@@ -80,7 +80,7 @@ def _stops(count: int, forms: tuple[str, ...]) -> Stops:
     ahead = "field" in forms
     outputs = tuple(f"{'q' if ahead else 'p'}{i + 1}" for i in range(count))
     return Stops(
-        name=f"stops-{count}{'/field' if ahead else ''}",
+        name=numbered("stops", count, ahead=ahead),
         title=f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
         + (", the field ahead of the memory" if ahead else ""),
         source="Prandtl 1928 and Ishlinskii 1944; stop operators after Brokate and Sprekels 1996, "
