@@ -87,12 +87,15 @@ def _advance(exponent: int) -> Advance:
 
 
 def _bouc_wen(exponent: int, _: tuple[str, ...]) -> BoucWen:
+    inner = {1: "", 2: "|b| "}.get(exponent, f"|b|^{exponent - 1} ")
+    power = f"^{exponent}" if exponent > 1 else ""
     return BoucWen(
         name=numbered("bouc-wen", exponent),
         title=f"Bouc-Wen hysteresis with exponent {exponent}",
         source="Bouc 1967 and Wen 1976, doi 10.1061/JMCEA3.0002106",
         outputs=("b",),
         meanings=("effort of the hysteresis",),
+        equation=f"r_b b' = w - beta_b |w| {inner}b - (1 - beta_b) w |b|{power}",
         exponent=exponent,
     )
 

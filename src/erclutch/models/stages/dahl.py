@@ -60,6 +60,12 @@ class Dahl:
         return f"memory of the slip with {self.states} Dahl state{'s' if self.states > 1 else ''}{how}"
 
     @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        pull = "y(E) w" if self.ahead else "w"
+        return ", ".join(f"r_{i + 1} {s}' = {pull} - |w| {s}" for i, s in enumerate(self.outputs))
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the states."""
         return tuple(f"{'z' if self.ahead else 's'}{i + 1}" for i in range(self.states))

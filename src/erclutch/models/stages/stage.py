@@ -78,6 +78,15 @@ class Stage(Protocol):
         ...
 
     @property
+    def equation(self) -> str:
+        """What it computes, in plain text with the names of its parameters and outputs.
+
+        u is the command, E the field behind the stage, w the slip, y(E) the strength of the field, T_fluid the effort
+        ahead of the stage and T behind it; a prime is a derivative in time.
+        """
+        ...
+
+    @property
     def place(self) -> Place:
         """What it works on."""
         ...

@@ -79,6 +79,7 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
 def _stops(count: int, forms: tuple[str, ...]) -> Stops:
     ahead = "field" in forms
     outputs = tuple(f"{'q' if ahead else 'p'}{i + 1}" for i in range(count))
+    pull, edge = ("y(E) w", "-y(E) and y(E)") if ahead else ("w", "-1 and 1")
     return Stops(
         name=numbered("stops", count, ahead=ahead),
         title=f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
@@ -87,6 +88,7 @@ def _stops(count: int, forms: tuple[str, ...]) -> Stops:
         "doi 10.1007/978-1-4612-4048-8",
         outputs=outputs,
         meanings=tuple(f"effort of stop {i + 1}" for i in range(count)),
+        equation="; ".join(f"r_p{i + 1} {s}' = {pull}, {s} within {edge}" for i, s in enumerate(outputs)),
         ahead=ahead,
     )
 
