@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import CheckError, SettingError
-from erclutch.fit.comparison import Comparison, Settings, compare, structures_for
+from erclutch.fit.comparison import Comparison, Settings, compare, networks_for, structures_for
 from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs import read, recording_from_arrays
@@ -194,6 +194,12 @@ def test_all_is_the_ladder_and_names_are_canonical(data: Dataset) -> None:
     assert [s.specification for s in made[:2]] == ["seo-seo", "herschel-bulkley/square"]
     assert len(made) == len(ladder()) + 1
     assert {s.dynamics for s in made} == {"lag"}
+
+
+def test_two_names_of_a_stage_are_one_model(data: Dataset) -> None:
+    asked = ("bingham+dahl-1/field", "bingham+dahl/field", "bingham+stops-1", "fnn-6+dahl-01", "fnn-6+dahl")
+    made = [*structures_for(data, Settings(models=asked)), *networks_for(data, Settings(models=asked))]
+    assert [s.dynamics for s in made] == ["dahl/field", "stops", "dahl"]
 
 
 def test_friction_and_offset_by_device(data: Dataset) -> None:

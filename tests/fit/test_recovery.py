@@ -22,8 +22,8 @@ LOUD = "cho-choi-jhon (loud)"
 #: Stages; the least of forms and numbers that show each.
 STAGES = (
     *("second-order", "two-lags", "effort-lag", "effort-second-order", "inertia", "stiffness", "viscous"),
-    *("dahl-1", "dahl-2/field", "stops-1", "stops-2/field", "lugre", "lugre/field"),
-    *("bouc-wen-1", "bouc-wen-2", "hysteretic-tanh", "spencer"),
+    *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
+    *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )
 
 

@@ -145,6 +145,14 @@ def forged(edit: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
     return {**body, "digest": digest_of(body)}
 
 
+def test_a_file_with_the_other_name_of_a_stage_has_the_canonical_one() -> None:
+    body = model_of(dynamics="dahl/field").to_dict()
+    body = {**body, "dynamics": "dahl-1/field"}
+    back = model_from_dict({**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})})
+    assert back.name == "hem+dahl/field"
+    assert back.to_dict()["dynamics"] == "dahl/field"
+
+
 KEYS = (
     "device",
     "law",

@@ -40,7 +40,7 @@ from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_networ
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
-from erclutch.models.stages import remembers, slip_stages, stages_of
+from erclutch.models.stages import canonical, remembers, slip_stages, stages_of
 from erclutch.signals.array import Array
 
 AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel] | FitOutcome[ResidualModel]
@@ -291,9 +291,7 @@ def _asked(settings: Settings) -> list[tuple[str, str]]:
     asked = [_name_and_stages(model) for model in _names(settings)]
     pairs = [(name, form) for form in forms for name, own in asked if own is None]
     pairs += [(name, own) for name, own in asked if own is not None]
-    for _, form in pairs:
-        stages_of(form)
-    return pairs
+    return [(name, canonical(form)) for name, form in pairs]
 
 
 def _name_and_stages(model: str) -> tuple[str, str | None]:

@@ -24,7 +24,15 @@ from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
-from erclutch.models.stages import NONE, outside_stages, slip_stages, stages_at, stages_of
+from erclutch.models.stages import (
+    NONE,
+    canonical,
+    outside_stages,
+    slip_stages,
+    stage_equations,
+    stages_at,
+    stages_of,
+)
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin, require
 from erclutch.signals.array import Array
@@ -76,6 +84,9 @@ class Structure:
     friction: bool = False
     offset: bool = False
     extras: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dynamics", canonical(self.dynamics))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
@@ -464,12 +475,15 @@ class TorqueModel:
 
     def equation(self) -> list[str]:
         """The equation and its numbers, as lines of a comment."""
-        from erclutch.models.laws.symbolic import equation_text
+        from erclutch.models.laws.symbolic import equation_text, memory_terms
 
         law, structure = self.structure.law, self.structure
         lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
-        lines += [f"  effort = {equation_text(law)}", ""]
+        memory = (f" + {g}*{c}" for stage in slip_stages(structure.dynamics) for g, c in memory_terms(stage))
+        lines += [f"  effort = {equation_text(law)}{''.join(memory)}", ""]
         lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
+        if slip_stages(structure.dynamics):
+            lines += ["y(E) is the strength of the field: 1 at E = 1, of the form of the yield effort, else E^n_m."]
         if structure.elements == 2:
             lines += ["T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."]
         if law.forward:
@@ -478,6 +492,7 @@ class TorqueModel:
             lines += ["A friction effort T_f tanh(w / w_s) is added for each element."]
         if structure.offset:
             lines += ["A constant effort T_0 is added."]
+        lines += stage_equations(structure.dynamics)
         numbers = {**self.shape, **self.gains}
         return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]
 

@@ -30,7 +30,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 PERIOD = 1e-3
-DYNAMICS = "lag+dahl-1+effort-lag"
+DYNAMICS = "lag+dahl+effort-lag"
 
 
 def device(rows: int = 6000, seed: int = 0, *, missed: float = 3.0) -> Dataset:

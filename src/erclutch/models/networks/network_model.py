@@ -18,7 +18,7 @@ from erclutch.models.law_model import SCHEMA, digest_of, require_schema
 from erclutch.models.model import Pair, Range, Rows, full_name, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import Past, inputs_from, inputs_of, moved_of
-from erclutch.models.stages import outside_stages, stages_at
+from erclutch.models.stages import outside_stages, stage_equations, stages_at
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin, require
 from erclutch.signals.array import Array
@@ -234,7 +234,8 @@ class NetworkModel:
         else:
             layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
             formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
-        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", f"Inputs: {', '.join(s.inputs)}."]
+        inputs = f"Inputs: {', '.join(s.inputs)}."
+        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", inputs, *stage_equations(s.dynamics)]
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:

@@ -49,6 +49,12 @@ class CommandLag:
     source: str = "first-order model of the coil and its fluid; no publication of its own"
     place: Place = "command"
 
+    @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        tau = "(tau_rise while |x| grows, else tau_fall)" if self.switches else "tau"
+        return f"{tau} x' + x = u, E(t) = x(t - delay)"
+
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The dead time, then one time constant or those of rise and fall."""
         delay = ShapeParameter("delay", "dead time between command and field", 0.0, max(0.05, 5 * period), _TIME)
