@@ -56,7 +56,7 @@ def quick_for_one_row(effort: F) -> F:
     @wraps(effort)
     def road(model: Any, elements: Any, clock: Clock, extras: Any = None, *, exactly: bool = True) -> Array:
         if exactly and clock.time.size == 1:
-            kept: dict[str, Any] = vars(model)
+            kept: dict[str, Any] = model.__dict__
             own: _LoneRows = kept.get("_lone_rows") or kept.setdefault("_lone_rows", _LoneRows())
             value = own.effort(model, elements, extras or {})
             if value == value:
