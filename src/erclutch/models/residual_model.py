@@ -21,10 +21,11 @@ from erclutch.arithmetic.as_in_c import exact
 from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.law_model import Structure, TorqueModel, digest_of, model_from_dict, require_schema
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
+from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
+from erclutch.models.one_row import quick_for_one_row
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -188,13 +189,15 @@ class ResidualModel:
         Raises:
             ErclutchError: the data set is of another device or in other units, or lacks an input.
         """
+        require_same_signals(self, data)
         self.correction.network.require_period(data.clock)
-        return self.law.predict(data) + self.added(data.elements, data.clock, data.extras)
+        return self.effort(data.elements, data.clock, data.extras)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,)."""
         return self.law.outside(data)
 
+    @quick_for_one_row
     def effort(
         self,
         elements: Sequence[Element],

@@ -337,7 +337,7 @@ def test_a_network_file_that_was_changed(data: Dataset, change: str) -> None:
 
 def test_a_network_of_another_device(data: Dataset) -> None:
     model = fit_network(data, network_from_name("fnn-2")).model
-    with pytest.raises(ErclutchError, match="for a network of coaxial"):
+    with pytest.raises(ErclutchError, match="for a model of coaxial"):
         model.predict(single())
 
 

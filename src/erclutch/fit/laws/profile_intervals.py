@@ -13,6 +13,7 @@ whose gradient is that of all rows: only parameters on a bound have a gradient t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -124,7 +125,9 @@ class _Search:
         live = found.live & (norms > 0)
         norms[~live] = 1.0
         lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
-        inverse: Array = np.linalg.pinv((slopes / norms).T @ (slopes / norms), rcond=1e-14) / np.outer(norms, norms)
+        unit = slopes / norms
+        whole: Any = np.linalg.pinv(unit.T @ unit, rcond=1e-14)
+        inverse: Array = whole / np.outer(norms, norms)
         white = np.maximum(np.diag(inverse), np.finfo(float).tiny)
         ratio = np.where(np.isfinite(spread.errors), spread.errors**2 / white, 0.0)
         ratio[ratio == 0.0] = ratio.max(initial=0.0)

@@ -15,9 +15,10 @@ from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.law_model import SCHEMA, digest_of, require_schema
-from erclutch.models.model import Pair, Range, Rows, full_name, settled_memory
+from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import Past, inputs_from, inputs_of, moved_of
+from erclutch.models.one_row import quick_for_one_row
 from erclutch.models.stages import outside_stages, stage_equations, stages_at
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin, require
@@ -134,13 +135,7 @@ class NetworkModel:
         Raises:
             ErclutchError: the data set is of another device or in other units, or lacks an input.
         """
-        if data.device != self.structure.device or data.units != self.units:
-            raise ErclutchError(
-                f"data of device {data.device} ({data.units.text()}) for a network of {self.structure.device} "
-                f"({self.units.text()})",
-                where=self.name,
-                remedy="Read the log with the device and the units of the training data",
-            )
+        require_same_signals(self, data)
         self.require_period(data.clock)
         return self.effort(data.elements, data.clock, data.extras)
 
@@ -159,6 +154,7 @@ class NetworkModel:
                 remedy=f"Read the log with --resample {1 / own:.6g}",
             )
 
+    @quick_for_one_row
     def effort(
         self,
         elements: Sequence[Element],
@@ -306,7 +302,9 @@ def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool
 
 
 def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
-    """The exported C's functions in the precision of an array."""
+    """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
+    if x.dtype == object:
+        return {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
     return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
 
 
