@@ -28,7 +28,17 @@ class ErclutchError(Exception):
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
-        return f"{place}{self.problem}. {self.remedy}."
+        return printable(f"{place}{self.problem}. {self.remedy}.")
+
+
+def printable(text: str) -> str:
+    """A text as one line that a terminal only shows: white space is a blank, any other hidden character is written out.
+
+    What is hidden: control characters, line ends, marks that turn the direction, halves of a character.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)
 
 
 @contextmanager

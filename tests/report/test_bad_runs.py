@@ -66,7 +66,7 @@ def test_predictions_of_another_run(run: Path) -> None:
     """Even with a digest that fits: the columns must."""
     import pyarrow.parquet as pq
 
-    from erclutch.models.law_model import digest_of
+    from erclutch.models.model_file import digest_of
     from erclutch.runs.run_folder import file_digest
 
     path = run / "predictions.parquet"

@@ -133,7 +133,7 @@ def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None
 
 def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
     """A log may be called anything."""
-    from erclutch.models.law_model import digest_of
+    from erclutch.models.model_file import digest_of
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
     body = json.loads((run / "run.json").read_text())

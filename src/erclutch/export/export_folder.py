@@ -17,8 +17,8 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.models.law_model import require_schema
 from erclutch.models.load import load_model
+from erclutch.models.model_file import require_schema
 from erclutch.registry import Plugin, require
 from erclutch.signals.speed import Derivative
 

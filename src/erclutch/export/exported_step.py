@@ -11,6 +11,7 @@ import numpy as np
 
 from erclutch.arithmetic.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.errors import ExportError
+from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model, margins, stage_numbers
@@ -154,6 +155,11 @@ class ExportedStep:
     def device(self) -> DeviceName:
         """Which device it is of."""
         return self.model.structure.device
+
+    @property
+    def headline(self) -> str:
+        """Title and name of the model, for a comment."""
+        return comment(f"{self.model.title} ({self.model.name})")
 
     @property
     def network(self) -> NetworkModel | None:

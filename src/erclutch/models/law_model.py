@@ -6,41 +6,44 @@ by hand.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from operator import add
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
-from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
-from erclutch.models.one_row import quick_for_one_row
-from erclutch.models.stages import (
-    NONE,
-    canonical,
-    outside_stages,
-    slip_stages,
-    stage_equations,
-    stages_at,
-    stages_of,
+from erclutch.models.model_file import (
+    SCHEMA,
+    about_of,
+    device_of,
+    digest_of,
+    names_of,
+    number_of,
+    pair_of,
+    range_of,
+    read_model,
+    specification_of,
+    truth_of,
+    units_of,
 )
+from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
-from erclutch.registry import Plugin, require
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
-from erclutch.signals.device import DEVICES, DeviceName, Element, Units
+from erclutch.signals.device import DeviceName, Element, Units
 
-SCHEMA = 1
+KIND = "erclutch torque model"
 
 
 @dataclass(frozen=True)
@@ -495,7 +498,7 @@ class TorqueModel:
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
         body: dict[str, Any] = {
-            "kind": "erclutch torque model",
+            "kind": KIND,
             "schema": SCHEMA,
             "device": self.structure.device,
             "law": self.structure.specification,
@@ -527,106 +530,42 @@ class TorqueModel:
         return [{"name": name, "reference": scale, "trained_on": list(pair)} for name, scale, pair in inputs]
 
 
-def digest_of(body: Mapping[str, Any]) -> str:
-    """SHA-256 of a JSON body, independent of the order of its keys."""
-    text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def require_schema(
-    found: Any,
-    known: int,
-    where: str,
-    *,
-    error: type[ErclutchError] = RunError,
-    older: str = "Fit the log again with this version",
-) -> None:
-    """Refuse a file of another schema: a newer one wants this program updated, an older one the file made again.
-
-    Args:
-        found: the file's schema.
-        known: the one that is read.
-        where: the file.
-        error: what is raised.
-        older: what to do about a file of an older schema.
-
-    Raises:
-        ErclutchError: it is another one; of the class ``error``.
-    """
-    if found == known and not isinstance(found, bool):
-        return
-    newer = isinstance(found, int) and found > known
-    raise error(
-        f"schema {found!r}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
-        where=where,
-        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
-    )
-
-
 def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueModel:
     """The model that `TorqueModel.to_dict` wrote.
 
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != "erclutch torque model":
-        raise RunError(
-            f"this is no model but {body.get('kind')!r}",
-            where=where,
-            remedy="Give a file of the models folder of a run",
-        )
-    require_schema(body.get("schema"), SCHEMA, where)
-    require(body.get("plugins", []), where)
-    content = {key: value for key, value in body.items() if key != "digest"}
-    try:
-        if digest_of(content) != body.get("digest"):
-            raise RunError(
-                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
-            )
-        return _model_from(body)
-    except (PluginError, RunError):
-        raise
-    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+    return read_model(body, KIND, where, _model_from)
 
 
 def _model_from(body: Mapping[str, Any]) -> TorqueModel:
-    device = cast(DeviceName, body["device"])
-    if device not in DEVICES:
-        raise ValueError(f"device {device!r}")
+    device = device_of(body)
+    specification = specification_of(body["law"], "law")
+    further: list[Any] = body.get("extras", [])
     structure = Structure(
         device,
-        str(body["law"]),
-        law_from_name(str(body["law"]), device),
-        str(body["dynamics"]),
-        bool(body["friction"]),
-        bool(body["offset"]),
-        tuple(str(entry["name"]) for entry in body.get("extras", [])),
+        specification,
+        law_from_name(specification, device),
+        specification_of(body["dynamics"], "dynamics"),
+        truth_of(body["friction"], "friction"),
+        truth_of(body["offset"], "offset"),
+        names_of([entry["name"] for entry in further], "further inputs"),
     )
-    for key in ("friction", "offset"):
-        if not isinstance(body[key], bool):
-            raise ValueError(f"{key} is {body[key]!r}")
-    further: list[Any] = body.get("extras", [])
-    field_, slip, period = (float(body["reference"][key]) for key in ("field", "slip", "period_s"))
-    reference = Reference(field_, slip, period, tuple(float(entry["reference"]) for entry in further))
-    if not min(reference.field, reference.slip, reference.period, *reference.extras) > 0:
-        raise ValueError(f"{reference}")
-    shape_names = [s.name for s in structure.shapes(reference.period)]
-    gain_names = [g.name for g in structure.gains()]
-    for shape in structure.shapes(reference.period):
-        if not shape.lower <= float(body["shape"][shape.name]) <= shape.upper:
-            raise ValueError(f"{shape.name} is {body['shape'][shape.name]}")
-    if not all(isinstance(unit, str) for unit in body["units"].values()):
-        raise ValueError(f"units are {body['units']}")
-    trained = body["trained_on"]
-    pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
+    scales = {key: number_of(body["reference"][key], key, positive=True) for key in ("field", "slip", "period_s")}
+    scaled = tuple(number_of(entry["reference"], "reference", positive=True) for entry in further)
+    reference = Reference(*scales.values(), scaled)
+    shape = {s.name: number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
+    for s in structure.shapes(reference.period):
+        if not s.lower <= shape[s.name] <= s.upper:
+            raise ValueError(f"{s.name} is {shape[s.name]}, not from {s.lower:g} to {s.upper:g}")
     return TorqueModel(
         structure=structure,
         reference=reference,
-        shape={name: float(body["shape"][name]) for name in shape_names},
-        gains={name: float(body["gains"][name]) for name in gain_names},
-        units=Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
-        trained_on=Range(pair["field"], pair["slip"], pair["effort"]),
-        about={str(key): str(value) for key, value in body["about"].items()},
-        extra_ranges=tuple((float(e["trained_on"][0]), float(e["trained_on"][1])) for e in further),
+        shape=shape,
+        gains={g.name: number_of(body["gains"][g.name], g.name) for g in structure.gains()},
+        units=units_of(body),
+        trained_on=range_of(body),
+        about=about_of(body),
+        extra_ranges=tuple(pair_of(entry["trained_on"], "range of a further input") for entry in further),
     )

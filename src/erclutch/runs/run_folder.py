@@ -29,9 +29,9 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.errors import RunError
 from erclutch.files import whole_folder
-from erclutch.models.law_model import digest_of, require_schema
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
+from erclutch.models.model_file import digest_of, require_schema
 from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:

@@ -33,6 +33,10 @@ _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
+# A product of a few numbers and symbols with small powers; two signs never stand side by side.
+_FACTOR = r"\(?(?:\d{1,9}(?:\.\d{1,9})?|[^\W\d_]+|[%°][^\W\d_]*)(?:\^?-?\d|[²³])?\)?"
+_PRODUCT = re.compile(rf"{_FACTOR}(?:[*/ ·]{_FACTOR}){{0,5}}")
+
 #: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
 _FACTORS = {
     (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6},
@@ -122,6 +126,11 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
     if not dimension and not re.search(r"%|percent|permille|ppm", spelled):
         return None  # a bare number such as 3, or a count: no unit
     return Unit(text, factor, dimension)
+
+
+def is_written_well(text: str) -> bool:
+    """Whether the text has the form of a unit, known to erclutch or not: ``N*m``, ``m/s^2``, none or "?"."""
+    return text in ("", "-", UNKNOWN) or (len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None)
 
 
 def is_unit(text: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,30 @@ from erclutch.arithmetic import as_in_c
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
-from erclutch.errors import ErclutchError, PluginError, RunError
-from erclutch.models.law_model import SCHEMA, digest_of, require_schema
+from erclutch.errors import ErclutchError
 from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
+from erclutch.models.model_file import (
+    LONGEST_PERIOD,
+    SCHEMA,
+    about_of,
+    device_of,
+    digest_of,
+    names_of,
+    number_of,
+    pair_of,
+    range_of,
+    read_model,
+    specification_of,
+    table_of,
+    units_of,
+    whole_number_of,
+)
 from erclutch.models.networks import NetworkStructure, network_from_name
-from erclutch.models.networks.network_inputs import Past, inputs_from, inputs_of, moved_of
+from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
 from erclutch.models.one_row import quick_for_one_row
-from erclutch.models.stages import outside_stages, stage_equations, stages_at
+from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved
-from erclutch.registry import Plugin, require
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
@@ -334,82 +349,73 @@ def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
     return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
 
 
-def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkModel:
-    """The network that `NetworkModel.to_dict` wrote.
+def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
+    """The network that `NetworkModel.to_dict` wrote; not alone, it has the strength of the field from its law.
 
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != KIND:
-        raise RunError(
-            f"this is no network but {body.get('kind')!r}",
-            where=where,
-            remedy="Give a network's file of the models folder of a run",
-        )
-    require_schema(body.get("schema"), SCHEMA, where)
-    require(body.get("plugins", []), where)
-    try:
-        if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
-            raise RunError(
-                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
-            )
-        return _network_from(body)
-    except (PluginError, RunError):
-        raise
-    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+    return read_model(body, KIND, where, lambda content: _network_from(content, alone))
 
 
-def _network_from(body: Mapping[str, Any]) -> NetworkModel:
-    numbers = cast(dict[str, Any], dict(body["dynamics"]))
-    form = numbers.pop("form")
-    structure = _structure_from(body, str(form))
-    scaling = body["scaling"]
-    weights = {str(name): np.asarray(table, np.float64) for name, table in body["weights"].items()}
-    expected = table_shapes(structure)
-    if {name: table.shape for name, table in weights.items()} != expected:
-        raise ValueError(f"tables {sorted(weights)} for {structure.specification}")
-    if list(structure.inputs) != list(body["inputs"]) or not all(np.all(np.isfinite(t)) for t in weights.values()):
-        raise ValueError("inputs or weights")
-    trained = body["trained_on"]
-    pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
-    count = len(structure.inputs)
+def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
+    structure = _structure_from(body)
+    strength = STRENGTH if alone and slip_stages(structure.dynamics) else ()
+    scaling, count = body["scaling"], len(structure.inputs)
+    period = number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
     return NetworkModel(
         structure,
         Scaling(
-            np.asarray(scaling["offset"], np.float64).reshape(count),
-            np.asarray(scaling["scale"], np.float64).reshape(count),
-            float(scaling["effort_offset"]),
-            float(scaling["effort_scale"]),
+            table_of(scaling["offset"], "offset", count),
+            table_of(scaling["scale"], "scale", count, positive=True),
+            number_of(scaling["effort_offset"], "effort_offset"),
+            number_of(scaling["effort_scale"], "effort_scale", positive=True),
         ),
-        weights,
-        {str(key): float(value) for key, value in numbers.items()},
-        Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
-        Range(pair["field"], pair["slip"], pair["effort"]),
-        np.asarray(body["input_range"], np.float64).reshape(count, 2),
-        {str(key): str(value) for key, value in body["about"].items()},
-        _period_of(body),
+        {
+            name: table_of(body["weights"][name], name, *shape, positive=name == "spreads")
+            for name, shape in table_shapes(structure).items()
+        },
+        {
+            **_stage_numbers_from(body["dynamics"], structure, period or LONGEST_PERIOD),
+            **{name: number_of(body["dynamics"][name], name, positive=True) for name in strength},
+        },
+        units_of(body),
+        range_of(body),
+        np.array([pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        about_of(body),
+        period,
     )
 
 
-def _structure_from(body: Mapping[str, Any], dynamics: str) -> NetworkStructure:
+def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
+    """Numbers of the stages; those in the unit of the slip may be as large as they like."""
+    found: dict[str, float] = {}
+    for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
+        found[p.name] = number_of(numbers[p.name], p.name, positive=p.lower > 0)
+        if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
+            raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
+    return found
+
+
+def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
     """The inputs tell whether the field is one of them, and past samples of further inputs."""
-    past, extras = tuple(int(k) for k in body["past"]), tuple(str(name) for name in body["extras"])
-    made = network_from_name(body["network"], body["device"], dynamics=dynamics, past=past, extras=extras)
-    return replace(
+    past = tuple(whole_number_of(k, "past") for k in body["past"])
+    extras = names_of(body["extras"], "extras")
+    made = network_from_name(
+        specification_of(body["network"], "network"),
+        device_of(body),
+        dynamics=specification_of(body["dynamics"]["form"], "dynamics"),
+        past=past,
+        extras=extras,
+    )
+    structure = replace(
         made,
         field=body["inputs"][0] == made.inputs[0],
         past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
     )
-
-
-def _period_of(body: Mapping[str, Any]) -> float | None:
-    if "period_s" not in body:
-        return None
-    period = float(body["period_s"])
-    if not (np.isfinite(period) and period > 0):
-        raise ValueError(f"period_s is {period}")
-    return period
+    if list(structure.inputs) != body["inputs"]:
+        raise ValueError(f"inputs are {body['inputs']!r:.100}")
+    return structure
 
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
