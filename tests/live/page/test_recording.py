@@ -415,6 +415,21 @@ def test_a_recording_that_ends_at_once_is_whole(tmp_path: Path, start_loop: Call
     assert first <= sequence(path)[0] <= loop.head
 
 
+def test_two_sessions_that_start_together_in_one_folder_keep_both_recordings(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
+    """The second asks for the name before the first one's recorder runs."""
+    loops = [start_loop(), start_loop()]
+    both = [Recordings(loop.path, tmp_path / "recordings") for loop in loops]
+    paths = [recordings.start("run") for recordings in both]
+    assert [path.name for path in paths] == ["run.mcap", "run-2.mcap"]
+    for loop, recordings, path in zip(loops, both, paths, strict=True):
+        loop.writer.put(state=State.STOPPED)
+        recordings.stop()
+        assert recordings.files == [path]
+        assert sequence(path).size > 0
+
+
 def test_a_folder_that_cannot_be_made(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(RecordingError, match="the folder of recordings cannot be made"):

@@ -54,6 +54,7 @@ class FrameFile:
     Args:
         path: the finished file, which does not exist yet; written as `partial_of` it.
         info: the session, from the ring.
+        reserved: `partial_of` the path is there already, empty and kept for this recording.
 
     Attributes:
         frames: how many are in the file.
@@ -63,7 +64,7 @@ class FrameFile:
         RecordingError: the file exists already, or cannot be made.
     """
 
-    def __init__(self, path: str | Path, info: RingInfo) -> None:
+    def __init__(self, path: str | Path, info: RingInfo, *, reserved: bool = False) -> None:
         self.path = Path(path)
         self.frames = 0
         self.size = 0
@@ -74,9 +75,8 @@ class FrameFile:
         try:
             if self.path.exists():
                 raise FileExistsError(errno.EEXIST, "the file exists already")
-            self._file = os.open(
-                partial_of(self.path), os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o644
-            )
+            how = 0 if reserved else os.O_CREAT | os.O_EXCL
+            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o644)
         except OSError as error:
             raise unwritable(self.path, error) from error
         about = kinds.Metadata("erclutch", about_session(info))
