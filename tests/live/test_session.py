@@ -499,6 +499,31 @@ def test_json_is_one_document_whatever_goes_wrong() -> None:
     assert f"fields are held at zero: {figures['tripped']}" in done.stderr
 
 
+def _session_in_a_process() -> subprocess.Popen[str]:
+    """A session whose ring's folder is the first line that its process says."""
+    words = "import time; from erclutch.live.session import *; from erclutch.live.settings import LoopSettings\n"
+    words += "with Session(TWIN, LoopSettings()) as session: print(session.ring.parent, flush=True); time.sleep(60)"
+    return subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, text=True)
+
+
+@pytest.mark.slow
+def test_a_session_removes_what_a_killed_one_left_in_memory() -> None:
+    with _session_in_a_process() as killed, _session_in_a_process() as alive:
+        assert killed.stdout is not None
+        assert alive.stdout is not None
+        left, kept = (Path(process.stdout.readline().strip()) for process in (killed, alive))
+        killed.kill()
+        killed.wait()
+        assert (left / "ring").exists()
+        with Session(TWIN, LoopSettings()) as session:
+            assert not left.exists()
+            assert (kept / "ring").exists()
+            assert session.ring.exists()
+        alive.kill()
+    with Session(TWIN, LoopSettings()):
+        assert not kept.exists()
+
+
 @pytest.mark.slow
 def test_interrupt_ends_in_order() -> None:
     with subprocess.Popen(

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -386,6 +386,25 @@ def test_raw_noise_does_not_bring_the_server_down(site: Site) -> None:
         raw.sendall(b"GET / HTTP/1.1\r\nX: " + b"a" * 100_000)
     assert site.get("/")[0] == 200
     assert site.page.restarts == 0
+
+
+@pytest.mark.slow
+def test_half_open_connections_turn_no_page_away_and_are_dropped(site: Site) -> None:
+    """Strangers that send half a request, or nothing; the last has come before the page asks."""
+    with ExitStack() as stack:
+        strangers: list[socket.socket] = []
+        for k in range(300):
+            raw = stack.enter_context(socket.create_connection(("127.0.0.1", site.access.port), timeout=5))
+            strangers.append(raw)
+            with suppress(OSError):
+                raw.sendall(b"GET / HTTP/1.1\r\nHost: " if k % 2 else b"")
+        with site.connect() as client:
+            assert site.get("/")[0] == 200
+            assert texts(client, "status")
+            for raw in strangers:
+                with suppress(OSError):
+                    assert raw.recv(1) == b""  # within the 5 s that the socket waits
+            assert texts(client, "status")
 
 
 def test_recordings_from_the_page(site: Site) -> None:

@@ -74,7 +74,7 @@ def read_mcap(source: LogSource) -> Table:
 
 def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
-    own = {key: text for key, text in channel.metadata.items() if not key.startswith(UNIT_KEY)}
+    own = {key: text for key, text in channel.metadata.items() if not key.startswith((UNIT_KEY, UNSAMPLED_KEY))}
     return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
 
 
