@@ -129,8 +129,9 @@ class _Search:
         whole: Any = np.linalg.pinv(unit.T @ unit, rcond=1e-14)
         inverse: Array = whole / np.outer(norms, norms)
         white = np.maximum(np.diag(inverse), np.finfo(float).tiny)
-        ratio = np.where(np.isfinite(spread.errors), spread.errors**2 / white, 0.0)
-        ratio[ratio == 0.0] = ratio.max(initial=0.0)
+        ratio = np.where(np.isfinite(spread.errors) & live, spread.errors**2 / white, np.nan)
+        # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
+        ratio = np.fmax(ratio, np.nanmedian(ratio) if np.isfinite(ratio).any() else 1.0)
         limits = spread.quantile**2 * ratio
         problem = replace(few, target=fitted + pull)
         return cls(
