@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from erclutch._version import __version__
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import Record
@@ -31,6 +33,7 @@ FLAGS = {
 FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 
 
+@lru_cache(maxsize=4)
 def source(step: ExportedStep) -> str:
     """The .c file."""
     n, p = f"{step.name}_", step.precision
