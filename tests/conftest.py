@@ -18,9 +18,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 #: keep time at 1 kHz. `--dist loadgroup` runs each group in one process.
 TOGETHER = {
     "tests/fit/test_comparison.py": "comparison",
+    "tests/docs/test_site.py": "site",
+    "tests/fit/test_centroids.py": "centroids",
+    "tests/fit/test_one_field.py": "one field",
     "tests/live/": "live",
     "tests/models/networks/test_networks.py": "twin",
+    "tests/models/networks/test_residual.py": "residual",
+    "tests/paper/test_online.py": "online",
+    "tests/plugins/test_examples.py": "plugins",
     "tests/report/test_bad_runs.py": "report",
+    "tests/report/test_in_browser.py": "report",
     "tests/report/test_painters.py": "report",
     "tests/report/test_report.py": "report",
     "tests/report/test_run_figures.py": "report",

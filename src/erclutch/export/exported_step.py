@@ -107,9 +107,9 @@ class Search:
     monotone_share: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class ExportedStep:
-    """Everything of a step.
+    """Everything of a step. Steps are equal where the digest of the model and all numbers around it are.
 
     Attributes:
         name: prefix of C names.
@@ -130,7 +130,7 @@ class ExportedStep:
     """
 
     name: str
-    model: Model
+    model: Model = field(compare=False)
     digest: str
     precision: Precision
     period: float | None
@@ -143,7 +143,7 @@ class ExportedStep:
     both: float
     limits: tuple[float, float]
     scale: float
-    stages: tuple[tuple[Stage, Mapping[str, float]], ...]
+    stages: tuple[tuple[Stage, Mapping[str, float]], ...] = field(compare=False)
     search: Search
 
     @property

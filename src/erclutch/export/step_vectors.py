@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,7 @@ class Vectors:
     field_now_flags: NDArray[np.uint32]
 
 
+@lru_cache(maxsize=4)
 def vectors_of(program: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
     """The same vectors for the same model, always."""
     rng = np.random.default_rng(int(program.digest[:12], 16))

@@ -188,6 +188,7 @@ def model_with(stage: Stage) -> TorqueModel:
     return TorqueModel(structure, Reference(2.0, 1.7, PERIOD), shape, gains, Units("N", "A", "m/s"), ranges)
 
 
+@pytest.mark.slow
 @stages
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision: Any, tmp_path: Path) -> None:

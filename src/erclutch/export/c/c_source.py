@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from erclutch._version import __version__
 from erclutch.arithmetic.precision import Precision
@@ -34,6 +35,7 @@ FLAGS = {
 FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 
 
+@lru_cache(maxsize=4)
 def source(step: ExportedStep) -> str:
     """The .c file."""
     n, p = f"{step.name}_", step.precision

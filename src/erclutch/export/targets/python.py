@@ -6,6 +6,7 @@ import hashlib
 import shutil
 import tempfile
 from collections.abc import Iterator
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -63,11 +64,23 @@ def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None)
     library = folder / library_name(program)
     shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
     chosen.build(sources, library, *shared)
-    call = folder / "erc_call.c"
-    call.write_text(resources.files("erclutch.export").joinpath("bench/call.c").read_text(encoding="ascii"))
-    # The interpreter's functions are found in the process that loads it.
-    chosen.build([call], folder / CALL, *shared)
+    (folder / "erc_call.c").write_text(_call_source())
+    (folder / CALL).write_bytes(_call_library(chosen, shared))
     return library
+
+
+def _call_source() -> str:
+    return resources.files("erclutch.export").joinpath("bench/call.c").read_text(encoding="ascii")
+
+
+@cache
+def _call_library(compiler: Compiler, flags: tuple[str, ...]) -> bytes:
+    """It is the same for all models. The interpreter's functions are found in the process that loads it."""
+    with tempfile.TemporaryDirectory() as work:
+        text, library = Path(work) / "erc_call.c", Path(work) / CALL
+        text.write_text(_call_source())
+        compiler.build([text], library, *flags)
+        return library.read_bytes()
 
 
 def compile_model(program: ExportedStep) -> CompiledModel:
