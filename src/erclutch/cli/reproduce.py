@@ -190,8 +190,9 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     """What is known already of these rows and settings."""
     from erclutch.paper.sweep_points import Points
 
-    train, test = runs.values()
-    digest = [float(train.effort.sum()), float(test.effort.sum()), train.rows, test.rows]
+    digest = [
+        [d.rows, *(float(abs(x).sum()) for x in (d.effort, *(e.slip for e in d.elements)))] for d in runs.values()
+    ]
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
 
 

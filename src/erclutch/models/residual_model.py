@@ -26,6 +26,7 @@ from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
 from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.stages import stage_equations
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -253,7 +254,9 @@ class ResidualModel:
         """The equation and what it needs, as lines of a comment."""
         bounded = f"effort = law + weight * (y within -{self.correction.limit:.9g} .. {self.correction.limit:.9g})"
         fades = "The weight is 1 where there were training rows and fades to 0 where there were none."
-        return [*self.law.equation(), "", bounded, "", fades, "", *self.correction.network.equation()]
+        said = stage_equations(self.structure.dynamics)  # of the law, whose memory the network shares
+        network = [line for line in self.correction.network.equation() if line not in said]
+        return [*self.law.equation(), "", bounded, "", fades, "", *network]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""

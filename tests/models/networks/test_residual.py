@@ -278,3 +278,9 @@ def test_cells_are_only_values() -> None:
     assert box.weight([0.5]) == 1.0
     assert box.weight([1.25]) == pytest.approx(0.5)
     assert box.weight([float("nan")]) == 0.0
+
+
+def test_the_equation_says_each_stage_once(with_memory: ResidualModel) -> None:
+    said = with_memory.equation()
+    for name in DYNAMICS.split("+"):
+        assert sum(line.startswith(f"{name}: ") for line in said) == 1
