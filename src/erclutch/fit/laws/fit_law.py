@@ -211,11 +211,15 @@ def _outcome(
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
     columns, slopes, projection = jacobian(full, found.point)
-    projection = refined(columns, full.target, projection)
-    residual = full.target - columns @ projection.gains
     moving = ~(found.at_lower | found.at_upper)
-    free = np.column_stack([slopes[:, moving], columns[:, ~projection.held]])
-    spread = uncertainty(free, residual, ordered=ordered) if intervals else unknown(free)
+    linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
+    triangle = triangle_of(np.vstack([linear, nonlinear]).T)
+    projection = refined(columns, full.target, projection, triangle)
+    residual = full.target - columns @ projection.gains
+    if intervals:
+        spread = uncertainty(np.vstack([nonlinear, linear]).T, residual, ordered=ordered)
+    else:
+        spread = unknown(triangle, data.rows)
     further = {name: data.extras[name] for name in structure.extras}
     seen = Seen(reference, data.units, range_of(data), data.rows, float(residual @ residual), further)
     return described(structure, seen, full, found, projection, spread, moving)
