@@ -212,20 +212,24 @@ def _outcome(
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
     columns, slopes, projection = jacobian(full, found.point)
-    projection = refined(columns, full.target, projection)
+    moving = ~(found.at_lower | found.at_upper)
+    linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
+    triangle = triangle_of(np.vstack([linear, nonlinear]).T)
+    projection = refined(columns, full.target, projection, triangle)
     residual = full.target - columns @ projection.gains
-    free = np.concatenate([~(found.at_lower | found.at_upper), ~projection.held])
-    slopes = np.column_stack([slopes, columns])
-    ends = no_intervals(free.size)
+    spread, ends = unknown(triangle, data.rows), no_intervals(moving.size + projection.gains.size)
     if intervals:
-        spread = uncertainty(slopes[:, free], residual, ordered=ordered)
+        spread = uncertainty(np.vstack([nonlinear, linear]).T, residual, ordered=ordered)
         some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
-        live = np.concatenate([slopes[:, : found.point.size].any(axis=0), ~projection.dead])
-        optimum = Optimum(np.concatenate([found.point, projection.gains]), slopes, residual, free, live)
+        optimum = Optimum(
+            np.concatenate([found.point, projection.gains]),
+            np.vstack([slopes.T, columns.T]).T,
+            residual,
+            np.concatenate([moving, ~projection.held]),
+            np.concatenate([slopes.any(axis=0), ~projection.dead]),
+        )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
-    else:
-        spread = unknown(slopes[:, free])
     further = {name: data.extras[name] for name in structure.extras}
     seen = Seen(reference, data.units, range_of(data), data.rows, float(residual @ residual), further)
     return described(structure, seen, full, found, projection, spread, ends)
