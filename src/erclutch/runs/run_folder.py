@@ -250,6 +250,7 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
         compression="zstd",
         use_dictionary=[f.name for f in fields if f.name not in floats],
         use_byte_stream_split=floats,
+        write_page_checksum=True,
     )
 
 
