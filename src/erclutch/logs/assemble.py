@@ -377,9 +377,7 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         notes.append(f"time <- column {name}{how} ({source})")
         stamps = table.columns[name][rows] * (factor * scale)
         if not unit and _days(stamps):
-            problem = (
-                f"column {name} has no unit and holds {stamps[0]:.6g} on: dates of a spreadsheet, in days"
-            )
+            problem = f"column {name} has no unit and holds {stamps[0]:.6g} on: dates of a spreadsheet, in days"
             raise TimingError(problem, remedy=f"Give its unit: --time {shell_word(f'{name} [day]')}, or [s]")
     elif table.clock is not None:
         name, stamps = table.clock_name, table.clock
