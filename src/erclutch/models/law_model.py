@@ -550,9 +550,10 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         truth_of(body["offset"], "offset"),
         names_of([entry["name"] for entry in further], "further inputs"),
     )
-    scales = {key: number_of(body["reference"][key], key, positive=True) for key in ("field", "slip", "period_s")}
+    keys = ("field", "slip", "period_s")
+    field_, slip, period = (number_of(body["reference"][key], key, positive=True) for key in keys)
     scaled = tuple(number_of(entry["reference"], "reference", positive=True) for entry in further)
-    reference = Reference(*scales.values(), scaled)
+    reference = Reference(field_, slip, period, scaled)
     shape = {s.name: number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
     for s in structure.shapes(reference.period):
         if not s.lower <= shape[s.name] <= s.upper:
