@@ -42,6 +42,14 @@ def digest_of(body: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def keeps_digest(body: Mapping[str, Any]) -> bool:
+    """Whether a body's digest is that of all else in it; what has no digest (NaN, lists without end) does not."""
+    try:
+        return digest_of({key: value for key, value in body.items() if key != "digest"}) == body.get("digest")
+    except (ValueError, RecursionError):
+        return False
+
+
 def require_schema(
     found: Any,
     known: int,
@@ -89,9 +97,9 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
         raise RunError(f"this is no model but {body.get('kind')!r:.60}", where=where, remedy="Give a model of a run")
     require_schema(body.get("schema"), SCHEMA, where)
     require(body.get("plugins", []), where)
+    if not keeps_digest(body):
+        raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
     try:
-        if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):
-            raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
         return make(body)
     except (PluginError, RunError):
         raise
