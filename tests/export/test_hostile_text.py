@@ -22,11 +22,18 @@ from erclutch.errors import ErclutchError, RunError, printable
 from erclutch.export import ExportOptions, export_model, step_of
 from erclutch.export.c.c_source import header, source
 from erclutch.export.encode import c_string, comment, markup, matlab_string
+from erclutch.fit.comparison import Settings, compare
+from erclutch.logs import read, read_table
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of
 from erclutch.registry import names
+from erclutch.report.html.report_page import report_html
+from erclutch.report.numbers.run_material import material_of
+from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.device import Units
 
 ATTACKS = (
@@ -244,3 +251,29 @@ def test_every_target_of_a_hostile_model(
     folder = export_model(model, tmp_path / "out", to, ExportOptions(name="m"))
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix != ".json" and p.name != "erc_call.c"):
         _read(path, folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "column", ["a*/b", "*/int z;/*", "x</td><script>alert(1)</script>", "$(touch z)`touch z`", "int\u202e\x07"]
+)
+def test_a_column_of_a_log_goes_through_fit_report_and_export(
+    column: str, tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc", "g++")
+    log = tmp_path / "log.csv"
+    write_synthetic_log(tmp_path / "plain.csv", 2.0)
+    lines = (tmp_path / "plain.csv").read_text().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("time"))
+    rows = (f"{line},{k % 17}" for k, line in enumerate(lines[head + 1 :]))
+    log.write_text("\n".join([*lines[:head], f'{lines[head]},"{column}"', *rows]) + "\n")
+    recording = read(log, {"columns": {}, "inputs": [list(read_table(log).columns)[-1]]})
+    found = compare(build_dataset(recording), Settings(models=("fnn-2",), lag="none"))
+    run = read_run(write_run(tmp_path / "run", found, [recording], reading={"input": [column]}))
+    assert len([tag for tag in _Tags(report_html(material_of(run))).found if tag == "script"]) == 3
+    model = run.model()
+    assert tuple(model.extras) == (printable(column),)
+    for to in ("c", "cpp"):
+        folder = export_model(model, tmp_path / to, to, ExportOptions(name="m"))
+        for path in sorted(p for p in folder.rglob("*") if p.suffix in (".c", ".cpp", ".xml")):
+            _read(path, folder)
