@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError, RunError
-from erclutch.export import ExportOptions, step_of
+from erclutch.export import ExportOptions, export_model, step_of
 from erclutch.export.c.c_source import header, source
+from erclutch.export.export_folder import read_export
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
@@ -145,3 +146,18 @@ def test_ten_thousand_mutated_files(bodies: list[dict[str, Any]], tmp_path: Path
     loaded, used = _attack(bodies, 10_000, 12, tmp_path / "m.json")
     assert loaded < 3000
     assert used > 50
+
+
+def test_mutated_descriptions_of_an_export(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+    folder, rng, refused = tmp_path / "out", random.Random(3), 0
+    export_model(law("bingham", "single", "lag"), folder, "c", ExportOptions(name="m"))
+    body = json.loads((folder / "export.json").read_text())
+    for _ in range(120):
+        changed = json.loads(json.dumps(body))
+        _mutate(rng, changed)
+        (folder / "export.json").write_text(json.dumps(changed))
+        try:
+            read_export(folder)
+        except ErclutchError as error:
+            refused += 1 if str(error).isprintable() else -1000
+    assert refused > 40

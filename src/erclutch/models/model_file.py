@@ -31,7 +31,7 @@ _LONGEST_TEXT = 1000
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
 #: What an entry of the wrong type, size or name ends in.
-_UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
+UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
 
 M = TypeVar("M")
 
@@ -103,7 +103,7 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
         return make(body)
     except (PluginError, RunError):
         raise
-    except _UNFIT as error:
+    except UNFIT as error:
         said = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise RunError(f"unfit entry: {said:.200}", where=where, remedy=_REMEDY) from error
 
