@@ -5,6 +5,7 @@ The command line prints ``str(error)`` and exits with ``error.exit_code``; nothi
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Generator
 from contextlib import contextmanager
 
@@ -49,6 +50,11 @@ def placed(where: str) -> Generator[None]:
     except ErclutchError as error:
         error.where = error.where or where
         raise
+
+
+def shell_word(text: str) -> str:
+    """A text as a word of a command that a message offers for copying; a shell must not see more in it."""
+    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
 
 
 class LogError(ErclutchError):

@@ -17,13 +17,13 @@ from erclutch.models.law_model import (
     Reference,
     Structure,
     TorqueModel,
-    digest_of,
     in_user_units,
     model_from_dict,
     unit_text,
 )
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
+from erclutch.models.model_file import digest_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
 

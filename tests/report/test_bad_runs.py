@@ -107,3 +107,10 @@ def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(RunError, match="No space left on device"):
         write_report(material, run / "report.html")
     assert sorted(p.name for p in run.iterdir()) == before
+
+
+@pytest.mark.parametrize("value", [float("nan"), "\ud800"])
+def test_what_has_no_digest_or_cannot_be_written(run: Path, value: object) -> None:
+    path = run / "run.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "notes": [value]}))
+    assert "run.json" in error_of(run)

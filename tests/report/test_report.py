@@ -137,7 +137,7 @@ def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
     body = json.loads((run / "run.json").read_text())
-    evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>'\"&.csv"
+    evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>'\"&]]>\u2028\u202e\0\x1b${x}`x`.csv"
     body["logs"][0]["name"] = evil
     body["notes"] = [evil]
     body["findings"] = [{"level": "warning", "subject": "x", "message": evil, "remedy": evil}]

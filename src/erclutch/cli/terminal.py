@@ -180,5 +180,5 @@ def progress(title: str) -> Generator[Callable[[float, float | None, str], None]
 
 def console() -> Console:
     """Standard output; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
-    made = Console(highlight=False)
-    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, width=150)
+    made = Console(highlight=False, markup=False)
+    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, markup=False, width=150)

@@ -307,7 +307,7 @@ def _search(model: Model, precision: Precision, scale: float) -> Search:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 # Words of C and C++, and names that would meet others.
-_KEYWORDS = (
+_WORDS = (
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept "
     "const const_cast consteval constexpr constinit continue decltype default delete do double "
     "dynamic_cast else enum explicit export extern false float for friend goto if inline int long mutable "
@@ -316,6 +316,7 @@ _KEYWORDS = (
     "struct switch template this thread_local throw true try typedef typeid typename union unsigned using "
     "virtual void volatile wchar_t while xor xor_eq main erc_model"
 )
+KEYWORDS = frozenset(_WORDS.split())
 
 
 def c_name(model: str, wanted: str | None = None) -> str:
@@ -327,7 +328,7 @@ def c_name(model: str, wanted: str | None = None) -> str:
     if wanted is None:
         made = re.sub(r"[^a-z0-9]+", "_", model.lower()).strip("_")
         return made[:_LONGEST_NAME].rstrip("_")
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in _KEYWORDS.split() or "__" in wanted:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in KEYWORDS or "__" in wanted:
         raise ExportError(
             f"{wanted!r} is no name for C functions",
             where="--name",

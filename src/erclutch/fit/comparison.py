@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, shell_word
 from erclutch.fit.data_check import ONE_FIELD, Finding, check, steady_command
 from erclutch.fit.history import history_finding
 from erclutch.fit.ladder import grown, helpful
@@ -436,7 +436,7 @@ def _spare_column(name: str, gain: float) -> Finding:
         "note",
         "spare column",
         f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
-        f"Fit with --input {name!r}",
+        f"Fit with --input {shell_word(name)}",
     )
 
 

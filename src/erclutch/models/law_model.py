@@ -17,24 +17,11 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
+from erclutch.models import model_file
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
-from erclutch.models.model_file import (
-    SCHEMA,
-    about_of,
-    device_of,
-    digest_of,
-    names_of,
-    number_of,
-    pair_of,
-    range_of,
-    read_model,
-    specification_of,
-    truth_of,
-    units_of,
-)
 from erclutch.models.one_row import quick_for_one_row
 from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
@@ -499,7 +486,7 @@ class TorqueModel:
         """As plain JSON values, with a schema version and a digest over all of them."""
         body: dict[str, Any] = {
             "kind": KIND,
-            "schema": SCHEMA,
+            "schema": model_file.SCHEMA,
             "device": self.structure.device,
             "law": self.structure.specification,
             "dynamics": self.structure.dynamics,
@@ -523,7 +510,7 @@ class TorqueModel:
         }
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": digest_of(body)}
+        return {**body, "digest": model_file.digest_of(body)}
 
     def _extras_to_dict(self) -> list[dict[str, Any]]:
         inputs = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
@@ -536,26 +523,27 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    return read_model(body, KIND, where, _model_from)
+    return model_file.read_model(body, KIND, where, _model_from)
 
 
 def _model_from(body: Mapping[str, Any]) -> TorqueModel:
-    device = device_of(body)
-    specification = specification_of(body["law"], "law")
+    device = model_file.device_of(body)
+    specification = model_file.specification_of(body["law"], "law")
     further: list[Any] = body.get("extras", [])
     structure = Structure(
         device,
         specification,
         law_from_name(specification, device),
-        specification_of(body["dynamics"], "dynamics"),
-        truth_of(body["friction"], "friction"),
-        truth_of(body["offset"], "offset"),
-        names_of([entry["name"] for entry in further], "further inputs"),
+        model_file.specification_of(body["dynamics"], "dynamics"),
+        model_file.truth_of(body["friction"], "friction"),
+        model_file.truth_of(body["offset"], "offset"),
+        model_file.names_of([entry["name"] for entry in further], "further inputs"),
     )
-    scales = {key: number_of(body["reference"][key], key, positive=True) for key in ("field", "slip", "period_s")}
-    scaled = tuple(number_of(entry["reference"], "reference", positive=True) for entry in further)
-    reference = Reference(*scales.values(), scaled)
-    shape = {s.name: number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
+    keys = ("field", "slip", "period_s")
+    field_, slip, period = (model_file.number_of(body["reference"][key], key, positive=True) for key in keys)
+    scaled = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
+    reference = Reference(field_, slip, period, scaled)
+    shape = {s.name: model_file.number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
     for s in structure.shapes(reference.period):
         if not s.lower <= shape[s.name] <= s.upper:
             raise ValueError(f"{s.name} is {shape[s.name]}, not from {s.lower:g} to {s.upper:g}")
@@ -563,9 +551,9 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         structure=structure,
         reference=reference,
         shape=shape,
-        gains={g.name: number_of(body["gains"][g.name], g.name) for g in structure.gains()},
-        units=units_of(body),
-        trained_on=range_of(body),
-        about=about_of(body),
-        extra_ranges=tuple(pair_of(entry["trained_on"], "range of a further input") for entry in further),
+        gains={g.name: model_file.number_of(body["gains"][g.name], g.name) for g in structure.gains()},
+        units=model_file.units_of(body),
+        trained_on=model_file.range_of(body),
+        about=model_file.about_of(body),
+        extra_ranges=tuple(model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further),
     )

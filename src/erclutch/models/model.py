@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import ErclutchError, MappingError
+from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -296,7 +296,7 @@ def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str
             known = ", ".join(given) or "none"
             raise MappingError(
                 f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy=f"Read the log with --input {name!r}",
+                remedy=f"Read the log with --input {shell_word(name)}",
             )
     return {name: given[name] for name in names}
 

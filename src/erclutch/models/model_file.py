@@ -31,7 +31,7 @@ _LONGEST_TEXT = 1000
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
 #: What an entry of the wrong type, size or name ends in.
-_UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
+UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
 
 M = TypeVar("M")
 
@@ -40,6 +40,14 @@ def digest_of(body: Mapping[str, Any]) -> str:
     """SHA-256 of a JSON body, independent of the order of its keys."""
     text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def keeps_digest(body: Mapping[str, Any]) -> bool:
+    """Whether a body's digest is that of all else in it; what has no digest (NaN, lists without end) does not."""
+    try:
+        return digest_of({key: value for key, value in body.items() if key != "digest"}) == body.get("digest")
+    except (ValueError, RecursionError):
+        return False
 
 
 def require_schema(
@@ -89,13 +97,13 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
         raise RunError(f"this is no model but {body.get('kind')!r:.60}", where=where, remedy="Give a model of a run")
     require_schema(body.get("schema"), SCHEMA, where)
     require(body.get("plugins", []), where)
+    if not keeps_digest(body):
+        raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
     try:
-        if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):
-            raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
         return make(body)
     except (PluginError, RunError):
         raise
-    except _UNFIT as error:
+    except UNFIT as error:
         said = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise RunError(f"unfit entry: {said:.200}", where=where, remedy=_REMEDY) from error
 
@@ -172,7 +180,7 @@ def device_of(body: Mapping[str, Any]) -> DeviceName:
     """The device of a model."""
     if body["device"] not in DEVICES:
         raise ValueError(f"device is {body['device']!r:.40}")
-    return cast(DeviceName, body["device"])
+    return body["device"]
 
 
 def units_of(body: Mapping[str, Any]) -> Units:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
-from erclutch.errors import UnitError
+from erclutch.errors import UnitError, shell_word
 from erclutch.signals.recording import SignalKind
 
 UNKNOWN = "?"
@@ -170,7 +170,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
         UnitError: the unit is unknown or of another kind; the message names column, unit, what fits and the remedy.
     """
     allowed = ", ".join(si or "dimensionless" for si in kind.si_units)
-    option = f'--{kind.name} "{column} [{kind.si_units[0] or "-"}]"'
+    option = f"--{kind.name} " + shell_word(f"{column} [{kind.si_units[0] or '-'}]")
     problem = f"column '{column}' has the unit '{unit}', which"
     try:
         found = fits(unit, kind.si_units)
@@ -180,7 +180,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     if found is not None:
         return found
     if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
-        remedy = f'Say which: --{kind.name} "{column} [rpm]", [turn/s] or [1/s]'
+        remedy = f"Say which: --{kind.name} {shell_word(f'{column} [rpm]')}, [turn/s] or [1/s]"
         raise UnitError(f"{problem} may mean turns or plain 1/s", remedy=remedy)
     remedy = f"Choose another column or give its unit, such as {option}"
     raise UnitError(f"{problem} does not fit {kind.name} (allowed: {allowed})", remedy=remedy)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -480,3 +482,15 @@ def test_uplot_is_what_its_origin_says() -> None:
     for name, digest in origin["sha256"].items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
     assert "MIT" in (folder / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_no_text_becomes_markup_or_code_in_the_page() -> None:
+    """Names of rigs, models and programs are put into the page as text."""
+    package = files("erclutch")
+    for folder in ("live/page/static", "report/assets"):
+        for file in package.joinpath(folder).iterdir():
+            if file.name.endswith(".js"):
+                found = re.findall(
+                    r"(?:inner|outer)HTML|insertAdjacent|document\.write|\beval\(|new Function", file.read_text()
+                )
+                assert not found, file.name

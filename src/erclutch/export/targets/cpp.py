@@ -11,7 +11,7 @@ from erclutch._version import __version__
 from erclutch.errors import ExportError
 from erclutch.export.c.compilers import EXACT, cpp_compilers, native, run
 from erclutch.export.encode import comment, markup
-from erclutch.export.exported_step import ExportedStep
+from erclutch.export.exported_step import KEYWORDS, ExportedStep
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, compare
 from erclutch.export.targets import c
@@ -44,8 +44,10 @@ def class_name(program: ExportedStep) -> str:
 
 
 def _members(program: ExportedStep) -> list[str]:
-    names = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
-    return [x if names.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(names)]
+    """Names of inputs as members; an input whose name will not do is called by its place."""
+    names = [re.sub(r"\W+", "_", x, flags=re.ASCII).strip("_").lower() for x in program.inputs]
+    good = [name[:1].isalpha() and name not in KEYWORDS and names.index(name) == i for i, name in enumerate(names)]
+    return [name if good[i] else f"input{i}" for i, name in enumerate(names)]
 
 
 def _class(program: ExportedStep) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -113,7 +114,7 @@ def _choose(tables: Mapping[str, _Found], variable: str | None) -> _Found:
         raise LogError(problem, remedy="Record the signals as numbers, or export them as CSV")
     if variable is None and len(tables) > 1:
         problem = f"the file holds several recordings: {', '.join(tables)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {next(iter(tables))}")
+        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(tables)))}")
     return tables[variable] if variable is not None else next(iter(tables.values()))
 
 

@@ -14,23 +14,8 @@ from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.errors import ErclutchError
+from erclutch.models import model_file
 from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
-from erclutch.models.model_file import (
-    LONGEST_PERIOD,
-    SCHEMA,
-    about_of,
-    device_of,
-    digest_of,
-    names_of,
-    number_of,
-    pair_of,
-    range_of,
-    read_model,
-    specification_of,
-    table_of,
-    units_of,
-    whole_number_of,
-)
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
 from erclutch.models.one_row import quick_for_one_row
@@ -258,7 +243,7 @@ class NetworkModel:
         s = self.structure
         body: dict[str, Any] = {
             "kind": KIND,
-            "schema": SCHEMA,
+            "schema": model_file.SCHEMA,
             "device": s.device,
             "network": s.specification,
             "inputs": list(s.inputs),
@@ -285,7 +270,7 @@ class NetworkModel:
             body["period_s"] = self.period
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": digest_of(body)}
+        return {**body, "digest": model_file.digest_of(body)}
 
 
 def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
@@ -355,34 +340,34 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: b
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    return read_model(body, KIND, where, lambda content: _network_from(content, alone))
+    return model_file.read_model(body, KIND, where, lambda content: _network_from(content, alone))
 
 
 def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     structure = _structure_from(body)
     strength = STRENGTH if alone and slip_stages(structure.dynamics) else ()
     scaling, count = body["scaling"], len(structure.inputs)
-    period = number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
+    period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
     return NetworkModel(
         structure,
         Scaling(
-            table_of(scaling["offset"], "offset", count),
-            table_of(scaling["scale"], "scale", count, positive=True),
-            number_of(scaling["effort_offset"], "effort_offset"),
-            number_of(scaling["effort_scale"], "effort_scale", positive=True),
+            model_file.table_of(scaling["offset"], "offset", count),
+            model_file.table_of(scaling["scale"], "scale", count, positive=True),
+            model_file.number_of(scaling["effort_offset"], "effort_offset"),
+            model_file.number_of(scaling["effort_scale"], "effort_scale", positive=True),
         ),
         {
-            name: table_of(body["weights"][name], name, *shape, positive=name == "spreads")
+            name: model_file.table_of(body["weights"][name], name, *shape, positive=name == "spreads")
             for name, shape in table_shapes(structure).items()
         },
         {
-            **_stage_numbers_from(body["dynamics"], structure, period or LONGEST_PERIOD),
-            **{name: number_of(body["dynamics"][name], name, positive=True) for name in strength},
+            **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
+            **{name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in strength},
         },
-        units_of(body),
-        range_of(body),
-        np.array([pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
-        about_of(body),
+        model_file.units_of(body),
+        model_file.range_of(body),
+        np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        model_file.about_of(body),
         period,
     )
 
@@ -391,7 +376,7 @@ def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure,
     """Numbers of the stages; those in the unit of the slip may be as large as they like."""
     found: dict[str, float] = {}
     for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
-        found[p.name] = number_of(numbers[p.name], p.name, positive=p.lower > 0)
+        found[p.name] = model_file.number_of(numbers[p.name], p.name, positive=p.lower > 0)
         if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
             raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
     return found
@@ -399,12 +384,12 @@ def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure,
 
 def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
     """The inputs tell whether the field is one of them, and past samples of further inputs."""
-    past = tuple(whole_number_of(k, "past") for k in body["past"])
-    extras = names_of(body["extras"], "extras")
+    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
+    extras = model_file.names_of(body["extras"], "extras")
     made = network_from_name(
-        specification_of(body["network"], "network"),
-        device_of(body),
-        dynamics=specification_of(body["dynamics"]["form"], "dynamics"),
+        model_file.specification_of(body["network"], "network"),
+        model_file.device_of(body),
+        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
         past=past,
         extras=extras,
     )
