@@ -525,7 +525,7 @@ def test_a_session_removes_what_a_killed_one_left_in_memory() -> None:
     with _session_in_a_process() as killed, _session_in_a_process() as alive:
         assert killed.stdout is not None
         assert alive.stdout is not None
-        left, kept = (Path(process.stdout.readline().strip()) for process in (killed, alive))
+        left, kept = (Path(said.readline().strip()) for said in (killed.stdout, alive.stdout))
         killed.kill()
         killed.wait()
         assert (left / "ring").exists()
