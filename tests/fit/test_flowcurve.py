@@ -285,10 +285,20 @@ def test_the_row_named_is_that_of_the_file(tmp_path: Path) -> None:
 def test_any_bytes_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(content)
+    _curves_or_an_error(path)
+
+
+def _curves_or_an_error(path: Path) -> None:
+    """Whatever is read is a table of numbers that stand in the file, a rate and a stress each."""
     try:
-        read_flow_curves(path)
+        curves = read_flow_curves(path)
     except LogError:
         return
+    assert curves
+    for label, rates, stresses in curves:
+        assert label
+        assert len(rates) == len(stresses)
+        assert all(np.isfinite([*rates, *stresses]))
 
 
 @settings(max_examples=200, deadline=None)
@@ -296,10 +306,7 @@ def test_any_bytes_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.Temp
 def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "almost.csv"
     path.write_text(text)
-    try:
-        read_flow_curves(path)
-    except LogError:
-        return
+    _curves_or_an_error(path)
 
 
 @pytest.mark.parametrize(

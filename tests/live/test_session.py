@@ -26,7 +26,7 @@ from erclutch.live.c_build import SOURCES, CompilerError, build
 from erclutch.live.layout import FRAME
 from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
-from erclutch.live.ring import RingInfo, RingReader, State, make_ring
+from erclutch.live.ring import RingError, RingInfo, RingReader, State, make_ring
 from erclutch.live.session import TWIN, LiveError, LiveModel, ServedRig, Session, SessionOptions
 from erclutch.live.session_figures import Histogram, SessionFigures
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
@@ -417,6 +417,20 @@ def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     assert (watch.frames, watch.missed) == (5, 2)
 
 
+def test_what_is_no_ring_of_this_version_is_refused(tmp_path: Path) -> None:
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    whole = ring.read_bytes()
+    for at in (0, 7, 8, 12, 16):  # magic, version, size of a frame, capacity
+        ring.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+        with pytest.raises(RingError, match="no ring of version"):
+            RingReader(ring)
+    ring.write_bytes(whole[:-1])
+    with pytest.raises(RingError, match="no ring of version"):
+        RingReader(ring)
+    ring.write_bytes(whole)
+    RingReader(ring).close()
+
+
 # --- the command line -------------------------------------------------------------------------------------------------
 
 
@@ -519,7 +533,7 @@ def test_a_session_removes_what_a_killed_one_left_in_memory() -> None:
     with _session_in_a_process() as killed, _session_in_a_process() as alive:
         assert killed.stdout is not None
         assert alive.stdout is not None
-        left, kept = (Path(process.stdout.readline().strip()) for process in (killed, alive))
+        left, kept = (Path(said.readline().strip()) for said in (killed.stdout, alive.stdout))
         killed.kill()
         killed.wait()
         assert (left / "ring").exists()

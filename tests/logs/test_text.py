@@ -320,3 +320,18 @@ def test_names_differ_and_can_be_seen(labels: list[str]) -> None:
     names, _, _ = name_columns(labels)
     assert len(set(names)) == len(labels)
     assert all(name and name.isprintable() for name in names)
+
+
+def test_a_delimiter_behind_the_labels_alone_names_no_column() -> None:
+    body = "\n".join(f"{k};{2 * k}" for k in range(1, 20))
+    for text in (f"t;x;\n{body}", f"t [s];x [V];\n{body}"):
+        table = table_of(text)
+        assert (list(table.columns), table.notes) == (["t", "x"], ())
+        assert list(table.columns["x"]) == [2.0 * k for k in range(1, 20)]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-16", "utf-8-sig"])
+def test_utf_16_is_read_with_and_without_its_mark(encoding: str) -> None:
+    text = "t [s],x [V]\n" + "\n".join(f"{k},{2 * k}" for k in range(1, 20))
+    table = table_of(text.encode(encoding))
+    assert (list(table.columns), table.units["x"]) == (["t", "x"], "V")

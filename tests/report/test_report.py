@@ -225,8 +225,14 @@ def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> No
     from erclutch.report.report_pdf import write_pdf
 
     for path in (tmp_path / "report.html", tmp_path / "report.pdf"):
-        (write_report if path.suffix == ".html" else write_pdf)(material, path)
+        write = write_report if path.suffix == ".html" else write_pdf
+        write(material, path)
+        whole = path.read_bytes()
+        path.write_bytes(whole + b" ")
         may_write_report(path)
+        write(material, path)
+        assert path.read_bytes().startswith(whole[:64])
+        assert len(path.read_bytes()) != len(whole) + 1, "it was written anew"
 
 
 @pytest.mark.slow

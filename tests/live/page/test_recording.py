@@ -7,6 +7,7 @@ import json
 import os
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from erclutch.errors import ErclutchError
@@ -77,6 +79,17 @@ def test_the_index_of_a_recording_is_that_of_the_format(tmp_path: Path, frames: 
         assert (summary.statistics.message_count, len(summary.chunk_indexes)) == (4000, 100)
         found = [message.data for _, _, message in reader.iter_messages()]
     assert b"".join(found) == frames.tobytes()
+    data = path.read_bytes()
+    for entry in summary.chunk_indexes:
+        kind, length = struct.unpack_from("<BQ", data, entry.chunk_start_offset)
+        assert (kind, length + 9) == (Opcode.CHUNK, entry.chunk_length)
+        first = entry.chunk_start_offset + entry.chunk_length
+        assert entry.message_index_offsets == {1: first}
+        assert data[first + entry.message_index_length] in (Opcode.CHUNK, Opcode.DATA_END)
+    (about,) = summary.metadata_indexes
+    assert about.name == "erclutch"
+    kind, length = struct.unpack_from("<BQ", data, about.offset)
+    assert (kind, length + 9) == (Opcode.METADATA, about.length)
 
 
 def test_it_reads_as_the_same_data_from_parquet(tmp_path: Path, frames: Any) -> None:

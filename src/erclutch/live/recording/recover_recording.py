@@ -138,7 +138,7 @@ def _write(data: Any, source: Path, target: Path) -> Recovered:
 
 
 def _described(data: Any) -> Contents:
-    """Schemas and channels that a checksum covers: inside chunks, and in the summary of a file with an end."""
+    """Schemas and channels that a checksum covers: those inside chunks, and those of a whole summary."""
     found = Contents()
     for place, body in _chunks(data, len(MAGIC)):
         if struct.unpack_from("<I", data, place.start + _CRC_AT)[0]:
@@ -241,7 +241,7 @@ def _checked(data: Any, place: Place, tally: _Tally) -> bytes | None:
 
 
 def _agrees(record: kinds.McapRecord, tally: _Tally) -> bool:
-    """Whether a record without a checksum says what its copy with one says; else what the first says."""
+    """Whether a record that no checksum covers says what a copy says that one does, or else the first."""
     if isinstance(record, kinds.Schema):
         return tally.contents.schemas.setdefault(record.id, record) == record
     if isinstance(record, kinds.Channel):
