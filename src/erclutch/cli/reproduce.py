@@ -70,7 +70,7 @@ def reproduce(
     if what in ("table2", "table3"):
         _table(what, runs, origin, out, seed, polish)
     elif what == "memory":
-        _memory(runs, origin, out, seed, polish, load_rig(rig))
+        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
     else:
         _sweep(what, runs, origin, out, seed)
 
@@ -155,7 +155,9 @@ def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[ob
     return header, lines
 
 
-def _memory(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters) -> None:
+def _memory(
+    runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters | None
+) -> None:
     from erclutch.paper.memory_table import PAST, memory_table, noise_floor
     from erclutch.report.plots.paper_style import save_numbers
 
@@ -171,7 +173,7 @@ def _memory(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish:
             for variant, models in found.items()
         }
         screen.print(terminal.narrowed(f"{origin}, {run}", {"model": [*titles.values()], **cells}, (), screen.width))
-    if origin == "TWIN":
+    if rig is not None:
         terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
     header = ["variant", "model", "parameters", *(f"{run}_{figure}" for run in runs for figure in _FIGURES[:3])]
     lines = [

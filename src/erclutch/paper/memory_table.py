@@ -39,24 +39,24 @@ def memory_table(
     Returns:
         The stages of the memory, and variant -> model -> figures. Models are called as in `PAPER` without ``/forward``.
     """
-    train, _ = runs
+    train, test = runs
     data = joined([replace(rows, sources=(name,)) for name, rows in runs.items()])
-    stages = points.get("stages", partial(_stages, runs[train]))
+    stages = str(points.get("stages", partial(_stages, runs[train])))
     laws = tuple(name.removesuffix("/forward") for name in PAPER)
-    asked: dict[str, dict[str, Any]] = {
-        "as in the paper": {"models": (*PAPER, *PAPER_NETWORKS)},
-        "sign of the slip": {"models": laws},
-        "memory": {"models": (*laws, *PAPER_NETWORKS), "lag": stages},
-        "past samples": {"models": PAPER_NETWORKS, "past": PAST},
-        "memory and past": {"models": PAPER_NETWORKS, "lag": stages, "past": PAST},
+    alone = data.device == "single"
+    plain = Settings((*laws, *PAPER_NETWORKS), lag="none", test=(test,), seed=seed, polish=polish)
+    asked = {
+        "as in the paper": plain if alone else replace(plain, models=(*PAPER, *PAPER_NETWORKS)),
+        "sign of the slip": replace(plain, models=laws),
+        "memory": replace(plain, lag=stages),
+        "past samples": replace(plain, models=PAPER_NETWORKS, past=PAST),
+        "memory and past": replace(plain, models=PAPER_NETWORKS, lag=stages, past=PAST),
     }
-    if data.device == "single":
-        asked["as in the paper"]["models"] = (*laws, *PAPER_NETWORKS)
+    if alone:
         del asked["sign of the slip"]
     found: dict[str, dict[str, Figures]] = {}
     for done, (variant, settings) in enumerate(asked.items(), start=1):
-        whole = Settings(**{"lag": "none", "test": tuple(runs)[1:], "seed": seed, "polish": polish, **settings})
-        found[variant] = points.get(variant, partial(_scored, data, whole))
+        found[variant] = points.get(variant, partial(_scored, data, settings))
         report(done, len(asked), variant)
     return stages, found
 

@@ -33,6 +33,9 @@ _BINARY: dict[np.ufunc, Callable[[Any, Any], Any]] = {
 _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {**_UNARY, **_BINARY}
 
 
+_STRENGTH: Any = sympy.sympify("y(E)", locals={"E": sympy.Symbol("E")})
+
+
 class Symbolic(Operand):
     """A SymPy expression that NumPy's ufuncs act on."""
 
@@ -118,7 +121,7 @@ def short_terms(law: Law) -> list[tuple[Any, Any]]:
 def memory_terms(stage: SlipStage) -> list[tuple[Any, Any]]:
     """Gains and columns that a stage on the slip adds to a law; y is the strength of the field."""
     outputs = [Symbolic(sympy.Symbol(name)) for name in stage.outputs]
-    columns = stage.columns(outputs, Symbolic(sympy.Function("y")(sympy.Symbol("E"))))
+    columns = stage.columns(outputs, Symbolic(_STRENGTH))
     return [(sympy.Symbol(gain.name), _expression(c)) for gain, c in zip(stage.gains, columns, strict=True)]
 
 
