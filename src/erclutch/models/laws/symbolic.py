@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import sympy
@@ -33,7 +33,7 @@ _BINARY: dict[np.ufunc, Callable[[Any, Any], Any]] = {
 _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {**_UNARY, **_BINARY}
 
 
-_STRENGTH: Any = sympy.sympify("y(E)", locals={"E": sympy.Symbol("E")})
+_STRENGTH = cast(Any, sympy).Function("y")(sympy.Symbol("E"))
 
 
 class Symbolic(Operand):
