@@ -197,7 +197,7 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         return projection
     left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    step = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
+    step: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
     r, gains = triangle[:p, :p] / scale, projection.gains.copy()
     for matrix in (r.T, r):
         step = np.linalg.lstsq(matrix, step, rcond=np.finfo(float).eps)[0]
