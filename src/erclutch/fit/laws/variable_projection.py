@@ -197,13 +197,12 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         return projection
     left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    step: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
-    r, gains = triangle[:p, :p] / scale, projection.gains.copy()
-    for matrix in (r.T, r):
-        step = np.linalg.lstsq(matrix, step, rcond=np.finfo(float).eps)[0]
+    slope = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
+    r, eps, gains = triangle[:p, :p] / scale, np.finfo(float).eps, projection.gains.copy()
+    step = np.linalg.lstsq(r, np.linalg.lstsq(r.T, slope, rcond=eps)[0], rcond=eps)[0]
     gains[free] += step / scale
     after = target - columns @ gains
-    rounding = np.finfo(float).eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
+    rounding = eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
     turned = np.any(np.sign(gains) * np.sign(projection.gains) < 0)
     if turned or np.linalg.norm(after) > np.linalg.norm(left) + rounding:
         return projection
