@@ -197,9 +197,10 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         return projection
     left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    slope = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
+    slope: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
     r, eps, gains = triangle[:p, :p] / scale, np.finfo(float).eps, projection.gains.copy()
-    step = np.linalg.lstsq(r, np.linalg.lstsq(r.T, slope, rcond=eps)[0], rcond=eps)[0]
+    half: Any = np.linalg.lstsq(r.T, slope, rcond=eps)[0]
+    step: Any = np.linalg.lstsq(r, half, rcond=eps)[0]
     gains[free] += step / scale
     after = target - columns @ gains
     rounding = eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
