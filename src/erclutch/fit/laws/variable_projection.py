@@ -199,8 +199,8 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
     slope: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
     r, eps, gains = triangle[:p, :p] / scale, np.finfo(float).eps, projection.gains.copy()
-    half: Any = np.linalg.lstsq(r.T, slope, rcond=eps)[0]
-    step: Any = np.linalg.lstsq(r, half, rcond=eps)[0]
+    solve: Any = np.linalg.lstsq
+    step = solve(r, solve(r.T, slope, rcond=eps)[0], rcond=eps)[0]
     gains[free] += step / scale
     after = target - columns @ gains
     rounding = eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
