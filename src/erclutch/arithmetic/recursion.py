@@ -104,7 +104,7 @@ def machine_code(function: F) -> F:
 
 def _quick(function: F, rows: int) -> F:
     """A loop over rows as machine code; a prediction of a few rows need not wait for a compiler."""
-    return machine_code(function) if rows > _FEW_ROWS else cast(F, np.errstate(all="ignore")(function))
+    return machine_code(function) if rows > _FEW_ROWS else np.errstate(all="ignore")(function)
 
 
 _FEW_ROWS = 1000

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from erclutch.arithmetic.precision import Precision
-from erclutch.export.c.c_printer import indented, table
+from erclutch.export.c.c_printer import WRITTEN_OUT, indented, table
 from erclutch.models.networks.network_model import NetworkModel
 
 
 def network(model: NetworkModel, n: str, p: Precision) -> str:
     """Tables and the forward pass."""
     count, hidden, zero, k = len(model.structure.inputs), model.structure.hidden, f"0.0{p.suffix}", p.constant
-    tables = {"offset": model.scaling.offset, "scale": model.scaling.scale}
+    written, to = count <= WRITTEN_OUT, model.scaling
+    tables = {} if written else {"offset": to.offset, "scale": to.scale}
     # A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
     if model.structure.kind == "rbfn":
         tables |= {"centres": model.weights["centres"].T, "spreads": model.weights["spreads"] ** 2}
@@ -24,27 +25,29 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
         weights, start = model.weights["W_out"][0], model.weights["b_out"][0]
     tables[out] = weights
     loop = ["uint32_t j;"] if any(line.startswith("for (j") for line in body) else []
-    declared = ["uint32_t i;", *loop, f"{n}real x[{count}];", *(f"{n}real a{i}[{h}];" for i, h in enumerate(hidden, 1))]
+    declared = ["uint32_t i;", *loop, *(f"{n}real a{i}[{h}];" for i, h in enumerate(hidden, 1))]
     declared += [f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};", f"{n}real total;"]
-    scaled = _loop("i", count, [f"x[i] = (v[i] - {n}offset[i]) / {n}scale[i];"])
+    if written:
+        ends = zip(map(k, map(float, to.offset)), map(k, map(float, to.scale)), strict=True)
+        scaled = [f"const {n}real x{j} = (v{j} - ({offset})) / {scale};" for j, (offset, scale) in enumerate(ends)]
+        given = ", ".join(f"{n}real v{j}" for j in range(count))
+    else:
+        scaled = [f"{n}real x[{count}];", *_loop("i", count, [f"x[i] = (v[i] - {n}offset[i]) / {n}scale[i];"])]
+        given = f"const {n}real v[{count}]"
     body += _dot(hidden[-1], f"a{len(hidden)}", f"{n}{out}")
-    scale, offset = k(model.scaling.effort_scale), k(model.scaling.effort_offset)
-    body += [f"return (({k(float(start))} + total) * {scale}) + {offset};"]
+    body += [f"return (({k(float(start))} + total) * {k(to.effort_scale)}) + {k(to.effort_offset)};"]
     held = [table(f"{n}real", f"{n}{name}", [k(float(v)) for v in values.ravel()]) for name, values in tables.items()]
     text = indented([*declared, *scaled, *body])
-    return "\n".join(held) + f"\nstatic {n}real {n}network(const {n}real v[{count}])\n{{\n{text}\n}}\n"
-
-
-#: Inputs up to which a layer's sums are written out: processors without vectors save the loop.
-_WRITTEN_OUT = 16
+    return "\n".join(held) + f"\nstatic {n}real {n}network({given})\n{{\n{text}\n}}\n"
 
 
 def _fnn(model: NetworkModel, n: str) -> Iterator[str]:
     before, width = "x", len(model.structure.inputs)
     for layer, hidden in enumerate(model.structure.hidden, start=1):
         a, bias = f"a{layer}", f"{n}b{layer}[i]"
-        if width <= _WRITTEN_OUT:
-            terms = [f"({n}w{layer}[i + {j * hidden}u] * {before}[{j}])" for j in range(width)]
+        if width <= WRITTEN_OUT:
+            inputs = [f"x{j}" if before == "x" else f"{before}[{j}]" for j in range(width)]
+            terms = [f"({n}w{layer}[i + {j * hidden}u] * {x})" for j, x in enumerate(inputs)]
             yield from _loop("i", hidden, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"])
         else:
             yield from _loop("i", hidden, [f"{a}[i] = {bias};"])
@@ -59,8 +62,8 @@ def _fnn(model: NetworkModel, n: str) -> Iterator[str]:
 def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     hidden, width, zero = model.structure.hidden[0], len(model.structure.inputs), f"0.0{p.suffix}"
     half = f"(-0.5{p.suffix})"
-    if width <= _WRITTEN_OUT:
-        distances = [f"const {n}real d{j} = x[{j}] - {n}centres[i + {j * hidden}u];" for j in range(width)]
+    if width <= WRITTEN_OUT:
+        distances = [f"const {n}real d{j} = x{j} - {n}centres[i + {j * hidden}u];" for j in range(width)]
         body = [*distances, *_sum(n, [f"(d{j} * d{j})" for j in range(width)])]
         yield from _loop("i", hidden, [*body, f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"])
         yield from _loop("i", hidden, [f"a1[i] = {n}exp_held(a1[i]);"])

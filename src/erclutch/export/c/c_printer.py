@@ -13,6 +13,9 @@ from dataclasses import dataclass, field
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import BINARY, FUNCTIONS, ON_BITS, Node, Record
 
+#: Inputs of a network up to which they are numbers and no array: processors without vectors save the loops, and those
+#: with vectors need not wait until numbers that were stored one by one can be loaded together.
+WRITTEN_OUT = 16
 _WIDEST = 92  # characters of an expression before it gets a name of its own
 
 
@@ -49,7 +52,7 @@ class Printer:
             if node.operation == "delay" and node.value[0] not in filled:
                 filled.add(node.value[0])
                 yield from self._fill(node)
-            if node.operation == "network":
+            if node.operation == "network" and len(node.arguments) > WRITTEN_OUT:
                 inputs = ", ".join(bare(self._text[a.index]) for a in node.arguments)
                 yield f"const {self.prefix}real v{node.index}[{len(node.arguments)}] = {{{inputs}}};"
             text = self._expression(node)
@@ -131,7 +134,8 @@ class Printer:
             name = node.value if node.operation == "call" else node.operation
             return f"{self.prefix}{name}({', '.join(bare(x) for x in a)})"
         if node.operation == "network":
-            return f"{self.prefix}network(v{node.index})"
+            inputs = [f"v{node.index}"] if len(a) > WRITTEN_OUT else [bare(x) for x in a]
+            return f"{self.prefix}network({', '.join(inputs)})"
         if node.operation == "delay":
             return self._delayed(node)
         if node.operation == "earlier":

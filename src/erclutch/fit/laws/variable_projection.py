@@ -215,13 +215,13 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         return projection
     left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    step = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
-    r, gains = triangle[:p, :p] / scale, projection.gains.copy()
-    for matrix in (r.T, r):
-        step = np.linalg.lstsq(matrix, step, rcond=np.finfo(float).eps)[0]
+    slope: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
+    r, eps, gains = triangle[:p, :p] / scale, np.finfo(float).eps, projection.gains.copy()
+    solve: Any = np.linalg.lstsq
+    step = solve(r, solve(r.T, slope, rcond=eps)[0], rcond=eps)[0]
     gains[free] += step / scale
     after = target - columns @ gains
-    rounding = np.finfo(float).eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
+    rounding = eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
     turned = np.any(np.sign(gains) * np.sign(projection.gains) < 0)
     if turned or np.linalg.norm(after) > np.linalg.norm(left) + rounding:
         return projection
