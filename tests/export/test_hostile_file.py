@@ -136,6 +136,21 @@ def test_a_file_that_is_too_deep_or_long(text: str, tmp_path: Path) -> None:
         load_model(path)
 
 
+def test_what_fits_may_leave_is_taken(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+    """A spread is squared, so its sign is chance; a network on a residual that helps nowhere is multiplied by 0."""
+    path = tmp_path / "m.json"
+    for spread, scale, good in ((-0.5, 0.7, True), (0.5, 0.0, True), (0.0, 0.7, False)):
+        body = network("rbfn-2/spreads").to_dict()
+        body["weights"]["spreads"][1] = spread
+        body["scaling"]["effort_scale"] = scale
+        path.write_text(json.dumps(_sealed(body)), encoding="utf-8")
+        if good:
+            assert load_model(path).to_dict() == body
+        else:
+            with pytest.raises(RunError, match="a spread is 0"):
+                load_model(path)
+
+
 def test_mutated_files(bodies: list[dict[str, Any]], tmp_path: Path) -> None:
     loaded, _ = _attack(bodies, 300, 10**9, tmp_path / "m.json")
     assert loaded < 100

@@ -26,7 +26,7 @@ SCHEMA = 1
 #: Of a sampling period in s.
 LONGEST_PERIOD = 10.0
 _REMEDY = "Restore the file, or fit again"
-_LARGEST, _SMALLEST = 1e18, 1e-18
+_LARGEST, SMALLEST = 1e18, 1e-18
 _LONGEST_TEXT = 1000
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
@@ -113,7 +113,7 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
 
 def number_of(value: Any, name: str, *, positive: bool = False) -> float:
     """A saved number; a truth, a text, an infinite, far too large or (if positive) too small number is none."""
-    low = _SMALLEST if positive else -_LARGEST
+    low = SMALLEST if positive else -_LARGEST
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= _LARGEST:
         raise ValueError(f"{name} is {value!r:.40}, not a number from {low:g} to {_LARGEST:g}")
     return float(value)

@@ -347,6 +347,12 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     structure = _structure_from(body)
     strength = STRENGTH if alone and slip_stages(structure.dynamics) else ()
     scaling, count = body["scaling"], len(structure.inputs)
+    weights = {
+        name: model_file.table_of(body["weights"][name], name, *shape)
+        for name, shape in table_shapes(structure).items()
+    }
+    if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
+        raise ValueError("a spread is 0")
     period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
     return NetworkModel(
         structure,
@@ -354,12 +360,9 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
             model_file.table_of(scaling["offset"], "offset", count),
             model_file.table_of(scaling["scale"], "scale", count, positive=True),
             model_file.number_of(scaling["effort_offset"], "effort_offset"),
-            model_file.number_of(scaling["effort_scale"], "effort_scale", positive=True),
+            model_file.number_of(scaling["effort_scale"], "effort_scale"),
         ),
-        {
-            name: model_file.table_of(body["weights"][name], name, *shape, positive=name == "spreads")
-            for name, shape in table_shapes(structure).items()
-        },
+        weights,
         {
             **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
             **{name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in strength},
