@@ -24,6 +24,8 @@ STAGES = (
     *("dahl-1", "dahl-2/field", "stops-1", "stops-2/field", "lugre", "lugre/field"),
     *("bouc-wen-1", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )
+#: Of these a single fit takes more than a second.
+MANY_STEPS = ("stops", "bouc-wen", "spencer")
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +80,9 @@ def test_intervals_hold_the_truth(study: ModuleType, name: str, noise: str) -> N
     assert all(0.65 < width < 1.45 for width in found.width.values()), found
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize(
+    "stage", [pytest.param(s, marks=pytest.mark.slow if s.startswith(MANY_STEPS) else ()) for s in STAGES]
+)
 def test_a_known_stage_is_found_again(study: ModuleType, stage: str) -> None:
     """A log with correlated noise; numbers that a log tells badly may be off, but then their intervals say so."""
     (found,) = study.study([f"bingham+{stage}"], ["ar1"], 1)
