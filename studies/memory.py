@@ -47,7 +47,7 @@ MEMORIES = (
     "stops-2",
     "lugre/field",
     "lugre",
-    "bouc-wen-1",
+    "bouc-wen",
     "bouc-wen-2",
     "hysteretic-tanh",
     "dahl/field+viscous",
@@ -293,9 +293,9 @@ def frequencies(bench: Bench, pool: ProcessPoolExecutor) -> Iterator[str]:
         "effort-lag",
         "dahl/field+inertia",
         "dahl/field+effort-lag",
-        "stops-1/field",
+        "stops/field",
         "hysteretic-tanh",
-        "bouc-wen-1",
+        "bouc-wen",
     )
     cases = [Without(f"above {f:g} Hz", above=f) for f in (0.5, 1.0)]
     yield from _by_chain(bench, pool, cases, (*CHAINS, *more))

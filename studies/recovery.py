@@ -7,6 +7,8 @@ its interval. Once with white noise and once with noise whose neighbours are cor
 
     python studies/recovery.py [--repetitions 200] [--laws bingham casson] [--workers 2]
 
+The case "cho-choi-jhon (loud)" has so much noise that a fifth of its fits end at a bound.
+
 Exits with 1 where a law's coverage, pooled over its parameters, misses 95 % by more than 3 points.
 """
 
@@ -60,6 +62,7 @@ class Truth:
         dynamics: the stages.
         focus: normalised fields that a third of the steps are drawn from, where the law has a narrow feature.
         noise: as a share of the effort's standard deviation.
+        remark: tells the case from others of the same law.
     """
 
     specification: str
@@ -68,16 +71,18 @@ class Truth:
     dynamics: str = "none"
     focus: tuple[float, float] | None = None
     noise: float = 0.02
+    remark: str = ""
 
     @property
     def name(self) -> str:
         """What the case is called in the table and after ``--laws``."""
-        return self.specification if self.dynamics == "none" else f"{self.specification}+{self.dynamics}"
+        return self.specification + (f"+{self.dynamics}" if self.dynamics != "none" else "") + self.remark
 
 
 _DIRECTION = {"w_s": 0.05}
 _POWER = {"n": 1.6}
 _TWO = {"T_y": 0.5, "eta": 0.15}
+_CCJ = {**_DIRECTION, "t_1": 2.0, "a": 1.3, "t_2": 2.0, "b": 0.4, **_POWER}
 
 
 def _with_stage(dynamics: str, shape: Mapping[str, float], **gains: float) -> Truth:
@@ -94,13 +99,13 @@ _STAGES = (
     _with_stage("inertia", {}, m=1e-3),
     _with_stage("stiffness", {"tau_x": 0.2}, k=5.0),
     _with_stage("viscous", {"p": 0.5}, T_v=0.15, T_vy=0.2),
-    _with_stage("dahl-1", {"r_1": 8e-3}, T_s1=0.1, T_z1=0.4),
+    _with_stage("dahl", {"r_1": 8e-3}, T_s1=0.1, T_z1=0.4),
     _with_stage("dahl-2/field", {"r_1": 3e-3, "r_2": 0.03}, T_z1=0.3, T_z2=0.4),
-    _with_stage("stops-1", {"r_p1": 8e-3}, T_p1=0.1, T_p1y=0.4),
+    _with_stage("stops", {"r_p1": 8e-3}, T_p1=0.1, T_p1y=0.4),
     _with_stage("stops-2/field", {"r_p1": 3e-3, "r_p2": 0.02}, T_q1y=0.3, T_q2y=0.4),
     _with_stage("lugre", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_l=0.1, T_ld=0.1, T_ly=0.4, T_ldy=0.1),
     _with_stage("lugre/field", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_ly=0.4, T_ldy=0.1),
-    _with_stage("bouc-wen-1", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
+    _with_stage("bouc-wen", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("bouc-wen-2", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("hysteretic-tanh", {"w_t": 0.4, "t_w": 0.02, "tau_m": 0.3}, T_t=0.2, T_ty=0.5),
     _with_stage(
@@ -120,7 +125,7 @@ TRUTHS = {
         Truth("casson", {**_DIRECTION, "r": 0.3, **_POWER}, {"T_y": 0.5}),
         Truth("herschel-bulkley", {**_DIRECTION, "m": 0.7, **_POWER}, {"T_y": 0.5, "K": 0.15}),
         Truth("seo-seo", {**_DIRECTION, "a": 3.0, "b": 0.9, **_POWER}, {"T_sy": 0.5, "eta": 0.15}),
-        Truth("cho-choi-jhon", {**_DIRECTION, "t_1": 2.0, "a": 1.3, "t_2": 2.0, "b": 0.4, **_POWER}, _TWO),
+        Truth("cho-choi-jhon", _CCJ, _TWO),
         Truth("hem", {**_DIRECTION, "kappa": 2.0, "beta": 1.6, **_POWER}, {"T_y": 0.5, "eta_0": 0.15}),
         Truth(
             "rbfm-5",
@@ -142,6 +147,7 @@ TRUTHS = {
             "rise-fall",
         ),
         *_STAGES,
+        Truth("cho-choi-jhon", _CCJ, _TWO, noise=0.3, remark=" (loud)"),
     )
 }
 

@@ -26,6 +26,7 @@ class SlewRate:
     name: str = "slew-rate"
     title: str = "limited rate of the command"
     source: str = "a current driver of limited voltage; any book on power electronics"
+    equation: str = "E' = (u - E) / dt within -rate and rate"
     place: Place = "command"
     switches: bool = True
 

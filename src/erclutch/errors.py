@@ -5,6 +5,7 @@ The command line prints ``str(error)`` and exits with ``error.exit_code``; nothi
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Generator
 from contextlib import contextmanager
 
@@ -28,7 +29,17 @@ class ErclutchError(Exception):
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
-        return f"{place}{self.problem}. {self.remedy}."
+        return printable(f"{place}{self.problem}. {self.remedy}.")
+
+
+def printable(text: str) -> str:
+    """A text as one line that a terminal only shows: white space is a blank, any other hidden character is written out.
+
+    What is hidden: control characters, line ends, marks that turn the direction, halves of a character.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)
 
 
 @contextmanager
@@ -39,6 +50,11 @@ def placed(where: str) -> Generator[None]:
     except ErclutchError as error:
         error.where = error.where or where
         raise
+
+
+def shell_word(text: str) -> str:
+    """A text as a word of a command that a message offers for copying; a shell must not see more in it."""
+    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
 
 
 class LogError(ErclutchError):

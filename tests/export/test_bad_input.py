@@ -14,8 +14,9 @@ import pytest
 
 from erclutch.errors import ErclutchError, ExportError, RunError
 from erclutch.export import ExportOptions, export_model, step_of, verify_export
-from erclutch.models.law_model import TorqueModel, digest_of
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.load import load_model
+from erclutch.models.model_file import digest_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.signals.speed import Derivative
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import ModuleType
 
@@ -14,10 +15,11 @@ import numpy as np
 import pytest
 
 from erclutch.arithmetic.evaluation import evaluate
-from erclutch.arithmetic.precision import FLOAT64
+from erclutch.arithmetic.precision import FLOAT32, FLOAT64
+from erclutch.arithmetic.record import Record
 from erclutch.export import Check, ExportOptions, export_model, step_of, verify_export
 from erclutch.export.exported_step import NON_FINITE, OUT_OF_REACH, ExportedStep
-from erclutch.export.rounding import bound
+from erclutch.export.rounding import ULPS, Errors, _oscillator_error, bound
 from erclutch.export.step_numbers import inverse, inverse_now, named, numbers, reference, run
 from erclutch.export.step_record import feels_next_field, rest_record
 from erclutch.export.step_vectors import ordinary, rows_of, vectors_of
@@ -26,6 +28,7 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.stages import slip_stages
+from erclutch.models.stages.oscillator import coefficients
 from erclutch.signals.array import Array
 
 #: Bounds of docs/export.md, in units of the last place at the largest training effort: float64 has NumPy's bits.
@@ -201,6 +204,81 @@ def test_the_last_good_row_stands_in_for_a_bad_one(models: dict[str, Model]) -> 
     assert effort[7] == effort[6] != 0.0
     assert list(flags[[0, 1, 2, 7]] & NON_FINITE) == [NON_FINITE] * 4
     assert not np.any(flags[[3, 4, 8]] & NON_FINITE)
+
+
+@pytest.mark.parametrize("label", ["hem, coaxial", "fnn-7, coaxial", "casson+lag, single"])
+def test_a_row_with_one_bad_number_counts_as_the_row_before(models: dict[str, Model], label: str) -> None:
+    made = program(models[label])
+    rows = ordinary(made, np.random.default_rng(1), 20)
+    held = rows.copy()
+    held[7] = rows[6]
+    expected = run(made, held)[0]
+    for i in range(rows.shape[1]):
+        bad = rows.copy()
+        bad[7, i] = np.nan
+        effort, flags = run(made, bad)
+        assert np.array_equal(effort, expected)
+        assert flags[7] & NON_FINITE
+
+
+BINARY_OPERATIONS = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide}
+FUNCTIONS = {"exp": np.exp, "expm1": np.expm1, "tanh": np.tanh, "negate": np.negative, "absolute": np.absolute}
+
+
+@pytest.mark.parametrize("name", [*BINARY_OPERATIONS, *FUNCTIONS])
+def test_the_error_of_an_operation_is_neither_too_small_nor_twice_too_large(name: str) -> None:
+    """Errors of the arguments far above rounding: the bound is the largest deviation at their ends."""
+    record = Record()
+    function = BINARY_OPERATIONS.get(name) or FUNCTIONS[name]
+    count = 2 if name in BINARY_OPERATIONS else 1
+    node = record.operand(name, *(record.input(f"x{i}") for i in range(count))).node
+    for values in ((1.3, -0.7), (-0.4, 2.1)):
+        x, e = np.array(values[:count]), np.array([1e-6, 3e-6])[:count]
+        value, error = Errors(None, FLOAT64).apply(node, [np.array([[a], [b]]) for a, b in zip(x, e, strict=True)])[
+            :, 0
+        ]
+        ends = [function(*(x + e * np.array(signs))) for signs in product((-1.0, 1.0), repeat=count)]
+        worst = float(np.max(np.abs(np.array(ends) - function(*x))))
+        assert value == pytest.approx(float(function(*x)), rel=1e-15)
+        assert worst * (1.0 - 1e-5) <= error <= worst * (1.0 + 1e-5)
+
+
+@pytest.mark.parametrize("name", [*BINARY_OPERATIONS, *FUNCTIONS])
+def test_the_rounding_of_an_operation_is_that_of_its_result(name: str) -> None:
+    record = Record()
+    count = 2 if name in BINARY_OPERATIONS else 1
+    node = record.operand(name, *(record.input(f"x{i}") for i in range(count))).node
+    exact = [np.array([[a], [0.0]]) for a in (1.3, -0.7)[:count]]
+    value, error = Errors(None, FLOAT64).apply(node, exact)[:, 0]
+    units = {"negate": 0.0, "absolute": 0.0, **ULPS["float64"]}.get(name, 0.5)
+    assert error == pytest.approx(units * FLOAT64.epsilon * abs(value), rel=1e-12, abs=0.0)
+
+
+def test_the_error_of_an_oscillator_is_bounded_from_both_sides() -> None:
+    rng = np.random.default_rng(6)
+    signal = rng.uniform(-1.0, 1.0, 400)
+    q = {"tau": 4e-3, "zeta": 0.3}
+    noise = 1e-6 * rng.choice([-1.0, 1.0], 400)
+    a11, a12, a21, a22 = coefficients(4e-3, 0.3, PERIOD)
+    passes, into = np.array([[a11, a12], [a21, a22]]), np.array([1.0 - a11, -a21])
+
+    def driven(given: Array, kind: type = np.float64) -> Array:
+        state, out = np.zeros(2, kind), []
+        for u in given.astype(kind):
+            state = passes.astype(kind) @ state + into.astype(kind) * u
+            out.append(state[0])
+        return np.array(out)
+
+    # The worst signs of the errors are those of the answer to a single push, backwards in time.
+    answer = driven(np.eye(1, 400)[0])
+    worst = 1e-6 * float(np.abs(answer).sum())
+    limit = _oscillator_error(q, PERIOD, driven(signal), signal, np.full(400, 1e-6), FLOAT64)
+    assert float(np.max(np.abs(driven(signal + noise) - driven(signal)))) <= worst
+    assert worst <= limit[-1] <= 1.01 * worst
+    # Rounding alone, in float32 against float64.
+    rounding = float(np.max(np.abs(driven(signal, np.float32) - driven(signal))))
+    alone = _oscillator_error(q, PERIOD, driven(signal), signal, np.zeros(400), FLOAT32)
+    assert rounding <= alone[-1] <= 300.0 * rounding
 
 
 def _at_rest(made: ExportedStep, rows: Array) -> Array:

@@ -443,6 +443,96 @@ def test_a_saved_fmu_state_is_restored(fmu3: Any) -> None:
     fmu.freeInstance()
 
 
+_FORGER = """
+#include <stdio.h>
+#include "fmi{version}.c"
+#define OF_STATE_(name) FMI(name)
+#define OF_STATE(verb) OF_STATE_(STATE(verb, ))
+int main(int count, char **words)
+{{
+    instance *c = (instance *)calloc(1u, sizeof *c); /* no logger */
+    unsigned char good[SEALED], *bytes;
+    SAVED saved = NULL;
+    uint32_t i, size;
+    double effort;
+    erc_clear(MEMORY(c));
+    for (i = 1u; i <= ERC_INPUTS; i++) {{ erc_set(MEMORY(c), i, 10.0 * i); }}
+    erc_advance(MEMORY(c), 5.0 * ERC_PERIOD, 1.0);
+    OF_STATE(Get)(c, &saved);
+    OF_STATE(Serialize)(c, saved, (FMI(Byte) *)good, sizeof good);
+    OF_STATE(Free)(c, &saved);
+    if (count == 1) {{ fwrite(good, 1u, sizeof good, stdout); return 0; }}
+    while (fread(&size, sizeof size, 1u, stdin) == 1u)
+    {{
+        bytes = (unsigned char *)malloc(size + (size == 0u)); /* on the heap, so that reading beyond its end is seen */
+        if (fread(bytes, 1u, size, stdin) != size) {{ return 2; }}
+        if (size == SEALED && words[1][0] == 'f') /* forged: with its seal, but not another number of samples */
+        {{
+            const size_t times = offsetof(erc_memory, time), end = offsetof(erc_memory, flags);
+            memcpy(bytes + times, good + times, end - times);
+            const uint64_t seal = erc_seal(bytes);
+            memcpy(bytes + sizeof(erc_memory), &seal, sizeof seal);
+        }}
+        saved = NULL;
+        if (OF_STATE(DESERIALIZE)(c, (const FMI(Byte) *)bytes, size, &saved) == FMI(OK))
+        {{
+            putchar('a');
+            OF_STATE(Set)(c, saved);
+            erc_advance(MEMORY(c), 9.0 * ERC_PERIOD, 1.0);
+            erc_get(MEMORY(c), REF_EFFORT, &effort);
+            OF_STATE(Free)(c, &saved);
+        }}
+        else {{ putchar('r'); }}
+        free(bytes);
+    }}
+    free(c);
+    return 0;
+}}
+"""
+
+
+def _mutated(good: bytes, rng: np.random.Generator) -> bytes:
+    """A state with a flipped bit, a few other bytes, another length, or nothing left of it."""
+    made, kind = bytearray(good), rng.integers(4)
+    if kind == 0:
+        made[rng.integers(len(made))] ^= 1 << rng.integers(8)
+    elif kind == 1:
+        at, length = rng.integers(len(made) - 8), rng.integers(1, 9)
+        made[at : at + length] = rng.bytes(int(length))
+    elif kind == 2:
+        del made[int(rng.integers(len(made))) :]
+    else:
+        made[:] = rng.bytes(len(made))
+    return bytes(made)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_damaged_fmu_state_is_refused_and_a_forged_one_breaks_nothing(
+    version: int, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc", "clang")
+    folder = exported(models["casson+lag, single"], f"fmu{version}", tmp_path / "f")
+    with zipfile.ZipFile(folder / f"m_fmi{version}.fmu") as archive:
+        archive.extractall(tmp_path / "x")
+    sources, forger = tmp_path / "x" / "sources", str(tmp_path / "forger")
+    (sources / "forger.c").write_text(_FORGER.format(version=version), encoding="ascii")
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1", "-ffp-contract=off"]
+    subprocess.run(["clang", *checks, str(sources / "forger.c"), str(sources / "m.c"), "-o", forger], check=True)
+    good = subprocess.run([forger], capture_output=True, check=True).stdout
+    rng = np.random.default_rng(18)
+    states = [good, *(_mutated(good, rng) for _ in range(10_000))]
+    given = b"".join(np.uint32(len(s)).tobytes() + s for s in states)
+
+    def answers(kind: str) -> str:
+        done = subprocess.run([forger, kind], input=given, capture_output=True, check=False, timeout=300)
+        assert done.returncode == 0, done.stderr.decode()
+        return done.stdout.decode()
+
+    assert answers("damaged") == "".join("a" if s == good else "r" for s in states)
+    assert answers("forged") == "".join("a" if len(s) == len(good) else "r" for s in states)
+
+
 # --- other -----------------------------------------------------------------------------------------------------------
 
 

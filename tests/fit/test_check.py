@@ -219,3 +219,21 @@ def test_a_pair_s_sign_is_turned_by_its_own_option() -> None:
     pair = replace(one, device="coaxial", elements=(one.elements[0], one.elements[0]), effort=-one.effort)
     (sign,) = (f for f in findings(pair) if f.subject == "sign")
     assert "--T '-T [N*m]'" in sign.remedy
+
+
+def swinging(rate: float) -> Dataset:
+    """A swing of 0.8 rad, and a position that runs away at a rate in rad/s."""
+    data = good()
+    swing = 20.0 * np.cos(2.0 * np.pi * 10.0 * data.clock.time) * (1.0 + 0.2 * np.sin(data.clock.time))
+    return changed(data, slip=swing + rate, effort=1e-6 * data.elements[0].field ** 2 * np.sign(swing))
+
+
+def test_a_position_that_drifts_is_said() -> None:
+    found = [f for f in findings(swinging(1.0)) if f.subject == "drift"]
+    assert only(tuple(found)).message.startswith("the position drifts by 3.98 rad in 4 s while it swings by 0.764 rad")
+    assert "Check the sensor's zero" in str(found[0])
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3, 30.0])
+def test_a_swing_or_a_turning_device_does_not_drift(rate: float) -> None:
+    assert not [f for f in findings(swinging(rate)) if f.subject == "drift"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import CheckError, SettingError
-from erclutch.fit.comparison import Comparison, Settings, compare, structures_for
+from erclutch.fit.comparison import Comparison, Settings, compare, networks_for, structures_for
 from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs import read, recording_from_arrays
@@ -17,6 +17,8 @@ from erclutch.logs.dataset import Dataset, build_dataset, time_folds
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ladder
+from erclutch.models.stages import stage_named
+from erclutch.models.stages.stage import Moved
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -198,6 +200,12 @@ def test_all_is_the_ladder_and_names_are_canonical(data: Dataset) -> None:
     assert {s.dynamics for s in made} == {"lag"}
 
 
+def test_two_names_of_a_stage_are_one_model(data: Dataset) -> None:
+    asked = ("bingham+dahl-1/field", "bingham+dahl/field", "bingham+stops-1", "fnn-6+dahl-01", "fnn-6+dahl")
+    made = [*structures_for(data, Settings(models=asked)), *networks_for(data, Settings(models=asked))]
+    assert [s.dynamics for s in made] == ["dahl/field", "stops", "dahl"]
+
+
 def test_friction_and_offset_by_device(data: Dataset) -> None:
     single = structures_for(data, Settings(lag="none"))
     pair = structures_for(replace(data, device="coaxial", elements=data.elements * 2), Settings(lag="none"))
@@ -275,3 +283,37 @@ def test_rows_held_out_at_one_field_recommend_no_switch() -> None:
     assert not switch.sound
     assert "errs on the training rows by" in switch.notes[-1]
     assert found.recommended == "bingham"
+
+
+# --- memory that a log cannot tell ------------------------------------------------------------------------------------
+
+
+def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
+    """SYNTHETIC: one Dahl state in each of several stretches, settled at the start, and nothing else."""
+    clock_one, t = Clock(1e-3 * np.arange(rows), (Span(0, rows, 1e-3),)), 1e-3 * np.arange(rows)
+    rng = np.random.default_rng(5)
+    slips, fields, efforts = [], [], []
+    for k in range(logs):
+        slip = np.cos(2 * np.pi * 2.1 * t + 0.3 * k) + 0.5 * np.cos(2 * np.pi * 5.3 * t)
+        state = stage_named("dahl").respond(Moved(slip, np.ones(rows)), clock_one, [travel], slice(None))[0]
+        field = np.repeat(rng.uniform(0.0, 2.0, rows // 50 + 1), 50)[:rows]
+        efforts.append((1.0 + field) * state + 0.2 * slip + 0.01 * rng.normal(size=rows))
+        slips.append(slip)
+        fields.append(field)
+    spans = tuple(Span(k * rows, (k + 1) * rows, 1e-3) for k in range(logs))
+    element = Element(np.concatenate(fields), np.concatenate(slips))
+    clock = Clock(np.tile(t, logs), spans)
+    return Dataset("single", (element,), np.concatenate(efforts), clock, Units("N", "A", "m/s"))
+
+
+@pytest.mark.parametrize(
+    ("data", "note"),
+    [
+        (with_dahl(1e-6, 3000), "at a bound: r_1"),
+        (with_dahl(0.5, 400, logs=6), "stretches are too short to forget the start of r_1"),
+    ],
+)
+def test_a_memory_that_the_log_cannot_tell_is_one_clear_note(data: Dataset, note: str) -> None:
+    asked = Settings(models=("bingham/forward+dahl",), lag="none", friction=False, offset=False, workers=1)
+    (entry,) = compare(data, asked).entries
+    assert [said for said in entry.notes if note in said], entry.notes

@@ -285,10 +285,20 @@ def test_the_row_named_is_that_of_the_file(tmp_path: Path) -> None:
 def test_any_bytes_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(content)
+    _curves_or_an_error(path)
+
+
+def _curves_or_an_error(path: Path) -> None:
+    """Whatever is read is a table of numbers that stand in the file, a rate and a stress each."""
     try:
-        read_flow_curves(path)
+        curves = read_flow_curves(path)
     except LogError:
         return
+    assert curves
+    for label, rates, stresses in curves:
+        assert label
+        assert len(rates) == len(stresses)
+        assert all(np.isfinite([*rates, *stresses]))
 
 
 @settings(max_examples=200, deadline=None)
@@ -296,7 +306,27 @@ def test_any_bytes_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.Temp
 def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "almost.csv"
     path.write_text(text)
-    try:
+    _curves_or_an_error(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("1,10\n2,20\n3,30\n", "row 1 holds the numbers 1 and 10 where labels are expected"),
+        ("1,10,1,11\n2,20,2,21\n", "row 1 holds the numbers 1 and 10 where labels are expected"),
+        ("stress [Pa],rate [1/s]\n10,1\n20,2\n", "stresses come ahead of their rates"),
+    ],
+)
+def test_a_file_that_would_be_misread_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "curves.csv"
+    path.write_text(text)
+    with pytest.raises(LogError, match=problem):
         read_flow_curves(path)
-    except LogError:
-        return
+
+
+def test_labels_that_are_numbers_are_labels(tmp_path: Path) -> None:
+    path = tmp_path / "curves.csv"
+    path.write_text("0.5,,1,\n1,10,1,20\n2,20,2,30\n")
+    assert [label for label, _, _ in read_flow_curves(path)] == ["0.5", "1"]
+    path.write_text("rate [1/s],0.5,1\n1,10,20\n2,20,30\n")
+    assert [label for label, _, _ in read_flow_curves(path)] == ["0.5", "1"]

@@ -135,7 +135,8 @@ def test_converged_means_at_the_minimum_of_a_curved_valley() -> None:
     peer = least_squares(
         residual, [40.0, 55.0], jac=slopes, bounds=([1e-6, 1.001], [50.0, 60.0]), xtol=1e-15, ftol=1e-15, gtol=1e-15
     )
-    assert found.stop != "converged" or np.isclose(found.cost, 2.0 * peer.cost, rtol=1e-6)
+    assert found.stop == "converged"
+    assert found.cost == pytest.approx(2.0 * peer.cost, rel=1e-6)
 
 
 @settings(max_examples=150, deadline=None)

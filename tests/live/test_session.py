@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from erclutch.live.c_build import SOURCES, CompilerError, build
 from erclutch.live.layout import FRAME
 from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
-from erclutch.live.ring import RingInfo, RingReader, State, make_ring
+from erclutch.live.ring import RingError, RingInfo, RingReader, State, make_ring
 from erclutch.live.session import TWIN, LiveError, LiveModel, ServedRig, Session, SessionOptions
 from erclutch.live.session_figures import Histogram, SessionFigures
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
@@ -98,18 +98,19 @@ def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path) -> 
 
 
 @pytest.fixture(scope="module")
-def remembering(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A law with a lag and a Dahl memory, fitted to a log of the TWIN."""
-    from erclutch.fit.laws.fit_law import fit_structure
+def remembering(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A law or a network with a lag and a Dahl memory, fitted to a log of the TWIN."""
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs.dataset import build_dataset
-    from erclutch.models.law_model import Structure
-    from erclutch.models.laws import law_from_name
+    from erclutch.models.networks.network_model import NetworkModel
     from erclutch.rig.twin.scenarios import prepare
 
     data = build_dataset(prepare("training", seconds=10.0).recording(), device="coaxial")
-    law = Structure("coaxial", "bingham", law_from_name("bingham", "coaxial"), "lag+dahl/field")
+    model = compare(data, Settings(models=(request.param,), lag="none")).entries[0].outcome.model
+    if isinstance(model, NetworkModel):  # a rig at rest is outside its training: the guess there is not to be limited
+        model = replace(model, trained_on=replace(model.trained_on, effort=(-10.0, 10.0)))
     path = tmp_path_factory.mktemp("fitted") / "model.json"
-    path.write_text(json.dumps(fit_structure(data, law).model.to_dict()), encoding="utf-8")
+    path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
     return path
 
 
@@ -130,7 +131,14 @@ def _any_rig(kind: str, folder: Path) -> Iterator[Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["twin", "replay", "udp"])
+@pytest.mark.parametrize(
+    ("remembering", "kind"),
+    [
+        *(("bingham+lag+dahl/field", kind) for kind in ("twin", "replay", "udp")),
+        *(("fnn-16+lag+dahl-2", kind) for kind in ("twin", "replay")),
+    ],
+    indirect=["remembering"],
+)
 def test_a_model_with_memory_estimates_what_predict_says(kind: str, remembering: Path, tmp_path: Path) -> None:
     """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges."""
     model = load_model(remembering)
@@ -409,6 +417,20 @@ def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     assert (watch.frames, watch.missed) == (5, 2)
 
 
+def test_what_is_no_ring_of_this_version_is_refused(tmp_path: Path) -> None:
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    whole = ring.read_bytes()
+    for at in (0, 7, 8, 12, 16):  # magic, version, size of a frame, capacity
+        ring.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+        with pytest.raises(RingError, match="no ring of version"):
+            RingReader(ring)
+    ring.write_bytes(whole[:-1])
+    with pytest.raises(RingError, match="no ring of version"):
+        RingReader(ring)
+    ring.write_bytes(whole)
+    RingReader(ring).close()
+
+
 # --- the command line -------------------------------------------------------------------------------------------------
 
 
@@ -497,6 +519,31 @@ def test_json_is_one_document_whatever_goes_wrong() -> None:
     assert figures["origin"] == "HARDWARE"
     assert figures["tripped"] in ("sample-lost", "overrun", "rig-watchdog")  # the latter: a machine that held it up
     assert f"fields are held at zero: {figures['tripped']}" in done.stderr
+
+
+def _session_in_a_process() -> subprocess.Popen[str]:
+    """A session whose ring's folder is the first line that its process says."""
+    words = "import time; from erclutch.live.session import *; from erclutch.live.settings import LoopSettings\n"
+    words += "with Session(TWIN, LoopSettings()) as session: print(session.ring.parent, flush=True); time.sleep(60)"
+    return subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, text=True)
+
+
+@pytest.mark.slow
+def test_a_session_removes_what_a_killed_one_left_in_memory() -> None:
+    with _session_in_a_process() as killed, _session_in_a_process() as alive:
+        assert killed.stdout is not None
+        assert alive.stdout is not None
+        left, kept = (Path(said.readline().strip()) for said in (killed.stdout, alive.stdout))
+        killed.kill()
+        killed.wait()
+        assert (left / "ring").exists()
+        with Session(TWIN, LoopSettings()) as session:
+            assert not left.exists()
+            assert (kept / "ring").exists()
+            assert session.ring.exists()
+        alive.kill()
+    with Session(TWIN, LoopSettings()):
+        assert not kept.exists()
 
 
 @pytest.mark.slow

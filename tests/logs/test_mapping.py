@@ -304,3 +304,27 @@ def test_merging_mappings() -> None:
     assert over.columns["effort"].source == "x.toml"
     assert dict(over.constants) == {}
     assert over.time is None
+
+
+def test_a_given_column_stays_where_another_would_be_guessed(log: Callable[..., Path], rows: Rows) -> None:
+    path = log({**rows, "G": -rows["Y"]}, "t,Y,speed [m/s],force [N],field")
+    recording = read(path, {"field": "Y"})
+    assert np.array_equal(recording.signals["field"], rows["Y"])
+    assert "field <- column Y, no unit: taken as logged (given)" in recording.notes
+
+
+def test_a_signed_field_that_is_given_stands_for_both_fields(log: Callable[..., Path]) -> None:
+    columns = {"t": np.arange(20.0), **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E=[0.5, -0.5])}
+    recording = read(log(columns), {"E": "E"}, device="coaxial")
+    assert np.array_equal(recording.signals["E"], columns["E"])
+    assert not {"E1", "E2"} & set(recording.signals)
+
+
+@pytest.mark.parametrize(("number", "unit"), [("0.4", ""), ("400", "?")])
+def test_a_constant_field_of_a_pair_is_a_plain_number_or_unknown(
+    log: Callable[..., Path], number: str, unit: str
+) -> None:
+    columns = {"t": np.arange(20.0), **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E1=None, E2=None)}
+    recording = read(log(columns), {"constants": {"E1": number, "E2": "0"}}, device="coaxial")
+    assert recording.units["E1"] == unit
+    assert np.array_equal(recording.signals["E1"], np.full(20, float(number)))

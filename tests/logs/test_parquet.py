@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers.parquet import read_parquet
+from erclutch.logs.log_writer import write_log
+from erclutch.logs.readers.parquet import parquet_windows, read_parquet
 
 
 def whole() -> bytes:
@@ -92,3 +93,46 @@ def test_a_mutated_file_gives_a_table_or_an_error_of_ours(changes: list[tuple[in
         data[4 + place % (len(data) - 8)] = byte
     with suppress(ErclutchError):
         assert read_parquet(LogSource(Path("a.parquet"), bytes(data), "")).columns
+
+
+def damaged_in_silence(checksums: bool, flips: int = 150) -> int:
+    """Of files with one bit turned, those that are read without an error and give other numbers."""
+    rng = np.random.default_rng(0)
+    sink = io.BytesIO()
+    columns = {f"c{i}": rng.normal(size=200) for i in range(3)}
+    pq.write_table(pa.table(columns), sink, write_page_checksum=checksums)
+    data, wrong = sink.getvalue(), 0
+    for _ in range(flips):
+        turned = bytearray(data)
+        turned[rng.integers(len(data))] ^= 1 << int(rng.integers(8))
+        with suppress(LogError):
+            found = read_parquet(LogSource(Path("a.parquet"), bytes(turned), "")).columns
+            wrong += not all(np.array_equal(found.get(name, 0), values) for name, values in columns.items())
+    return wrong
+
+
+def test_checksums_are_checked_and_a_file_without_them_says_so() -> None:
+    assert damaged_in_silence(checksums=True) == 0
+    assert damaged_in_silence(checksums=False) > 50
+    note = "the file has no checksums: damaged numbers in it cannot be told from good ones"
+    for checksums in (True, False):
+        sink = io.BytesIO()
+        pq.write_table(pa.table({"a": [1.0, 2.0], "b": [1, 2]}), sink, write_page_checksum=checksums)
+        assert (note in read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), "")).notes) == (not checksums)
+
+
+def test_own_logs_have_checksums_and_windows_say_whether_a_file_has(tmp_path: Path) -> None:
+    own = write_log(tmp_path / "own.parquet", [("a", "s"), ("b", "")], [np.zeros((9, 2))], {}, rows=9)
+    other = tmp_path / "other.parquet"
+    pq.write_table(pa.table({"a": [1.0, 2.0]}), other)
+    for path, has in ((own, True), (other, False)):
+        notes = [note for _, _, table in parquet_windows(path, 5, 1) for note in table.notes]
+        assert any("no checksums" in note for note in notes) == (not has)
+
+
+def test_damage_is_told_in_one_line() -> None:
+    data = bytearray(whole())
+    data[-60:-20] = b"\xff" * 40
+    with pytest.raises(LogError) as caught:
+        read_parquet(LogSource(Path("a.parquet"), bytes(data), ""))
+    assert str(caught.value).isprintable()

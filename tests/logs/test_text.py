@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import gzip
+import time
+import tracemalloc
+import zlib
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from erclutch import registry
-from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import Table, read_table
-from erclutch.logs.labels import split_label
+from erclutch.errors import ErclutchError, LogError, TimingError
+from erclutch.logs import Table, read, read_table
+from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
@@ -191,3 +194,144 @@ def test_bad_text_is_named(text: str, problem: str) -> None:
         table_of(text)
     assert problem in str(caught.value)
     assert str(caught.value).startswith("log.csv: ")
+
+
+# --- hidden characters, long rows, last lines ------------------------------------------------------------------------
+
+
+def read_or_refused(text: str) -> Table | str:
+    """The table, or what is said where there is none."""
+    try:
+        return table_of(text)
+    except LogError as error:
+        return str(error)
+
+
+ROWS = "".join(f"{k * 1e-3:.3f},{k % 7},{k % 5}\n" for k in range(40))
+
+
+@pytest.mark.parametrize("last", ["\x1c", "\x1d\x1e", "\x0c", " \x85", "\x1c\x1c\n"])
+def test_a_last_line_of_control_characters_is_left_out_or_named(last: str) -> None:
+    """A text with more of them than one in a hundred is taken for binary data, so there are many rows."""
+    found = read_or_refused("t,a,b\n" + ROWS + last)
+    if isinstance(found, str):
+        assert "line 42" in found
+        assert found.isprintable()
+    else:
+        assert found.rows == 40
+        assert "the last row was cut off in the middle: left out" in found.notes
+
+
+@pytest.mark.parametrize("cell", ["\u00a03", "3\u00a0", "\x1c3", "3\x0b", "\u20073", "3\u200b"])
+def test_a_hidden_character_in_a_cell_is_told_with_its_line(cell: str) -> None:
+    found = read_or_refused("t,a,b\n" + ROWS + f"0.040,{cell},1\n" + "0.041,1,1\n")
+    if isinstance(found, str):
+        assert "line 42, column a" in found
+    else:
+        assert any("line 42 holds a hidden character (U+" in note for note in found.notes)
+        assert found.columns["a"][40] == 3.0
+
+
+def test_a_clean_file_has_no_note() -> None:
+    assert table_of("t,a,b\r\n" + ROWS).notes == ()
+    assert table_of("t,a,Grösse [µm]\n" + ROWS).notes == ()
+
+
+def test_an_extra_empty_cell_is_told_with_its_line() -> None:
+    table = table_of("t,a,b\n" + ROWS + "0.040,1,1,\n" + "0.041,1,1\n")
+    assert table.rows == 42
+    assert table.notes == ("line 42 has more cells than there are columns: left out",)
+
+
+@pytest.mark.parametrize("last", ["DAQ Pause, DAQ Stop\n", "DAQ Pause\nDAQ Stop", "DAQ Stop,,\n\n"])
+def test_last_lines_without_a_number_are_left_out_and_told(last: str) -> None:
+    table = table_of("t,a,b\n" + ROWS + last)
+    assert table.rows == 40
+    assert all(note.startswith("the last line holds no number") for note in table.notes)
+    assert table.notes
+
+
+def test_a_second_remark_on_a_row_is_left_out_and_told() -> None:
+    """A DAQ writes what happened behind the row; nothing stands in between."""
+    rows = [f"{k}, 05/25/2022 05:50:06.{k:03d} PM, {k % 7}" for k in range(100, 160)]
+    rows[0] += ", DAQ Start"
+    rows[-1] += ", DAQ Pause, DAQ Stop"
+    table = table_of("Sample, Date/Time, Force (N), Events\n" + "\n".join(rows) + "\n")
+    assert table.rows == 60
+    assert "line 61 has more cells than there are columns: left out" in table.notes
+    with pytest.raises(LogError, match="line 61 has 5 cells where 4 are expected"):
+        table_of("Sample, Date/Time, Force (N), Events\n" + "\n".join(rows).replace("DAQ Stop", "7") + "\n")
+
+
+@pytest.mark.parametrize("units", ["s,V,°C", "[s],[V],[°C]", "s,V,degC", "ms,kV,dB"])
+def test_a_row_of_units_with_one_that_has_no_factor(units: str) -> None:
+    table = table_of(f"t,a,b\n{units}\n" + ROWS)
+    assert tuple(table.columns) == ("t", "a", "b")
+    assert tuple(table.units.values()) == tuple(unit.strip("[]") for unit in units.split(","))
+
+
+def test_dates_of_a_spreadsheet_are_not_taken_for_seconds(tmp_path: Path) -> None:
+    days = 44927.5 + np.arange(200) / 86400.0 / 100.0
+    rows = "".join(f"{t:.10f},{k % 2},{np.sin(k / 9):.6f},{k % 7}\n" for k, t in enumerate(days))
+    path = tmp_path / "log.csv"
+    path.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + rows)
+    with pytest.raises(TimingError, match=r"dates of a spreadsheet, in days\. Give its unit: --time \"time \[day\]\""):
+        read(path)
+    assert read(path, {"time": "time [day]"}).period == pytest.approx(0.01, rel=1e-3)
+    noon = rows.replace("44927.", "45000.")
+    path.write_text("time [s],field [V],slip [rad/s],effort [N*m]\n" + noon)
+    assert read(path).period < 1e-6
+
+
+# --- size ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_small_gzip_takes_little_memory(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(("t,a,b\n" + ROWS).encode()))
+    tracemalloc.start()
+    assert read_table(path).rows == 40
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+
+
+@pytest.mark.slow
+def test_a_gzip_that_unpacks_to_far_more_than_a_log_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.csv.gz"
+    squeeze = zlib.compressobj(6, zlib.DEFLATED, 31)
+    block = b"0.001,0.5,0.5\n" * 100_000
+    path.write_bytes(b"".join(squeeze.compress(block) for _ in range(220)) + squeeze.flush())
+    with pytest.raises(LogError, match=r"bomb.csv.gz: 0\.\d+ MB unpack to more than 268 MB\. Unpack it"):
+        read_table(path)
+
+
+def test_names_are_made_in_linear_time() -> None:
+    started = time.process_time()
+    names, _, notes = name_columns(["x"] * 20_000 + ["x (7)"])
+    assert time.process_time() - started < 2.0
+    assert len(set(names)) == 20_001
+    assert names[1] == "x (2)"
+    assert notes[0] == "column 2 has the name 'x' of an earlier one: renamed 'x (2)'"
+
+
+@given(st.lists(st.sampled_from(["x", "x [N]", "x [m]", "x (2)", "", " x", "c2", "a\x00\u202e"]), max_size=12))
+def test_names_differ_and_can_be_seen(labels: list[str]) -> None:
+    names, _, _ = name_columns(labels)
+    assert len(set(names)) == len(labels)
+    assert all(name and name.isprintable() for name in names)
+
+
+def test_a_delimiter_behind_the_labels_alone_names_no_column() -> None:
+    body = "\n".join(f"{k};{2 * k}" for k in range(1, 20))
+    for text in (f"t;x;\n{body}", f"t [s];x [V];\n{body}"):
+        table = table_of(text)
+        assert (list(table.columns), table.notes) == (["t", "x"], ())
+        assert list(table.columns["x"]) == [2.0 * k for k in range(1, 20)]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-16", "utf-8-sig"])
+def test_utf_16_is_read_with_and_without_its_mark(encoding: str) -> None:
+    text = "t [s],x [V]\n" + "\n".join(f"{k},{2 * k}" for k in range(1, 20))
+    table = table_of(text.encode(encoding))
+    assert (list(table.columns), table.units["x"]) == (["t", "x"], "V")

@@ -152,3 +152,23 @@ def test_any_stamps_give_a_clock_or_a_timing_error(values: list[float], ordered:
     steps = np.delete(np.diff(clock.time), [start - 1 for start in clock.starts[1:]])
     assert np.all(steps > 0)
     assert clock.period > 0
+
+
+def test_a_few_stray_repeats_are_dropped_though_a_grid_would_hide_them() -> None:
+    """Their distances are no pattern, and the stamps are coarse enough that a grid goes through all of them."""
+    stamps = np.round(ROWS * 1e-3, 2)[::10]
+    stray = np.insert(stamps, [20, 57, 111], stamps[[19, 56, 110]])
+    clock = clock_of(stray, same=[20, 58, 113])
+    assert np.count_nonzero(~clock.keep) == 3
+    assert clock.period == pytest.approx(1e-2, rel=1e-6)
+
+
+@pytest.mark.parametrize("start", [1.7e9, 1.7e9 + 0.123])
+def test_stamps_since_1970_are_as_fine_as_a_double_lets_them_be(start: float) -> None:
+    """What a double adds behind the third decimal is no resolution: rounded stamps go back on the grid."""
+    true = start + ROWS * 3.328e-3
+    clock = clock_of(np.round(true, 3))
+    assert clock.uniform
+    assert clock.period == pytest.approx(3.328e-3, rel=1e-5)
+    np.testing.assert_allclose(clock.time, true, rtol=0, atol=1.1e-3)
+    assert any("rounded" in note or "put on the regular grid" in note for note in clock.notes)

@@ -17,13 +17,14 @@ from erclutch.models.law_model import (
     Reference,
     Structure,
     TorqueModel,
-    digest_of,
     in_user_units,
     model_from_dict,
     unit_text,
 )
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
+from erclutch.models.model import margins
+from erclutch.models.model_file import digest_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
 
@@ -143,6 +144,14 @@ def forged(edit: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
     del body["digest"]
     edit(body)
     return {**body, "digest": digest_of(body)}
+
+
+def test_a_file_with_the_other_name_of_a_stage_has_the_canonical_one() -> None:
+    body = model_of(dynamics="dahl/field").to_dict()
+    body = {**body, "dynamics": "dahl-1/field"}
+    back = model_from_dict({**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})})
+    assert back.name == "hem+dahl/field"
+    assert back.to_dict()["dynamics"] == "dahl/field"
 
 
 KEYS = (
@@ -285,3 +294,9 @@ def test_names_units_and_conversions() -> None:
     assert unit_text(dimensions["beta"], Units("N", "V", "m/s")) == "1/V"
     assert unit_text(dimensions["beta"], Units("N", "", "m/s")) == "1"
     assert unit_text(dimensions["tau"], UNITS) == "s"
+
+
+def test_a_margin_is_one_percent_of_the_width_or_of_a_single_value() -> None:
+    assert margins((0.0, 10.0)) == pytest.approx((-0.1, 10.1), rel=1e-12)
+    assert margins((5.0, 5.0)) == pytest.approx((4.95, 5.05), rel=1e-12)
+    assert margins((-5.0, -5.0)) == pytest.approx((-5.05, -4.95), rel=1e-12)

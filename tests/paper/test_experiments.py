@@ -14,11 +14,13 @@ import pytest
 
 from erclutch.errors import RunError
 from erclutch.logs.dataset import Dataset
+from erclutch.paper import memory_table
 from erclutch.paper.published import APPROACHES
 from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
 from erclutch.paper.sweep_points import Points
 from erclutch.paper.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
 from erclutch.paper.tables import printed, table, twin_runs
+from erclutch.rig.twin.parameters import default_rig
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +46,26 @@ def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
     assert errors == sorted(errors, reverse=True)
     assert printed("bingham/forward")["training"] == APPROACHES["bingham/forward"].train
     assert printed("nothing") == {}
+
+
+@pytest.mark.slow
+def test_the_table_with_memory(runs: dict[str, Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sign and memory each take from the error, past samples too; a second call finds what the first one kept."""
+    monkeypatch.setattr(memory_table, "PAPER", ("bingham/forward",))
+    monkeypatch.setattr(memory_table, "PAPER_NETWORKS", ("fnn-3",))
+    stages, found = memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent)
+    assert "dahl" in stages
+    law = [found[variant]["bingham"]["training"][0] for variant in ("as in the paper", "sign of the slip", "memory")]
+    assert law[2] < 0.7 * law[1] < 0.7 * law[0]
+    network = [found[variant]["fnn-3"]["training"][0] for variant in ("as in the paper", "past samples", "memory")]
+    assert max(network[1:]) < 0.6 * network[0]
+    plain = table(runs, models=("bingham/forward", "fnn-3"))
+    for row, name in zip(plain, ("bingham", "fnn-3"), strict=True):
+        assert found["as in the paper"][name]["test"][0] == pytest.approx(row.errors["test"])
+        assert found["as in the paper"][name]["parameters"] == row.parameters
+    monkeypatch.setattr(memory_table, "compare", pytest.fail)
+    assert memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent) == (stages, found)
+    assert memory_table.noise_floor(default_rig()) == pytest.approx(0.0003**2 + 0.00005**2 / 12)
 
 
 @pytest.mark.slow

@@ -66,7 +66,7 @@ def test_predictions_of_another_run(run: Path) -> None:
     """Even with a digest that fits: the columns must."""
     import pyarrow.parquet as pq
 
-    from erclutch.models.law_model import digest_of
+    from erclutch.models.model_file import digest_of
     from erclutch.runs.run_folder import file_digest
 
     path = run / "predictions.parquet"
@@ -107,3 +107,10 @@ def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(RunError, match="No space left on device"):
         write_report(material, run / "report.html")
     assert sorted(p.name for p in run.iterdir()) == before
+
+
+@pytest.mark.parametrize("value", [float("nan"), "\ud800"])
+def test_what_has_no_digest_or_cannot_be_written(run: Path, value: object) -> None:
+    path = run / "run.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "notes": [value]}))
+    assert "run.json" in error_of(run)

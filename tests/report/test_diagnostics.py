@@ -157,6 +157,15 @@ def test_windows_are_held_out_and_rank_as_they_say() -> None:
         assert rows.test[a:b].all()
         assert not (a < 18_000 < b)
     assert not found.typical[0] < 17_200 or found.typical[1] <= 17_000
+    # As many windows are better than the typical window as are worse, and none is worse than the worst.
+    width = found.worst[1] - found.worst[0]
+    errors = {
+        a: float(np.mean(e[a : a + width] ** 2)) for a in range(0, e.size - width) if rows.test[a : a + width].all()
+    }
+    typical, worst = errors[found.typical[0]], errors[found.worst[0]]
+    others = [v for a, v in errors.items() if not a < 18_000 < a + width]
+    assert 0.3 < np.mean(np.array(others) < typical) < 0.7
+    assert np.mean(np.array(others) <= worst) > 0.9
 
 
 def test_the_error_after_a_switch() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import pytest
 
 from erclutch.models.laws import law_from_name, shown_laws
 from erclutch.report.html import equations
-from erclutch.report.html.equations import made_terms, terms_of
+from erclutch.report.html.equations import made_terms, memory_terms_of, terms_of
+from erclutch.report.html.symbols import equation_text
 
 
 @pytest.fixture(autouse=True)
@@ -37,6 +39,23 @@ def test_what_is_kept_is_what_the_code_gives(monkeypatch: pytest.MonkeyPatch) ->
                 patched.setattr(equations, "made_terms", pytest.fail)
                 assert list(terms_of(name, device)) == made
             assert len(made) == len(law_from_name(name, device).gains)
+
+
+def test_terms_of_memory() -> None:
+    terms = memory_terms_of("lag+dahl-2+viscous+effort-lag")
+    assert [re.sub("<[^>]*>", "", term).replace("&InvisibleTimes;", "") for term in terms] == [
+        *("Ts1s1", "Ts2s2", "Tz1s1y(E)", "Tz2s2y(E)"),
+        *("Tvv", "Tvyvy(E)"),
+    ]
+    memory_terms_of.cache_clear()
+    assert memory_terms_of("lag+dahl-2+viscous+effort-lag") == terms
+    assert memory_terms_of("lag+effort-lag") == ()
+
+
+def test_names_in_an_equation_become_symbols() -> None:
+    assert equation_text("tau_e T' = z1^2 - |w|^p") == (
+        "<i>τ</i><sub>e</sub> <i>T</i>′ = <i>z</i><sub>1</sub><sup>2</sup> − |<i>w</i>|<sup><i>p</i></sup>"
+    )
 
 
 def test_another_law_of_the_same_name_is_not_mistaken(monkeypatch: pytest.MonkeyPatch) -> None:

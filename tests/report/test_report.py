@@ -133,11 +133,11 @@ def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None
 
 def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
     """A log may be called anything."""
-    from erclutch.models.law_model import digest_of
+    from erclutch.models.model_file import digest_of
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
     body = json.loads((run / "run.json").read_text())
-    evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>'\"&.csv"
+    evil = "</script><script>alert(1)</script><img src=x onerror=alert(1)>'\"&]]>\u2028\u202e\0\x1b${x}`x`.csv"
     body["logs"][0]["name"] = evil
     body["notes"] = [evil]
     body["findings"] = [{"level": "warning", "subject": "x", "message": evil, "remedy": evil}]
@@ -225,8 +225,14 @@ def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> No
     from erclutch.report.report_pdf import write_pdf
 
     for path in (tmp_path / "report.html", tmp_path / "report.pdf"):
-        (write_report if path.suffix == ".html" else write_pdf)(material, path)
+        write = write_report if path.suffix == ".html" else write_pdf
+        write(material, path)
+        whole = path.read_bytes()
+        path.write_bytes(whole + b" ")
         may_write_report(path)
+        write(material, path)
+        assert path.read_bytes().startswith(whole[:64])
+        assert len(path.read_bytes()) != len(whole) + 1, "it was written anew"
 
 
 @pytest.mark.slow

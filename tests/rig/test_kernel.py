@@ -130,3 +130,56 @@ def test_a_locked_shaft_does_not_turn() -> None:
     assert x[k.OMEGA_L] == 0.0
     assert x[k.PHI_L] == 0.0
     assert abs(x[k.METER_B]) > 0.01
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_end_stop_pushes_back(side: float) -> None:
+    parts = parts_of(default_rig())
+    x = np.zeros(k.SIZE)
+    x[[k.PHI_R, k.PHI_L]] = side * 1.001 * parts.screw.half_stroke / parts.screw.lead * 2.0 * math.pi
+    k.advance(x, parts, 0.0, 0.0, 0.0, False, STEP, 1)
+    assert side * x[k.OMEGA_L] < 0.0
+
+
+def test_the_motor_gives_its_torque_and_no_more() -> None:
+    """The first step from rest, where nothing has been strained yet: torque by time over inertia."""
+    parts = parts_of(default_rig())
+    x = np.zeros(k.SIZE)
+    x[k.MOTOR] = 0.1
+    k.advance(x, parts, 0.0, 0.0, 0.1, False, STEP, 1)
+    torque = 0.1 * (1.0 + parts.drive.ripple * 0.4 * math.sin(1.0))
+    assert x[k.OMEGA] == pytest.approx(torque * STEP / parts.drive.inertia, rel=0.05)
+
+
+@pytest.mark.parametrize("channel", [0, 1])
+def test_the_field_of_a_clutch_acts_in_its_own_gap(channel: int) -> None:
+    parts = parts_of(default_rig())
+    x = np.zeros(k.SIZE)
+    x[k.STRUCTURE : k.STRUCTURE + 2 * POINTS] = 0.5
+    *_, first, second = k._gap_torques(x, 20.0, 5.0, 1.0, parts)
+    x[k.FIELD_1 + channel] = 2e6
+    *_, first_on, second_on = k._gap_torques(x, 20.0, 5.0, 1.0, parts)
+    assert (first_on != first, second_on != second) == (channel == 0, channel == 1)
+
+
+def test_the_stored_energy_of_each_part_by_itself() -> None:
+    parts, still = parts_of(default_rig()), np.zeros(3)
+
+    def stored(**entries: float) -> float:
+        x = np.zeros(k.SIZE)
+        for name, value in entries.items():
+            x[getattr(k, name)] = value
+        return STUDY.stored(x, parts, still)
+
+    screw, drive, fluid, gaps = parts.screw, parts.drive, parts.fluid, parts.gaps
+    assert stored(BRISTLE_IN=1e-3) == pytest.approx(0.5 * drive.coulomb / drive.presliding * 1e-6)
+    assert stored(BRISTLE_L=1e-3) == pytest.approx(0.5 * screw.coulomb / screw.presliding * 1e-6)
+    assert stored(PHI_R=1e-3) == pytest.approx(0.5 * screw.stiffness * 1e-6)
+    for channel, strength in enumerate((parts.clutch_1.strength, parts.clutch_2.strength)):
+        for i in (0, POINTS):
+            x = np.zeros(k.SIZE)
+            x[k.FIELD_1 + channel] = 2e6
+            x[k.STRUCTURE + i], x[k.STRAIN + i] = 0.5, 1e-2
+            own = yield_stress(2e6, strength, fluid) if (i == POINTS) == (channel == 1) else 0.0
+            stiffness = (0.5 * own + fluid.residual_yield) / fluid.yield_strain
+            assert STUDY.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)

@@ -165,7 +165,7 @@ def test_twenty_minutes_of_tracking_warm_the_clutches_as_in_the_paper() -> None:
     last = np.zeros((1, len(COLUMNS)))
     for last in prepare("temperature").chunks():  # noqa: B007
         pass
-    assert last[-1, -1] == pytest.approx(0.4, abs=0.2)
+    assert last[-1, -1] == pytest.approx(0.391, abs=0.01)  # the paper: around 0.4 K
 
 
 @pytest.mark.parametrize(

@@ -111,6 +111,8 @@ def test_predictions_hold_the_rows_exactly(run: Path, compared: Comparison) -> N
     table = pq.read_table(run / "predictions.parquet")
     element = compared.data.elements[0]
     columns = {"field": element.field, "slip": element.slip, "effort": compared.data.effort, "test": compared.test}
+    predicted = [f"effort:{entry.name}" for entry in compared.entries]
+    assert table.column_names == ["time", *columns, *predicted], "one log needs no column that names it"
     for name, values in columns.items():
         assert np.array_equal(table[name].to_numpy(), values)
     for entry in compared.entries:
@@ -269,8 +271,10 @@ def test_an_edited_run_is_refused(run: Path, old: str, new: str) -> None:
 
 def test_reformatting_is_no_change(run: Path) -> None:
     path = run / "run.json"
+    before, back = path.read_bytes(), read_run(run)
     path.write_text(json.dumps(json.loads(path.read_text()), sort_keys=True))
-    read_run(run)
+    assert path.read_bytes() != before
+    assert read_run(run).body == back.body
 
 
 @pytest.mark.parametrize("key", ["gains", "shape", "reference"])

@@ -69,11 +69,11 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
         clock: the rows' spans.
     """
     starts = starts_of(clock)
-    if isinstance(drive, Exact):
-        return exact(_row_by_row(np.asarray(keep), np.asarray(drive), _at(first, starts, drive.size), clock))
-    keeps, values = value_of(keep), value_of(drive)
-    keeps = np.ascontiguousarray(np.broadcast_to(keeps, np.shape(values)), np.float64)
+    keeps, values = np.asarray(value_of(keep)), np.asarray(value_of(drive))
+    keeps = np.ascontiguousarray(np.broadcast_to(keeps, values.shape), np.float64)
     x = _solved(keeps, [values], [value_of(first)], starts)[0]
+    if isinstance(drive, Exact):
+        return exact(x)
     seeds = sorted({seed for part in (keep, drive, first) if isinstance(part, Dual) for seed in part.partials})
     if not seeds:
         return x
@@ -89,7 +89,7 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], starts: list[int]
     for row, drive, first in zip(right, drives, firsts, strict=True):
         row[:] = drive
         row[starts] = first if np.ndim(first) == 0 else first[starts]
-    machine_code(_run_one if len(right) == 1 else _run_all)(keep, right, np.array(starts))
+    _quick(_run_one if len(right) == 1 else _run_all, keep.size)(keep, right, np.array(starts))
     return right
 
 
@@ -100,6 +100,14 @@ def machine_code(function: F) -> F:
 
     compiler: Any = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     return cast(F, compiler(function))
+
+
+def _quick(function: F, rows: int) -> F:
+    """A loop over rows as machine code; a prediction of a few rows need not wait for a compiler."""
+    return machine_code(function) if rows > _FEW_ROWS else cast(F, np.errstate(all="ignore")(function))
+
+
+_FEW_ROWS = 1000
 
 
 def _run_one(keep: Array, right: Array, starts: Array) -> None:
@@ -300,7 +308,7 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         clock: the rows' spans.
     """
     rising = np.ones(u.size, np.bool_)
-    machine_code(_run_switched)(np.ascontiguousarray(u, np.float64), up, down, np.array(starts_of(clock)), rising)
+    _quick(_run_switched, u.size)(np.ascontiguousarray(u, np.float64), up, down, np.array(starts_of(clock)), rising)
     return rising
 
 
@@ -312,15 +320,3 @@ def _run_switched(u: Array, up: Array, down: Array, starts: Array, rising: NDArr
             rising[i] = (u[i] - x) * x >= 0.0
             share = up[i] if rising[i] else down[i]
             x = (1.0 - share) * x + share * u[i]
-
-
-def _row_by_row(keep: Array, drive: Array, first: Array, clock: Clock) -> Array:
-    """In Python's floats: a prediction of a few rows need not wait for a compiler."""
-    out: list[float] = []
-    keeps, drives = np.broadcast_to(keep, drive.shape).tolist(), drive.tolist()
-    for x, span in zip(first.tolist(), clock.spans, strict=True):
-        out.append(x)
-        for k, d in zip(keeps[span.start + 1 : span.stop], drives[span.start + 1 : span.stop], strict=True):
-            x = k * x + d
-            out.append(x)
-    return np.array(out)

@@ -1,4 +1,4 @@
-"""``erclutch laws`` prints the table of laws."""
+"""``erclutch laws`` prints the tables of laws and of stages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from erclutch.cli import terminal
 
 
 def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
-    """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source.
+    """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source; and the stages.
 
     E is the field divided by the largest field of the training data, w the slip divided by its root mean square.
 
@@ -20,6 +20,7 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
     """
     from erclutch.models.laws import law_from_name, shown_laws
     from erclutch.models.laws.symbolic import equation_text
+    from erclutch.models.stages import shown_stages
 
     found = [(name, law_from_name(name)) for name in shown_laws()]
     if json:
@@ -46,4 +47,14 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
         table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
     terminal.tell(table)
     terminal.tell("NAME/square, /power, /critical or /constant chooses how the yield effort grows with the field.")
-    terminal.tell("Any of them with a lag: --lag lag (delay and time constant) or --lag rise-fall (two).")
+    stages = terminal.table(
+        "Stages of --lag, joined by + (w over its root mean square)", ["stage", "on", "equation"], [], left=3
+    )
+    stages.columns[2].overflow = "fold"
+    for stage in shown_stages():
+        stages.add_row(stage.name, stage.place, stage.equation)
+    terminal.tell(stages)
+    terminal.tell(
+        "u: command, E: field behind the stage, y(E): strength of the field, T: effort, ': derivative in time."
+    )
+    terminal.tell("dahl-N, stops-N: N states. bouc-wen-N: exponent N.")

@@ -12,14 +12,15 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import RunError, SettingError
 from erclutch.paper.published import APPROACHES
-from erclutch.rig.twin.parameters import load_rig
+from erclutch.rig.twin.parameters import RigParameters, load_rig
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
+    from erclutch.paper.sweep_points import Points
     from erclutch.paper.tables import Row
 
 _FIGURES = ("mse", "low", "high", "paper")
-What = Literal["table2", "table3", "fig4", "fig5", "kernels"]
+What = Literal["table2", "table3", "memory", "fig4", "fig5", "kernels"]
 
 
 def reproduce(
@@ -39,12 +40,13 @@ def reproduce(
     """Print a table of the paper, or draw one of its sweeps: on the digital TWIN, or on your own log.
 
     Args:
-        what: table2, table3, fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), kernels (RBFM).
+        what: table2, table3, memory (table2 with memory and with past samples), fig4 (RBFN: spread and neurons), fig5
+            (FNN: neurons), kernels (RBFM).
         log: Your training log, in place of the twin.
         test: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
         zero_motion: Your log with the output held, for table3.
-        out: Folder for figures, numbers and models; a sweep resumes from what is there.
+        out: Folder for figures and numbers; a sweep and the table of memory resume from what is there.
         seconds: Rig time of the twin's training run.
         seed: Seed of the twin's runs and of the networks' starts.
         rig: A rig file (TOML) for the twin.
@@ -67,6 +69,8 @@ def reproduce(
         runs, origin = twin_runs(names, rig=load_rig(rig), seed=seed, seconds=seconds), "TWIN"
     if what in ("table2", "table3"):
         _table(what, runs, origin, out, seed, polish)
+    elif what == "memory":
+        _memory(runs, origin, out, seed, polish, load_rig(rig))
     else:
         _sweep(what, runs, origin, out, seed)
 
@@ -151,14 +155,53 @@ def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[ob
     return header, lines
 
 
+def _memory(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters) -> None:
+    from erclutch.paper.memory_table import PAST, memory_table, noise_floor
+    from erclutch.report.plots.paper_style import save_numbers
+
+    points = _points("memory", runs, out, {"seed": seed, "polish": polish})
+    with terminal.progress("fitting") as bar:
+        stages, found = memory_table(runs, points, seed, polish, bar)
+    screen = terminal.console()
+    terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {', '.join(PAST)}.")
+    titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
+    for run in runs:
+        cells = {
+            variant.replace(" ", "\n", 1): [_error(models.get(name), run) for name in titles]
+            for variant, models in found.items()
+        }
+        screen.print(terminal.narrowed(f"{origin}, {run}", {"model": [*titles.values()], **cells}, (), screen.width))
+    if origin == "TWIN":
+        terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
+    header = ["variant", "model", "parameters", *(f"{run}_{figure}" for run in runs for figure in _FIGURES[:3])]
+    lines = [
+        (variant, name, figures["parameters"], *(value for run in runs for value in figures[run]))
+        for variant, models in found.items()
+        for name, figures in models.items()
+    ]
+    terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
+
+
+def _error(figures: Mapping[str, Any] | None, run: str) -> str:
+    return "-" if figures is None else f"{figures[run][0]:.2e}"
+
+
+def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]) -> Points:
+    """What is known already of these rows and settings."""
+    from erclutch.paper.sweep_points import Points
+
+    digest = [
+        [d.rows, *(float(abs(x).sum()) for x in (d.effort, *(e.slip for e in d.elements)))] for d in runs.values()
+    ]
+    return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
+
+
 def _sweep(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int) -> None:
     from erclutch.paper import sweeps
     from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
-    from erclutch.paper.sweep_points import Points
 
     train, test = runs.values()
-    digest = [float(train.effort.sum()), float(test.effort.sum()), train.rows, test.rows]
-    points = Points(out / f"{what}.points.jsonl", {"what": what, "seed": seed, "rows": digest})
+    points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
     with terminal.progress(what) as bar:
         found = sweep(train, test, points, seed, bar)

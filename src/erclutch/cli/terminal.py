@@ -113,11 +113,11 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
 
 
 def _interval(estimate: Estimate) -> str:
+    known = math.isfinite(estimate.high - estimate.low)
+    span = f"{number(estimate.low)} - {number(estimate.high)}"
     if estimate.at_bound:
-        return f"at its {estimate.at_bound} bound"
-    if math.isinf(estimate.high - estimate.low):
-        return "not identified"
-    return f"{number(estimate.low)} - {number(estimate.high)}"
+        return f"at its {estimate.at_bound} bound" + (f", {span}" if known else "")
+    return span if known else "not identified"
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
@@ -180,5 +180,5 @@ def progress(title: str) -> Generator[Callable[[float, float | None, str], None]
 
 def console() -> Console:
     """Standard output; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
-    made = Console(highlight=False)
-    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, width=150)
+    made = Console(highlight=False, markup=False)
+    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, markup=False, width=150)

@@ -17,8 +17,8 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.models.law_model import require_schema
 from erclutch.models.load import load_model
+from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema
 from erclutch.registry import Plugin, require
 from erclutch.signals.speed import Derivative
 
@@ -121,8 +121,8 @@ def read_export(folder: str | Path) -> Exported:
         return Exported(place, str(content["target"]), program)
     except ErclutchError:
         raise
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ExportError(f"unfit entry: {error}", where=str(place), remedy="Export the model again") from error
+    except UNFIT as error:
+        raise ExportError(f"unfit entry: {error!s:.200}", where=str(place), remedy="Export the model again") from error
 
 
 def _options(body: Mapping[str, Any]) -> ExportOptions:
@@ -130,10 +130,10 @@ def _options(body: Mapping[str, Any]) -> ExportOptions:
     return ExportOptions(
         name=str(body["name"]),
         precision=body["precision"],
-        period=None if body["period"] is None else float(body["period"]),
+        period=None if body["period"] is None else number_of(body["period"], "period", positive=True),
         inputs=body["inputs"],
         derivative=Derivative(**body["derivative"]),
-        limits=None if limits is None else (float(limits[0]), float(limits[1])),
+        limits=None if limits is None else pair_of(limits, "limits"),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from erclutch.arithmetic.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.errors import ExportError
+from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model, margins, stage_numbers
@@ -155,6 +156,11 @@ class ExportedStep:
     def device(self) -> DeviceName:
         """Which device it is of."""
         return self.model.structure.device
+
+    @property
+    def headline(self) -> str:
+        """Title and name of the model, for a comment."""
+        return comment(f"{self.model.title} ({self.model.name})")
 
     @property
     def network(self) -> NetworkModel | None:
@@ -302,7 +308,7 @@ def _search(model: Model, precision: Precision, scale: float) -> Search:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 # Words of C and C++, and names that would meet others.
-_KEYWORDS = (
+_WORDS = (
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept "
     "const const_cast consteval constexpr constinit continue decltype default delete do double "
     "dynamic_cast else enum explicit export extern false float for friend goto if inline int long mutable "
@@ -311,6 +317,7 @@ _KEYWORDS = (
     "struct switch template this thread_local throw true try typedef typeid typename union unsigned using "
     "virtual void volatile wchar_t while xor xor_eq main erc_model"
 )
+KEYWORDS = frozenset(_WORDS.split())
 
 
 def c_name(model: str, wanted: str | None = None) -> str:
@@ -322,7 +329,7 @@ def c_name(model: str, wanted: str | None = None) -> str:
     if wanted is None:
         made = re.sub(r"[^a-z0-9]+", "_", model.lower()).strip("_")
         return made[:_LONGEST_NAME].rstrip("_")
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in _KEYWORDS.split() or "__" in wanted:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in KEYWORDS or "__" in wanted:
         raise ExportError(
             f"{wanted!r} is no name for C functions",
             where="--name",

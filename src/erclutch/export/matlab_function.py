@@ -12,6 +12,7 @@ from erclutch._version import __version__
 from erclutch.arithmetic.elementary import format_of
 from erclutch.arithmetic.record import BINARY, Node
 from erclutch.export.c.c_printer import indented
+from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import StepRecord
 
@@ -44,22 +45,22 @@ def step_function(program: ExportedStep, record: StepRecord) -> str:
     """NAME_step.m: [effort, flags, state] = NAME_step(u, state)."""
     n = program.name
     inputs = "\n".join(
-        f"%   u({i + 1})  {name} [{unit}]"
+        f"%   u({i + 1})  {comment(f'{name} [{unit}]')}"
         for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True))
     )
-    comment = "\n".join(f"% {line}".rstrip() for line in program.model.equation())
+    equation = "\n".join(f"% {comment(line)}".rstrip() for line in program.model.equation())
     helpers = _PICK if program.network is None else f"{_PICK}\n{_network(program)}"
     return f"""function [effort, flags, state] = {n}_step(u, state) %#codegen
-%{n.upper()}_STEP One sample of {program.model.title} ({program.model.name}).
+%{n.upper()}_STEP One sample of {program.headline}.
 %   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {_class(program)} but FLAGS, which is uint32.
 %   STATE has {record.size} elements, zeros before the first sample.
 {inputs}
-%   effort in {program.model.units.effort or "1"}; flags by bits: 1 outside the training range, 2 input not finite,
-%   4 both fields on, 8 effort limited.{_period(program)}
+%   effort in {comment(program.model.units.effort or "1")}; flags by bits: 1 outside the training
+%   range, 2 input not finite, 4 both fields on, 8 effort limited.{_period(program)}
 %
 % Written by erclutch {__version__} from the numbers of {n}.c. Model {program.digest}
 %
-{comment}
+{equation}
     assert(isa(u, '{_class(program)}') && isa(state, '{_class(program)}'));
 {indented(_lines(program, record))}
 end

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from erclutch._version import __version__
 from erclutch.arithmetic.elementary import format_of
 from erclutch.arithmetic.record import Node, Record
+from erclutch.errors import printable
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import StepRecord
 
@@ -177,11 +178,11 @@ def onnx_model(program: ExportedStep, record: StepRecord) -> Any:
     emit.add("Identity", [reduce(lambda a, b: emit.add("Add", [a, b]), raised)], "flags")
     if record.size:
         _pack(emit, flat, real)
-    about = f"{program.model.title}: {program.model.name}. Inputs: {', '.join(program.inputs)}."
+    about = printable(f"{program.model.title}: {program.model.name}. Inputs: {', '.join(program.inputs)}.")
     graph = helper.make_graph(emit.nodes, program.name, inputs, outputs, emit.constants, doc_string=about)
     made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
     made.producer_name, made.producer_version, made.doc_string = "erclutch", __version__, about
-    helper.set_model_props(made, _properties(program))
+    helper.set_model_props(made, {key: printable(text) for key, text in _properties(program).items()})
     return made
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, shell_word
 from erclutch.fit.data_check import ONE_FIELD, Finding, check, steady_command
 from erclutch.fit.history import history_finding
 from erclutch.fit.ladder import grown, helpful
@@ -40,7 +40,7 @@ from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_networ
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
-from erclutch.models.stages import remembers, slip_stages, stages_of
+from erclutch.models.stages import canonical, remembers, slip_stages, stages_of
 from erclutch.signals.array import Array
 
 AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel] | FitOutcome[ResidualModel]
@@ -291,9 +291,7 @@ def _asked(settings: Settings) -> list[tuple[str, str]]:
     asked = [_name_and_stages(model) for model in _names(settings)]
     pairs = [(name, form) for form in forms for name, own in asked if own is None]
     pairs += [(name, own) for name, own in asked if own is not None]
-    for _, form in pairs:
-        stages_of(form)
-    return pairs
+    return [(name, canonical(form)) for name, form in pairs]
 
 
 def _name_and_stages(model: str) -> tuple[str, str | None]:
@@ -438,7 +436,7 @@ def _spare_column(name: str, gain: float) -> Finding:
         "note",
         "spare column",
         f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
-        f"Fit with --input {name!r}",
+        f"Fit with --input {shell_word(name)}",
     )
 
 

@@ -26,6 +26,10 @@ STEADY_FIELD = "field"
 
 _FEWEST_ROWS = 50
 _CELLS = 12
+#: A motion that has at least this share of its rows in either direction goes to and fro.
+_TO_AND_FRO = 0.2
+#: Such a motion drifts where its trend is so many times its swing.
+_RUNS_AWAY = 3.0
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _rates(data),
         lambda: _steady_field(data),
         lambda: _both_fields(data),
+        lambda: _drift(data),
         lambda: _sign(train),
         lambda: _saturation(train),
         lambda: _quantised(train),
@@ -157,6 +162,28 @@ def _both_fields(data: Dataset) -> Finding | None:
     message = f"both clutches are under field in {both} rows ({both / data.rows:.1%})"
     remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
     return Finding("warning", "fields", message, remedy)
+
+
+def _drift(data: Dataset) -> Finding | None:
+    """A slip to and fro whose sum runs away over a stretch: a position, or a sensor's zero, that drifts."""
+    for element in data.elements:
+        for span in data.clock.spans:
+            slip, time = element.slip[span.start : span.stop], data.clock.time[span.start : span.stop]
+            if min(np.mean(slip > 0), np.mean(slip < 0)) < _TO_AND_FRO:
+                continue
+            position = np.cumsum(slip * np.gradient(time))
+            trend = np.polynomial.Polynomial.fit(time, position, 1)
+            swing, gone = float(np.ptp(position - trend(time))), abs(float(trend(time[-1]) - trend(time[0])))
+            if gone > _RUNS_AWAY * swing:
+                unit = data.units.slip.removesuffix("/s") if data.units.slip.endswith("/s") else ""
+                message = (
+                    f"the position drifts by {gone:.3g} {unit} in {time[-1] - time[0]:.3g} s while it swings by "
+                    f"{swing:.3g} {unit}: a constant part of the slip may be the sensor's"
+                )
+                return Finding(
+                    "warning", "drift", message, "Check the sensor's zero, and take the drift out of the log"
+                )
+    return None
 
 
 def _sign(train: Dataset) -> Finding | None:

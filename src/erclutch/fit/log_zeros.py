@@ -95,14 +95,14 @@ def welch(values: Array, errors: Array, rows: Array) -> tuple[float, float]:
         errors: the standard error of each.
         rows: the independent rows behind each.
     """
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     weights, k = errors**-2.0, values.size
     mean = float(weights @ values / weights.sum())
     between = float(weights @ (values - mean) ** 2) / (k - 1)
     lost = float(np.sum((1.0 - weights / weights.sum()) ** 2 / (rows - 1.0)))
     ratio = between / (1.0 + 2.0 * (k - 2) / (k * k - 1) * lost)
-    return ratio, float(f.sf(ratio, k - 1, (k * k - 1) / (3.0 * lost)))
+    return ratio, float(fdtrc(k - 1, (k * k - 1) / (3.0 * lost), ratio))
 
 
 def _without(values: Array, other: Array) -> Array:

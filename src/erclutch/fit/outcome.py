@@ -20,7 +20,7 @@ class Estimate:
     Attributes:
         name, meaning, unit: what it is.
         value: the estimate.
-        low, high: 95 % interval; -inf and inf where the data do not identify it; nan where it is held on a bound.
+        low, high: 95 % interval; -inf and inf where the data do not identify it; nan where no intervals were made.
         at_bound: the bound that it lies on.
     """
 

@@ -30,6 +30,7 @@ from erclutch.rig.rig_process import start_rig
 #: The loop has so long to get its first sample.
 _FIRST_SAMPLE = 10.0
 _END = 5.0
+_PREFIX = "erclutch-live-"
 
 
 class LiveError(ErclutchError):
@@ -117,7 +118,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if sys.platform == "win32":
             raise LiveError("erclutch live does not run on Windows", remedy="Use Linux or macOS")
         self._program = loop_program()
-        self._folder = Path(tempfile.mkdtemp(prefix="erclutch-live-", dir=ring_folder()))
+        self._folder, self._lock = _own_folder()
         self.ring = self._folder / "ring"
         self._rig: subprocess.Popen[str] | None = None
         self._loop: subprocess.Popen[bytes] | None = None
@@ -257,6 +258,31 @@ class Session(contextlib.AbstractContextManager["Session"]):
             self.stop()
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                os.close(self._lock)
+            self._lock = -1
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _own_folder() -> tuple[Path, int]:
+    """A folder for the ring, and its lock, which goes with this process. What dead sessions left is removed."""
+    import fcntl
+
+    for left in ring_folder().glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError):  # another user's, or that of a session that lives
+            lock = os.open(left, os.O_RDONLY)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(left, ignore_errors=True)
+            finally:
+                os.close(lock)
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=ring_folder()))
+        lock = os.open(folder, os.O_RDONLY)
+        with contextlib.suppress(OSError):  # a file system without locks: nobody can take the folder for left over
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if folder.exists():  # a session that starts at the same moment may have removed it, unlocked as it was
+            return folder, lock
+        os.close(lock)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed
+from erclutch.errors import LogError, MappingError, SettingError, TimingError, UnitError, placed, shell_word
 from erclutch.logs import guessed_columns, name_pattern, timing
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate
 from erclutch.logs.table import Table
@@ -376,6 +376,9 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         how = f", converted from {unit}" if scale != 1.0 else "" if unit else ", no unit: taken as s"
         notes.append(f"time <- column {name}{how} ({source})")
         stamps = table.columns[name][rows] * (factor * scale)
+        if not unit and _days(stamps):
+            problem = f"column {name} has no unit and holds {stamps[0]:.6g} on: dates of a spreadsheet, in days"
+            raise TimingError(problem, remedy=f"Give its unit: --time {shell_word(f'{name} [day]')}, or [s]")
     elif table.clock is not None:
         name, stamps = table.clock_name, table.clock
         notes.append(f"time <- date and time in column {name}")
@@ -391,13 +394,19 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
     return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint)
 
 
+def _days(stamps: Array) -> bool:
+    """Whether stamps without a unit are dates as spreadsheets number them (1954 to 2119), at 1 Hz or faster."""
+    steps = np.abs(np.diff(stamps))
+    return bool(stamps.size > 1 and np.all((stamps > 20_000) & (stamps < 80_000)) and np.median(steps) < 1.2e-5)
+
+
 def _seconds(unit: str | None, name: str) -> float:
     if unit is None:
         return 1.0
     found = units.fits(unit, ("s",)) if units.is_unit(unit) else None
     if found is None:
         problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
-        raise UnitError(problem, remedy=f'Give its unit, such as --time "{name} [ms]"')
+        raise UnitError(problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}")
     return found[0]
 
 

@@ -7,11 +7,14 @@ length; or one column of rates and a column of stresses for each curve, named by
 from __future__ import annotations
 
 import csv
+import math
+import re
 from pathlib import Path
 
 from erclutch.errors import LogError, placed
 
 _LARGEST = 50_000_000
+_STRESS, _RATE = re.compile(r"stress|tau|\bk?pa\b|τ"), re.compile(r"rate|gamma|1/s|s\^?-1|γ")
 
 
 def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[float]]]:
@@ -26,6 +29,7 @@ def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[floa
         if wide < 2 or not body:
             problem = f"{len(body) + 1} rows of {wide} columns"
             raise LogError(problem, remedy="Give a header and rate, stress pairs")
+        _refuse_unlabelled(header)
         paired = wide % 2 == 0 and not any(cell.strip() for cell in header[1::2])
         curves: list[tuple[str, list[float], list[float]]] = []
         for stress in range(1, wide, 2 if paired else 1):
@@ -34,6 +38,24 @@ def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[floa
             points = [point for line, row in body for point in _point(line, row, rate, stress, label)]
             curves.append((label, [r for r, _ in points], [s for _, s in points]))
         return curves
+
+
+def _refuse_unlabelled(header: list[str]) -> None:
+    """Without a row of labels, and with stresses ahead of rates, numbers would be taken for something else."""
+    labels = [cell.strip().lower() for cell in header[:2]]
+    if all(_is_number(label) for label in labels):
+        problem = f"row 1 holds the numbers {labels[0]} and {labels[1]} where labels are expected"
+        raise LogError(problem, remedy="Put a row of labels above: one over the rates of each pair, or one a column")
+    if _STRESS.search(labels[0]) and _RATE.search(labels[1]):
+        problem = f"the columns are {header[0].strip()!r}, {header[1].strip()!r}: stresses come ahead of their rates"
+        raise LogError(problem, remedy="Put the rates into the first column")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from erclutch.errors import MappingError, UnitError
+from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.mapping import ColumnChoice, columns_listed
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -77,7 +77,9 @@ def guess(table: Table, signal: str, taken: Iterable[str]) -> ColumnChoice | Non
     found, reason = candidates(table, signal, taken)
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
-        raise MappingError(problem, remedy=f'Say which, such as --{signal} "{_label(table, found[0], signal)}"')
+        raise MappingError(
+            problem, remedy=f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
+        )
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
 
 
@@ -100,12 +102,12 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
         meaning = " (voltage or velocity)" if _plain(doubtful[0]) == "v" else ""
         doubt = f"; {doubtful[0]} may be it, but its name alone can mean several things{meaning}"
         example = _label(table, doubtful[0], signal)
-    remedy = f'Give it with its unit, such as --{signal} "{example}"'
+    remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
     lengths = [name for name in free if signal == "slip" and _fits(table, name, SIGNALS["position"].si_units)]
     if lengths:
-        remedy = f'Give a speed, or the position that it is the rate of: --position "{lengths[0]}"'
+        remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
     return MappingError(problem, remedy=remedy)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from erclutch.errors import UnitError
+from erclutch.errors import UnitError, printable
 from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
@@ -39,23 +40,26 @@ def name_columns(
     """Unique names, units and notes for header labels; unnamed columns become c1, c2, ... by position.
 
     Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
+    Hidden characters of a label are written out.
     """
-    split = [split_label(label) for label in labels]
+    shown = [printable(label.strip()) for label in labels]
+    split = [split_label(label) for label in shown]
     if own_units is not None:
         split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
-    bare = [name for name, _ in split]
-    names: list[str] = []
+    bare = Counter(name for name, _ in split)
+    copies: Counter[str] = Counter()
+    names: dict[str, None] = {}
     notes: list[str] = []
-    for number, (label, (name, _)) in enumerate(zip(labels, split, strict=True), start=1):
-        name = (name if bare.count(name) == 1 else label.strip()) or f"c{number}"
-        unique, copy = name, 1
+    for number, (label, (name, _)) in enumerate(zip(shown, split, strict=True), start=1):
+        name = (name if bare[name] == 1 else label) or f"c{number}"
+        unique = name
         while unique in names:
-            copy += 1
-            unique = f"{name} ({copy})"
-        if copy > 1:
+            copies[name] += 1
+            unique = f"{name} ({copies[name] + 1})"
+        if unique != name:
             notes.append(f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'")
-        names.append(unique)
-    return names, [unit or None for _, unit in split], notes
+        names[unique] = None
+    return list(names), [unit or None for _, unit in split], notes
 
 
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:

@@ -85,7 +85,8 @@ def _parquet(path: Path, columns: LabelledColumns, chunks: Iterable[Array], abou
 
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
-    with pq.ParquetWriter(path, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False) as writer:
+    options: dict[str, Any] = {"compression": "zstd", "use_byte_stream_split": True, "use_dictionary": False}
+    with pq.ParquetWriter(path, schema, write_page_checksum=True, **options) as writer:
         for chunk in _gathered(chunks, 60_000):
             arrays = [pa.array(np.ascontiguousarray(chunk[:, i])) for i in range(len(columns))]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))

@@ -31,7 +31,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import MappingError, UnitError, placed
+from erclutch.errors import MappingError, UnitError, placed, shell_word
 from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
 from erclutch.signals.recording import SIGNALS
@@ -196,7 +196,7 @@ def _no_column(table: Table, text: str, signal: str) -> MappingError:
     close = lower[near[0]] if near else ""
     hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
     problem = f"there is no column '{text}' for {signal}; the file has: {columns_listed(table)}"
-    return MappingError(problem, remedy=f'{hint} --{signal} "{close or "NAME [unit]"}"')
+    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}")
 
 
 def columns_listed(table: Table) -> str:

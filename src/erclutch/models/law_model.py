@@ -6,32 +6,31 @@ by hand.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from operator import add
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
-from erclutch.errors import ErclutchError, PluginError, RunError
+from erclutch.models import model_file
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
-from erclutch.models.stages import NONE, outside_stages, slip_stages, stages_at, stages_of
+from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
+from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
-from erclutch.registry import Plugin, require
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
-from erclutch.signals.device import DEVICES, DeviceName, Element, Units
+from erclutch.signals.device import DeviceName, Element, Units
 
-SCHEMA = 1
+KIND = "erclutch torque model"
 
 
 @dataclass(frozen=True)
@@ -76,6 +75,9 @@ class Structure:
     friction: bool = False
     offset: bool = False
     extras: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dynamics", canonical(self.dynamics))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
@@ -395,19 +397,14 @@ class TorqueModel:
         Raises:
             ErclutchError: the data set is of another device or in other units.
         """
-        if data.device != self.structure.device or data.units != self.units:
-            raise ErclutchError(
-                f"data of device {data.device} ({data.units.text()}) for a model of {self.structure.device} "
-                f"({self.units.text()})",
-                where=self.name,
-                remedy="Read the log with the device and the units of the training data",
-            )
+        require_same_signals(self, data)
         return self.effort(data.elements, data.clock, data.extras)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
         return self.trained_on.outside(data)
 
+    @quick_for_one_row
     def effort(
         self,
         elements: Sequence[Element],
@@ -418,8 +415,8 @@ class TorqueModel:
     ) -> Array:
         """Effort for the fields and slips of each element on a clock, shape (n,).
 
-        To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding
-        and several times faster for a single row.
+        To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding.
+        A model that is asked for one row again and again answers in some 10 us (`models.one_row`).
         """
         q = list(self.shape.values())
         functions = exact if exactly else _as_it_is
@@ -464,12 +461,15 @@ class TorqueModel:
 
     def equation(self) -> list[str]:
         """The equation and its numbers, as lines of a comment."""
-        from erclutch.models.laws.symbolic import equation_text
+        from erclutch.models.laws.symbolic import equation_text, memory_terms
 
         law, structure = self.structure.law, self.structure
         lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
-        lines += [f"  effort = {equation_text(law)}", ""]
+        memory = (f" + {g}*{c}" for stage in slip_stages(structure.dynamics) for g, c in memory_terms(stage))
+        lines += [f"  effort = {equation_text(law)}{''.join(memory)}", ""]
         lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
+        if slip_stages(structure.dynamics):
+            lines += ["y(E) is the strength of the field: 1 at E = 1, of the form of the yield effort, else E^n_m."]
         if structure.elements == 2:
             lines += ["T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."]
         if law.forward:
@@ -478,14 +478,15 @@ class TorqueModel:
             lines += ["A friction effort T_f tanh(w / w_s) is added for each element."]
         if structure.offset:
             lines += ["A constant effort T_0 is added."]
+        lines += stage_equations(structure.dynamics)
         numbers = {**self.shape, **self.gains}
         return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
         body: dict[str, Any] = {
-            "kind": "erclutch torque model",
-            "schema": SCHEMA,
+            "kind": KIND,
+            "schema": model_file.SCHEMA,
             "device": self.structure.device,
             "law": self.structure.specification,
             "dynamics": self.structure.dynamics,
@@ -509,47 +510,11 @@ class TorqueModel:
         }
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": digest_of(body)}
+        return {**body, "digest": model_file.digest_of(body)}
 
     def _extras_to_dict(self) -> list[dict[str, Any]]:
         inputs = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
         return [{"name": name, "reference": scale, "trained_on": list(pair)} for name, scale, pair in inputs]
-
-
-def digest_of(body: Mapping[str, Any]) -> str:
-    """SHA-256 of a JSON body, independent of the order of its keys."""
-    text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def require_schema(
-    found: Any,
-    known: int,
-    where: str,
-    *,
-    error: type[ErclutchError] = RunError,
-    older: str = "Fit the log again with this version",
-) -> None:
-    """Refuse a file of another schema: a newer one wants this program updated, an older one the file made again.
-
-    Args:
-        found: the file's schema.
-        known: the one that is read.
-        where: the file.
-        error: what is raised.
-        older: what to do about a file of an older schema.
-
-    Raises:
-        ErclutchError: it is another one; of the class ``error``.
-    """
-    if found == known and not isinstance(found, bool):
-        return
-    newer = isinstance(found, int) and found > known
-    raise error(
-        f"schema {found!r}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
-        where=where,
-        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
-    )
 
 
 def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueModel:
@@ -558,64 +523,37 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != "erclutch torque model":
-        raise RunError(
-            f"this is no model but {body.get('kind')!r}",
-            where=where,
-            remedy="Give a file of the models folder of a run",
-        )
-    require_schema(body.get("schema"), SCHEMA, where)
-    require(body.get("plugins", []), where)
-    content = {key: value for key, value in body.items() if key != "digest"}
-    try:
-        if digest_of(content) != body.get("digest"):
-            raise RunError(
-                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
-            )
-        return _model_from(body)
-    except (PluginError, RunError):
-        raise
-    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+    return model_file.read_model(body, KIND, where, _model_from)
 
 
 def _model_from(body: Mapping[str, Any]) -> TorqueModel:
-    device = cast(DeviceName, body["device"])
-    if device not in DEVICES:
-        raise ValueError(f"device {device!r}")
+    device = model_file.device_of(body)
+    specification = model_file.specification_of(body["law"], "law")
+    further: list[Any] = body.get("extras", [])
     structure = Structure(
         device,
-        str(body["law"]),
-        law_from_name(str(body["law"]), device),
-        str(body["dynamics"]),
-        bool(body["friction"]),
-        bool(body["offset"]),
-        tuple(str(entry["name"]) for entry in body.get("extras", [])),
+        specification,
+        law_from_name(specification, device),
+        model_file.specification_of(body["dynamics"], "dynamics"),
+        model_file.truth_of(body["friction"], "friction"),
+        model_file.truth_of(body["offset"], "offset"),
+        model_file.names_of([entry["name"] for entry in further], "further inputs"),
     )
-    for key in ("friction", "offset"):
-        if not isinstance(body[key], bool):
-            raise ValueError(f"{key} is {body[key]!r}")
-    further: list[Any] = body.get("extras", [])
-    field_, slip, period = (float(body["reference"][key]) for key in ("field", "slip", "period_s"))
-    reference = Reference(field_, slip, period, tuple(float(entry["reference"]) for entry in further))
-    if not min(reference.field, reference.slip, reference.period, *reference.extras) > 0:
-        raise ValueError(f"{reference}")
-    shape_names = [s.name for s in structure.shapes(reference.period)]
-    gain_names = [g.name for g in structure.gains()]
-    for shape in structure.shapes(reference.period):
-        if not shape.lower <= float(body["shape"][shape.name]) <= shape.upper:
-            raise ValueError(f"{shape.name} is {body['shape'][shape.name]}")
-    if not all(isinstance(unit, str) for unit in body["units"].values()):
-        raise ValueError(f"units are {body['units']}")
-    trained = body["trained_on"]
-    pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
+    keys = ("field", "slip", "period_s")
+    field_, slip, period = (model_file.number_of(body["reference"][key], key, positive=True) for key in keys)
+    scaled = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
+    reference = Reference(field_, slip, period, scaled)
+    shape = {s.name: model_file.number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
+    for s in structure.shapes(reference.period):
+        if not s.lower <= shape[s.name] <= s.upper:
+            raise ValueError(f"{s.name} is {shape[s.name]}, not from {s.lower:g} to {s.upper:g}")
     return TorqueModel(
         structure=structure,
         reference=reference,
-        shape={name: float(body["shape"][name]) for name in shape_names},
-        gains={name: float(body["gains"][name]) for name in gain_names},
-        units=Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
-        trained_on=Range(pair["field"], pair["slip"], pair["effort"]),
-        about={str(key): str(value) for key, value in body["about"].items()},
-        extra_ranges=tuple((float(e["trained_on"][0]), float(e["trained_on"][1])) for e in further),
+        shape=shape,
+        gains={g.name: model_file.number_of(body["gains"][g.name], g.name) for g in structure.gains()},
+        units=model_file.units_of(body),
+        trained_on=model_file.range_of(body),
+        about=model_file.about_of(body),
+        extra_ranges=tuple(model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further),
     )

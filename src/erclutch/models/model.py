@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import MappingError
+from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -255,6 +255,21 @@ class Model(Protocol):
         ...
 
 
+def require_same_signals(model: Model, data: Rows) -> None:
+    """Refuse rows of another device or in other units than those that a model was trained on.
+
+    Raises:
+        ErclutchError: they are.
+    """
+    device = model.structure.device
+    if data.device != device or data.units != model.units:
+        raise ErclutchError(
+            f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
+            where=model.name,
+            remedy="Read the log with the device and the units of the training data",
+        )
+
+
 def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:
     """The stages of a model, each with its parameters by name."""
     found: list[tuple[Stage, dict[str, float]]] = []
@@ -281,7 +296,7 @@ def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str
             known = ", ".join(given) or "none"
             raise MappingError(
                 f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy=f"Read the log with --input {name!r}",
+                remedy=f"Read the log with --input {shell_word(name)}",
             )
     return {name: given[name] for name in names}
 

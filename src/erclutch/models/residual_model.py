@@ -18,13 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import exact
-from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.covered_cells import CoveredCells, within
-from erclutch.models.law_model import Structure, TorqueModel, digest_of, model_from_dict, require_schema
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, settled_memory
+from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
+from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
+from erclutch.models.model_file import SCHEMA, digest_of, number_of, read_model, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
+from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.stages import stage_equations
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -32,7 +34,6 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
 
 KIND = "erclutch law with residual network"
-_SCHEMA = 1
 
 
 def parts_of(specification: str) -> tuple[str, str] | None:
@@ -188,13 +189,15 @@ class ResidualModel:
         Raises:
             ErclutchError: the data set is of another device or in other units, or lacks an input.
         """
+        require_same_signals(self, data)
         self.correction.network.require_period(data.clock)
-        return self.law.predict(data) + self.added(data.elements, data.clock, data.extras)
+        return self.effort(data.elements, data.clock, data.extras)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows whose field or slip lies outside what the model was trained on, shape (n,)."""
         return self.law.outside(data)
 
+    @quick_for_one_row
     def effort(
         self,
         elements: Sequence[Element],
@@ -251,14 +254,16 @@ class ResidualModel:
         """The equation and what it needs, as lines of a comment."""
         bounded = f"effort = law + weight * (y within -{self.correction.limit:.9g} .. {self.correction.limit:.9g})"
         fades = "The weight is 1 where there were training rows and fades to 0 where there were none."
-        return [*self.law.equation(), "", bounded, "", fades, "", *self.correction.network.equation()]
+        said = stage_equations(self.structure.dynamics)  # of the law, whose memory the network shares
+        network = [line for line in self.correction.network.equation() if line not in said]
+        return [*self.law.equation(), "", bounded, "", fades, "", *network]
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
         cells = self.correction.covered
         body: dict[str, Any] = {
             "kind": KIND,
-            "schema": _SCHEMA,
+            "schema": SCHEMA,
             "law": self.law.to_dict(),
             "network": self.correction.network.to_dict(),
             "limit": self.correction.limit,
@@ -292,34 +297,21 @@ def residual_from_dict(body: Mapping[str, Any], where: str = "model") -> Residua
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    require_schema(body.get("schema"), _SCHEMA, where)
-    try:
-        if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
-            raise RunError(
-                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
-            )
-        return _residual_from(body, where)
-    except (PluginError, RunError):
-        raise
-    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+    return read_model(body, KIND, where, lambda content: _residual_from(content, where))
 
 
 def _residual_from(body: Mapping[str, Any], where: str) -> ResidualModel:
     law = model_from_dict(body["law"], where)
-    network = network_from_dict(body["network"], where)
+    network = network_from_dict(body["network"], where, alone=False)
     if (network.structure.device, network.structure.dynamics, network.units) != (
         law.structure.device,
         law.structure.dynamics,
         law.units,
     ):
         raise ValueError(f"a network of {network.name} on {law.name}")
-    low, high, reach = (np.asarray(body["covered"][key], np.float64) for key in ("low", "high", "reach"))
-    count, limit = len(network.structure.inputs), float(body["limit"])
-    if low.ndim != 2 or not low.size or low.shape != high.shape or {low.shape[1], *reach.shape} != {count}:
-        raise ValueError(f"boxes of shapes {low.shape}, {high.shape}, {reach.shape} for {count} inputs")
-    if not (np.all(low <= high) and np.all(reach > 0) and np.isfinite([*low.flat, *high.flat, *reach]).all()):
+    count, covered = len(network.structure.inputs), body["covered"]
+    low, high = (table_of(covered[key], key, len(covered["low"]), count) for key in ("low", "high"))
+    if not low.size or np.any(low > high):
         raise ValueError("corners of the boxes")
-    if not (np.isfinite(limit) and limit > 0):
-        raise ValueError(f"limit is {limit}")
-    return ResidualModel(law, BoundedResidual(network, limit, CoveredCells(low, high, reach)))
+    cells = CoveredCells(low, high, table_of(covered["reach"], "reach", count, positive=True))
+    return ResidualModel(law, BoundedResidual(network, number_of(body["limit"], "limit", positive=True), cells))

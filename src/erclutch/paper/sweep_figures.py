@@ -13,7 +13,7 @@ from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel
 from erclutch.signals.array import Array
 
 _SHOWN = (10, 20, 50)
-_ERROR = Axis("MSE", "N$^2$ m$^2$", log=True)
+_ERROR = Axis("MSE", "N² m²", log=True)
 
 
 def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:

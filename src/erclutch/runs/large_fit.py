@@ -34,8 +34,8 @@ from erclutch.logs.assemble import Invalid
 from erclutch.logs.batches import datasets
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.disk_rows import DiskRows, Source, TrainingRows
-from erclutch.models.law_model import digest_of
 from erclutch.models.load import Model
+from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
 from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.speed import Derivative

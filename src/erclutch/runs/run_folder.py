@@ -29,9 +29,9 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.errors import RunError
 from erclutch.files import whole_folder
-from erclutch.models.law_model import digest_of, require_schema
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
+from erclutch.models.model_file import digest_of, keeps_digest, require_schema
 from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:
@@ -250,6 +250,7 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
         compression="zstd",
         use_dictionary=[f.name for f in fields if f.name not in floats],
         use_byte_stream_split=floats,
+        write_page_checksum=True,
     )
 
 
@@ -324,6 +325,7 @@ def read_run(folder: str | Path) -> Run:
     path = Path(folder) / "run.json"
     try:
         body = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
         what = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise RunError(
@@ -333,6 +335,6 @@ def read_run(folder: str | Path) -> Run:
         raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")
     body = cast(dict[str, Any], body)
     require_schema(body.get("schema"), RUN_SCHEMA, str(folder))
-    if digest_of({key: value for key, value in body.items() if key != "digest"}) != body.get("digest"):
+    if not keeps_digest(body):
         raise RunError("run.json was changed after the run", where=str(folder), remedy="Fit the log again")
     return Run(Path(folder), body)

@@ -44,7 +44,7 @@ def read_rows(run: Run) -> RunRows:
     path = run.file("predictions.parquet")
     try:
         # Not read_table, which imports pandas to no end.
-        with pq.ParquetFile(path) as file:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
             table: Any = file.read()
         return _rows_of(run.body, {name: table[name].to_numpy() for name in table.column_names if name != "log"})
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -148,9 +148,12 @@ def _span(x: Array, t: Array, period: float | None, derivative: Derivative) -> A
             problem = f"a window of {derivative.window} rows on a segment of {x.size}"
             raise SettingError(problem, remedy="Give a shorter --window")
         return savgol_filter(x, derivative.window, 2, deriv=1, delta=period)
-    from scipy.signal import lfilter
+    from scipy.linalg.blas import dtbsv  # SciPy's own filters take a second to import
 
     # `LiveDerivative` over a whole segment, as the second-order filter that it is. Speed over measured position:
     # V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
     g, h = _gains(derivative, period)
-    return np.asarray(lfilter([h / period, -h / period], [1.0, g + h - 2.0, 1.0 - g], x - x[0]), np.float64)
+    drive = (h / period) * (x - x[0])
+    drive[1:] -= drive[:-1].copy()
+    band = np.asfortranarray(np.tile([[1.0], [g + h - 2.0], [1.0 - g]], x.size))
+    return np.asarray(dtbsv(2, band, drive, lower=1, diag=1, overwrite_x=1), np.float64)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
-from erclutch.errors import UnitError
+from erclutch.errors import UnitError, shell_word
 from erclutch.signals.recording import SignalKind
 
 UNKNOWN = "?"
@@ -32,6 +32,10 @@ _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+
+# A product of a few numbers and symbols with small powers; two signs never stand side by side.
+_FACTOR = r"\(?(?:\d{1,9}(?:\.\d{1,9})?|[^\W\d_]+|[%°][^\W\d_]*)(?:\^?-?\d|[²³])?\)?"
+_PRODUCT = re.compile(rf"{_FACTOR}(?:[*/ ·]{_FACTOR}){{0,5}}")
 
 #: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
 _FACTORS = {
@@ -124,6 +128,11 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
     return Unit(text, factor, dimension)
 
 
+def is_written_well(text: str) -> bool:
+    """Whether the text has the form of a unit, known to erclutch or not: ``N*m``, ``m/s^2``, none or "?"."""
+    return text in ("", "-", UNKNOWN) or (len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None)
+
+
 def is_unit(text: str) -> bool:
     """Whether the text reads as a unit."""
     try:
@@ -161,7 +170,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
         UnitError: the unit is unknown or of another kind; the message names column, unit, what fits and the remedy.
     """
     allowed = ", ".join(si or "dimensionless" for si in kind.si_units)
-    option = f'--{kind.name} "{column} [{kind.si_units[0] or "-"}]"'
+    option = f"--{kind.name} " + shell_word(f"{column} [{kind.si_units[0] or '-'}]")
     problem = f"column '{column}' has the unit '{unit}', which"
     try:
         found = fits(unit, kind.si_units)
@@ -171,7 +180,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     if found is not None:
         return found
     if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
-        remedy = f'Say which: --{kind.name} "{column} [rpm]", [turn/s] or [1/s]'
+        remedy = f"Say which: --{kind.name} {shell_word(f'{column} [rpm]')}, [turn/s] or [1/s]"
         raise UnitError(f"{problem} may mean turns or plain 1/s", remedy=remedy)
     remedy = f"Choose another column or give its unit, such as {option}"
     raise UnitError(f"{problem} does not fit {kind.name} (allowed: {allowed})", remedy=remedy)

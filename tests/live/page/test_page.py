@@ -5,13 +5,15 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -388,6 +390,25 @@ def test_raw_noise_does_not_bring_the_server_down(site: Site) -> None:
     assert site.page.restarts == 0
 
 
+@pytest.mark.slow
+def test_half_open_connections_turn_no_page_away_and_are_dropped(site: Site) -> None:
+    """Strangers that send half a request, or nothing; the last has come before the page asks."""
+    with ExitStack() as stack:
+        strangers: list[socket.socket] = []
+        for k in range(300):
+            raw = stack.enter_context(socket.create_connection(("127.0.0.1", site.access.port), timeout=5))
+            strangers.append(raw)
+            with suppress(OSError):
+                raw.sendall(b"GET / HTTP/1.1\r\nHost: " if k % 2 else b"")
+        with site.connect() as client:
+            assert site.get("/")[0] == 200
+            assert texts(client, "status")
+            for raw in strangers:
+                with suppress(OSError):
+                    assert raw.recv(1) == b""  # within the 5 s that the socket waits
+            assert texts(client, "status")
+
+
 def test_recordings_from_the_page(site: Site) -> None:
     with site.connect() as client:
         client.send('{"command": "record", "on": true}')
@@ -461,3 +482,15 @@ def test_uplot_is_what_its_origin_says() -> None:
     for name, digest in origin["sha256"].items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
     assert "MIT" in (folder / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_no_text_becomes_markup_or_code_in_the_page() -> None:
+    """Names of rigs, models and programs are put into the page as text."""
+    package = files("erclutch")
+    for folder in ("live/page/static", "report/assets"):
+        for file in package.joinpath(folder).iterdir():
+            if file.name.endswith(".js"):
+                found = re.findall(
+                    r"(?:inner|outer)HTML|insertAdjacent|document\.write|\beval\(|new Function", file.read_text()
+                )
+                assert not found, file.name

@@ -7,6 +7,7 @@ import json
 import os
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from erclutch.errors import ErclutchError
@@ -77,6 +79,17 @@ def test_the_index_of_a_recording_is_that_of_the_format(tmp_path: Path, frames: 
         assert (summary.statistics.message_count, len(summary.chunk_indexes)) == (4000, 100)
         found = [message.data for _, _, message in reader.iter_messages()]
     assert b"".join(found) == frames.tobytes()
+    data = path.read_bytes()
+    for entry in summary.chunk_indexes:
+        kind, length = struct.unpack_from("<BQ", data, entry.chunk_start_offset)
+        assert (kind, length + 9) == (Opcode.CHUNK, entry.chunk_length)
+        first = entry.chunk_start_offset + entry.chunk_length
+        assert entry.message_index_offsets == {1: first}
+        assert data[first + entry.message_index_length] in (Opcode.CHUNK, Opcode.DATA_END)
+    (about,) = summary.metadata_indexes
+    assert about.name == "erclutch"
+    kind, length = struct.unpack_from("<BQ", data, about.offset)
+    assert (kind, length + 9) == (Opcode.METADATA, about.length)
 
 
 def test_it_reads_as_the_same_data_from_parquet(tmp_path: Path, frames: Any) -> None:
@@ -195,6 +208,60 @@ def test_damage_costs_its_own_chunks_only(
         assert found.missing == int((np.diff(kept) - 1).sum())
         return
     assert min(share for share, _ in places) < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [True, False])
+def test_damage_changes_no_name_unit_or_setting(tmp_path: Path, whole: bytes, closed: bool) -> None:
+    """Half of the damage goes where the description of the messages stands."""
+    data_end = whole.rindex(bytes([0x0F, 4, 0, 0, 0, 0, 0, 0, 0]))
+    source = whole if closed else whole[:data_end]
+    (tmp_path / "whole.mcap").write_bytes(whole)
+    intact = read_table(tmp_path / "whole.mcap")
+    rng = np.random.default_rng(12)
+    for k in range(400):
+        data = bytearray(source)
+        for _ in range(rng.integers(1, 4)):
+            data[int(rng.integers(8, 4000 if rng.random() < 0.5 else len(data)))] ^= int(rng.integers(1, 256))
+        path, out = tmp_path / f"{k}.mcap", tmp_path / f"{k}-recovered.mcap"
+        path.write_bytes(data)
+        found, table = recover(path), read_table(out)
+        assert not found.unsure
+        assert table.units == intact.units
+        assert table.metadata["erclutch"] == intact.metadata["erclutch"]
+        rows = table.columns["seq"].astype(int)
+        assert rows.size >= 2000 - 3 * 80
+        for name, values in intact.columns.items():
+            assert np.array_equal(table.columns[name], values[rows], equal_nan=True), name
+        path.unlink()
+        out.unlink()
+
+
+def test_names_that_no_checksum_covers_are_said_to_be_unsure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from mcap.writer import Writer
+
+    from erclutch.cli import app
+
+    path = tmp_path / "other.mcap"
+    writer = Writer(str(path), use_chunking=False, enable_data_crcs=False)
+    writer.start()
+    schema = writer.register_schema("Row", "ros1msg", b"float64 speed")
+    channel = writer.register_channel("/rows", "ros1", schema)
+    for k in range(9):
+        writer.add_message(channel, k, np.float64(k).tobytes(), k, k)
+    writer.finish()
+    whole, other = path.read_bytes(), tmp_path / "b.mcap"
+    assert not recover(path).unsure, "its summary has a copy and a checksum"
+    other.write_bytes(whole[: whole.rindex(b"float64 speed") - 60])
+    app(["recover", str(other)], exit_on_error=False)
+    assert "check names and units of the columns" in capsys.readouterr().out
+    # A summary whose checksum holds shows that the copy ahead of the messages is damaged.
+    path.write_bytes(whole.replace(b"float64 speed", b"float64 speeX", 1))
+    found = recover(path, tmp_path / "c.mcap")
+    assert (found.unsure, found.whole, found.messages) == (False, False, 9)
+    assert list(read_table(tmp_path / "c.mcap").columns) == ["speed"]
 
 
 def test_recover_refuses_what_it_should(tmp_path: Path, whole: bytes) -> None:
@@ -413,6 +480,21 @@ def test_a_recording_that_ends_at_once_is_whole(tmp_path: Path, start_loop: Call
     recordings.stop()
     (path,) = recordings.files
     assert first <= sequence(path)[0] <= loop.head
+
+
+def test_two_sessions_that_start_together_in_one_folder_keep_both_recordings(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
+    """The second asks for the name before the first one's recorder runs."""
+    loops = [start_loop(), start_loop()]
+    both = [Recordings(loop.path, tmp_path / "recordings") for loop in loops]
+    paths = [recordings.start("run") for recordings in both]
+    assert [path.name for path in paths] == ["run.mcap", "run-2.mcap"]
+    for loop, recordings, path in zip(loops, both, paths, strict=True):
+        loop.writer.put(state=State.STOPPED)
+        recordings.stop()
+        assert recordings.files == [path]
+        assert sequence(path).size > 0
 
 
 def test_a_folder_that_cannot_be_made(tmp_path: Path, start_loop: Callable[..., Any]) -> None:

@@ -317,7 +317,7 @@ def test_rows_that_are_not_finite(bad: float) -> None:
 
 @pytest.mark.parametrize("change", ["digest", "weights", "inputs", "scaling", "schema", "network"])
 def test_a_network_file_that_was_changed(data: Dataset, change: str) -> None:
-    from erclutch.models.law_model import digest_of
+    from erclutch.models.model_file import digest_of
 
     body = fit_network(data, network_from_name("fnn-2")).model.to_dict()
     wrong: dict[str, Any] = {
@@ -337,7 +337,7 @@ def test_a_network_file_that_was_changed(data: Dataset, change: str) -> None:
 
 def test_a_network_of_another_device(data: Dataset) -> None:
     model = fit_network(data, network_from_name("fnn-2")).model
-    with pytest.raises(ErclutchError, match="for a network of coaxial"):
+    with pytest.raises(ErclutchError, match="for a model of coaxial"):
         model.predict(single())
 
 

@@ -21,16 +21,17 @@ from erclutch.fit.comparison import Settings, compare, residuals_for, structures
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.logs.dataset import Dataset
 from erclutch.models.covered_cells import CoveredCells, cells_of
-from erclutch.models.law_model import Structure, digest_of
+from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
+from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 PERIOD = 1e-3
-DYNAMICS = "lag+dahl-1+effort-lag"
+DYNAMICS = "lag+dahl+effort-lag"
 
 
 def device(rows: int = 6000, seed: int = 0, *, missed: float = 3.0) -> Dataset:
@@ -277,3 +278,9 @@ def test_cells_are_only_values() -> None:
     assert box.weight([0.5]) == 1.0
     assert box.weight([1.25]) == pytest.approx(0.5)
     assert box.weight([float("nan")]) == 0.0
+
+
+def test_the_equation_says_each_stage_once(with_memory: ResidualModel) -> None:
+    said = with_memory.equation()
+    for name in DYNAMICS.split("+"):
+        assert sum(line.startswith(f"{name}: ") for line in said) == 1

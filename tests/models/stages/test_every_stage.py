@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -207,3 +208,11 @@ def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision
         held = np.minimum(np.maximum(inputs[0].field, step.field.hold[0]), step.field.hold[1])
         expected = model.effort([Element(held, inputs[0].slip)], CLOCK)
         np.testing.assert_array_equal(effort, expected)
+
+
+@stages
+def test_the_equation_names_all_numbers_and_outputs(stage: Stage) -> None:
+    names = [p.name for p in stage.parameters(PERIOD)] + (list(stage.outputs) if isinstance(stage, SlipStage) else [])
+    words = set(re.findall(r"[A-Za-z]\w*", stage.equation))
+    assert set(names) <= words, set(names) - words
+    assert f"{stage.name}: {stage.equation}." in model_with(stage).equation()

@@ -77,14 +77,17 @@ class Printer:
             yield f"state->at{length} = next{length};"
 
     def _slots(self) -> Iterator[str]:
-        """Where in each ring a signal some rows back lies; the oldest one makes room for the present one."""
-        if self.layout is not None:
-            return
+        """Where in each ring a signal some rows back lies; the oldest one makes room for the present one.
+
+        A place beyond the ring comes from memory that nobody has reset or that somebody has forged: it is taken as 0.
+        """
+        places = places_of(self.layout or self.record)
+        nodes = [n for n in self.record.needed() if n.operation in ("delay", "earlier")]
+        for length in sorted({places[n.value[0]][0] for n in nodes}):
+            yield f"const uint32_t at{length} = (state->at{length} < {length}u) ? state->at{length} : 0u;"
         for length in rings_of(self.record):
-            yield f"const uint32_t at{length} = state->at{length};"
             yield f"const uint32_t next{length} = ((at{length} + 1u) < {length}u) ? (at{length} + 1u) : 0u;"
-        places = places_of(self.record)
-        reads = {(places[n.value[0]][0], n.value[1]) for n in self.record.needed() if n.operation == "delay"}
+        reads = {(places[n.value[0]][0], n.value[1]) for n in nodes if n.operation == "delay"}
         for length, rows in sorted(reads):
             if rows < length - 1:
                 ahead = f"(at{length} + {length - rows}u)"
@@ -145,7 +148,7 @@ class Printer:
         """A row of a ring as the step before has left it."""
         name, rows = node.value
         length, place = places_of(self.layout or self.record)[name]
-        at = f"state->at{length}"
+        at = f"at{length}"
         if rows < length:
             at = f"(({at} + {length - rows}u) < {length}u) ? ({at} + {length - rows}u) : ({at} - {rows}u)"
         return f"state->ring{length}[{at}][{place}]"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 from erclutch._version import __version__
@@ -11,6 +12,7 @@ from erclutch.export.c import c_inverse, c_network
 from erclutch.export.c.c_functions import functions
 from erclutch.export.c.c_printer import Printer, function, functions_used, indented, rings_of
 from erclutch.export.cost import cost_text
+from erclutch.export.encode import c_string, comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
 from erclutch.export.rounding import measured
 from erclutch.export.step_record import (
@@ -63,13 +65,13 @@ _ABOUT = {"held": "A value within two limits", "turned": "An angle less whole tu
 
 
 def _comment(lines: list[str]) -> str:
-    body = "\n".join(f"   {line}".rstrip() for line in lines)
+    body = "\n".join(f"   {comment(line)}".rstrip() for line in lines)
     return f"/*\n{body}\n*/\n"
 
 
 def _preamble(step: ExportedStep) -> str:
     n = step.name
-    return f"""/* {step.model.title} ({step.model.name}). Written by erclutch {__version__}; see {n}.h.
+    return f"""/* {step.headline}. Written by erclutch {__version__}; see {n}.h.
    Model {step.digest}
 
    Compile with -std=c99 -ffp-contract=off (and never with -ffast-math): then every compiler and processor with IEEE
@@ -177,7 +179,7 @@ def header(step: ExportedStep) -> str:
     flags = "\n".join(
         f"#define {N}{name} ((uint32_t){1 << i}u) /* {text} */" for i, (name, text) in enumerate(FLAGS.items())
     )
-    places = "\n".join(f"#define {N}IN_{_macro(name, i)} {i}u" for i, name in enumerate(step.inputs))
+    places = "\n".join(f"#define {N}IN_{name} {i}u" for i, name in enumerate(_macros(step.inputs)))
     signed = "signed field, E1 - E2," if step.elements == 2 else "field"
     return f"""{_header_comment(step)}
 #ifndef {N}H
@@ -193,7 +195,7 @@ typedef {p.c_type} {n}real;
 
 #define {N}DIGEST "{step.digest}"
 #define {N}VERSION "{__version__}"
-#define {N}MODEL "{step.model.name}"
+#define {N}MODEL {c_string(step.model.name)}
 #define {N}INPUTS {len(step.inputs)}u
 {places}
 
@@ -255,9 +257,11 @@ def _declared_switch(step: ExportedStep, n: str) -> str:
 """
 
 
-def _macro(name: str, index: int) -> str:
-    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in name).upper().strip("_")
-    return kept if index < 4 and kept else f"FURTHER_{index}"
+def _macros(inputs: Sequence[str]) -> Iterator[str]:
+    """What the input's places are called: by their name the first four, where no other has it."""
+    kept = ["".join(c if c.isascii() and c.isalnum() else "_" for c in name).upper().strip("_") for name in inputs]
+    for i, name in enumerate(kept):
+        yield name if i < 4 and name and kept.index(name) == i else f"FURTHER_{i}"
 
 
 def _evaluations(step: ExportedStep) -> int:

@@ -9,10 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
-from xml.sax.saxutils import escape
 
 from erclutch._version import __version__
+from erclutch.errors import printable
 from erclutch.export.c.c_source import header, source
+from erclutch.export.encode import markup
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.fmu.fmu_binaries import build_binaries
 from erclutch.export.fmu.fmu_description import build_description, description, flags_text, ranges
@@ -80,7 +81,7 @@ typedef {n}_real erc_real;
 #endif
 """
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="ascii", errors="replace")
+        (folder / name).write_text(text, encoding="ascii")
 
 
 def token(program: ExportedStep) -> str:
@@ -94,7 +95,7 @@ def _page(program: ExportedStep) -> str:
     for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
         covered = ranges(program, i)
         text = "any" if covered is None else f"{covered[0]:.6g} .. {covered[1]:.6g}"
-        rows.append(f"<tr><td>{escape(name)}</td><td>{escape(unit)}</td><td>{text}</td></tr>")
+        rows.append(f"<tr><td>{markup(name)}</td><td>{markup(unit)}</td><td>{text}</td></tr>")
     low, high = program.limits
     when = (
         f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the "
@@ -103,18 +104,20 @@ def _page(program: ExportedStep) -> str:
         else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
     )
     return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{escape(program.model.name)}</title></head><body>
-<h1>{escape(program.model.title)}</h1>
+<html lang="en"><head><meta charset="utf-8"><title>{markup(program.model.name)}</title></head><body>
+<h1>{markup(program.model.title)}</h1>
 <p>Model {program.digest}, written by erclutch {__version__}.</p>
 <table><tr><th>input</th><th>unit</th><th>training range</th></tr>{"".join(rows)}</table>
-<p>effort in {escape(program.model.units.effort or "1")}, limited to {low:.6g} .. {high:.6g}.</p>
-<p>flags, by bits: {escape(flags_text())}.</p>
+<p>effort in {markup(program.model.units.effort or "1")}, limited to {low:.6g} .. {high:.6g}.</p>
+<p>flags, by bits: {markup(flags_text())}.</p>
 <p>{when}</p>
 </body></html>
 """
 
 
 def _tree(root: ElementTree.Element, path: Path) -> None:
+    for element in root.iter():  # the library writes characters that no XML may hold
+        element.attrib = {key: printable(value) for key, value in element.attrib.items()}
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 

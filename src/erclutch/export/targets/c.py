@@ -31,13 +31,13 @@ def write(program: ExportedStep, folder: Path) -> None:
         "Makefile": makefile(program),
     }
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="ascii", errors="replace")
+        (folder / name).write_text(text, encoding="ascii")
 
 
 def write_core(program: ExportedStep, folder: Path) -> list[Path]:
     """The .c and .h alone, for other targets; returns the files to compile."""
-    (folder / f"{program.name}.c").write_text(source(program), encoding="ascii", errors="replace")
-    (folder / f"{program.name}.h").write_text(header(program), encoding="ascii", errors="replace")
+    (folder / f"{program.name}.c").write_text(source(program), encoding="ascii")
+    (folder / f"{program.name}.h").write_text(header(program), encoding="ascii")
     return [folder / f"{program.name}.c"]
 
 

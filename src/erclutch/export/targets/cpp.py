@@ -10,7 +10,8 @@ from pathlib import Path
 from erclutch._version import __version__
 from erclutch.errors import ExportError
 from erclutch.export.c.compilers import EXACT, cpp_compilers, native, run
-from erclutch.export.exported_step import ExportedStep
+from erclutch.export.encode import comment, markup
+from erclutch.export.exported_step import KEYWORDS, ExportedStep
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, compare
 from erclutch.export.targets import c
@@ -34,7 +35,7 @@ def write(program: ExportedStep, folder: Path) -> None:
         folder / "package.xml": _package(program),
     }
     for path, text in texts.items():
-        path.write_text(text, encoding="ascii", errors="replace")
+        path.write_text(text, encoding="ascii")
 
 
 def class_name(program: ExportedStep) -> str:
@@ -43,17 +44,19 @@ def class_name(program: ExportedStep) -> str:
 
 
 def _members(program: ExportedStep) -> list[str]:
-    names = [re.sub(r"\W+", "_", x).strip("_").lower() or f"input{i}" for i, x in enumerate(program.inputs)]
-    return [x if names.index(x) == i and x[0].isalpha() else f"input{i}" for i, x in enumerate(names)]
+    """Names of inputs as members; an input whose name will not do is called by its place."""
+    names = [re.sub(r"\W+", "_", x, flags=re.ASCII).strip("_").lower() for x in program.inputs]
+    good = [name[:1].isalpha() and name not in KEYWORDS and names.index(name) == i for i, name in enumerate(names)]
+    return [name if good[i] else f"input{i}" for i, name in enumerate(names)]
 
 
 def _class(program: ExportedStep) -> str:
     n, N, members = program.name, program.name.upper(), _members(program)
     fields = "\n".join(
-        f"    Real {m}{{}};  ///< {program.inputs[i]} [{program.units[i]}]" for i, m in enumerate(members)
+        f"    Real {m}{{}};  ///< {comment(f'{program.inputs[i]} [{program.units[i]}]')}" for i, m in enumerate(members)
     )
-    unit = program.model.units.effort or "1"
-    return f"""// {program.model.title} ({program.model.name}) as a C++ class. Written by erclutch {__version__}.
+    unit = comment(program.model.units.effort or "1")
+    return f"""// {program.headline} as a C++ class. Written by erclutch {__version__}.
 // Model {program.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
 // real-time loop. One object a device; an object is used by one thread at a time.
 #ifndef {N}_HPP
@@ -238,7 +241,7 @@ def _package(program: ExportedStep) -> str:
 <package format="3">
   <name>{program.name.lower()}</name>
   <version>{__version__}</version>
-  <description>Torque model {program.model.name}, {program.digest}</description>
+  <description>Torque model {markup(program.model.name)}, {program.digest}</description>
   <maintainer email="nobody@example.com">nobody</maintainer>
   <license>Apache-2.0</license>
   <buildtool_depend>ament_cmake</buildtool_depend>

@@ -14,6 +14,7 @@ import numpy as np
 
 from erclutch._version import __version__
 from erclutch.errors import ExportError
+from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_numbers import reference, run
 from erclutch.export.step_record import has_memory
@@ -35,7 +36,7 @@ def write(program: ExportedStep, folder: Path) -> None:
     tail = f'''
 
 def {n}(model: Any, effort: str = "effort", **names: Any) -> Actuator:
-    """{program.model.name} as actuator `effort` of a model; see `Actuator` for the names."""
+    """{comment(program.model.name)} as actuator `effort` of a model; see `Actuator` for the names."""
     from {n} import load
 
     defaults: dict[str, Any] = {{
@@ -86,7 +87,7 @@ def _example(program: ExportedStep) -> str:
     </body>
 """
         motor = f'    <velocity name="motor" joint="theta" kv="{10 * top:.6g}"/>\n'
-    return f"""<!-- {program.model.title} ({program.model.name}) as an actuator; written by erclutch {__version__}.
+    return f"""<!-- {program.headline} as an actuator; written by erclutch {__version__}.
      The ctrl of {" and ".join(_fields(program))} is the field; the force of "effort" comes from
      {program.name}_mujoco.py.
      Units are those of the model: joints in rad and rad/s where it was trained so. -->

@@ -17,6 +17,7 @@ from erclutch.export.c import model_abi
 from erclutch.export.c.c_source import source
 from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.export.c.compilers import Compiler, native
+from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import Vectors, vectors_of
 from erclutch.export.target_check import Check, to_the_bit
@@ -32,7 +33,7 @@ def write(program: ExportedStep, folder: Path) -> None:
     tail = f'''
 
 def load() -> CompiledModel:
-    """{program.model.name}, inputs {", ".join(program.inputs)}."""
+    """{comment(f"{program.model.name}, inputs {', '.join(program.inputs)}")}."""
     here = Path(__file__).resolve().parent
     return CompiledModel(here / "{library_name(program)}", here / "{CALL}")
 '''
@@ -59,7 +60,7 @@ def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None)
     """
     chosen = compiler or native()
     sources = [*c.write_core(program, folder), folder / f"{program.name}_abi.c"]
-    sources[-1].write_text(model_abi.wrapper(program), encoding="ascii", errors="replace")
+    sources[-1].write_text(model_abi.wrapper(program), encoding="ascii")
     library = folder / library_name(program)
     shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
     chosen.build(sources, library, *shared)

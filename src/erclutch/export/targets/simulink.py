@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from erclutch.errors import ExportError
 from erclutch.export.c.compilers import native, natives, run
 from erclutch.export.cost import state_bytes
+from erclutch.export.encode import matlab_string
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.matlab_function import block_function, step_function
 from erclutch.export.step_record import step_record
@@ -37,7 +38,7 @@ def write(program: ExportedStep, folder: Path) -> None:
         f"{n}_caller.c": _caller_source(program),
     }
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="ascii", errors="replace")
+        (folder / name).write_text(text, encoding="ascii")
 
 
 def caller_bytes(program: ExportedStep) -> int:
@@ -167,11 +168,10 @@ def _in_octave(program: ExportedStep, folder: Path, octave: str) -> Check:
     vectors, record = vectors_of(program), step_record(program)
     values = {"kind": "single" if program.precision.width == 32 else "double", "inputs": len(program.inputs)}
     text = _SCRIPT.format(**values, state=record.size, name=program.name)
-    quoted = str(folder.resolve()).replace("'", "''")
     with tempfile.TemporaryDirectory() as work:
         place = Path(work)
         np.ascontiguousarray(vectors.rows).tofile(place / "rows.bin")
-        moved = f"cd('{work}'); folder = '{quoted}';"
+        moved = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
         (place / "check.m").write_text(f"1;\n{moved}\n{text}", encoding="utf-8")
         words = [octave, "--no-gui", "--norc", "--quiet", str(place / "check.m")]
         run(words, f"{program.name}_step.m does not run", "Export the model again")

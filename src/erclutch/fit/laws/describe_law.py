@@ -13,7 +13,7 @@ from erclutch.fit.levenberg_marquardt import Minimum
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
 from erclutch.models.laws import ShapeParameter
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array
 from erclutch.signals.device import Units
 
 
@@ -45,7 +45,7 @@ def described(
     found: Minimum,
     projection: Projection,
     spread: Uncertainty,
-    moving: Mask,
+    ends: tuple[Array, Array],
 ) -> FitOutcome[TorqueModel]:
     """The outcome of a law's fit.
 
@@ -55,15 +55,11 @@ def described(
         problem: for its shapes and gains alone.
         found: the minimum over the coordinates.
         projection: the gains there.
-        spread: standard errors of the free parameters, those of the coordinates first.
-        moving: which coordinates are free, shape (k,).
+        spread: of the free parameters.
+        ends: of the intervals of all parameters, those of the coordinates first, (k + p,) each.
     """
     q = parameters(problem.shapes, found.point)
-    widths = spread.quantile * spread.errors
-    shape_widths, gain_widths = np.full(len(q), np.nan), np.full(projection.gains.size, np.nan)
-    shape_widths[moving] = widths[: int(moving.sum())]
-    gain_widths[~projection.held] = widths[int(moving.sum()) :]
-    gain_widths[projection.dead] = np.inf
+    low, high = ends
     model = TorqueModel(
         structure=structure,
         reference=seen.reference,
@@ -74,8 +70,8 @@ def described(
         extra_ranges=tuple((float(x.min()), float(x.max())) for x in seen.extras.values()),
     )
     estimates = (
-        *_shape_estimates(model, problem.shapes, found, shape_widths),
-        *_gain_estimates(model, problem, projection, gain_widths),
+        *_shape_estimates(model, problem.shapes, found, (low[: len(q)], high[: len(q)])),
+        *_gain_estimates(model, problem, projection, (low[len(q) :], high[len(q) :])),
     )
     return FitOutcome(
         model=model,
@@ -84,7 +80,7 @@ def described(
         estimates=estimates,
         paper_form=_paper_form(model, estimates),
         rank=spread.rank,
-        unknowns=widths.size,
+        unknowns=spread.errors.size,
         condition=spread.condition,
         bandwidth=spread.bandwidth,
         train_cost=seen.cost,
@@ -93,17 +89,15 @@ def described(
 
 
 def _shape_estimates(
-    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, widths: Array
+    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, ends: tuple[Array, Array]
 ) -> list[Estimate]:
     estimates: list[Estimate] = []
     for i, shape in enumerate(shapes):
-        u, width = float(found.point[i]), float(widths[i])
-        with np.errstate(over="ignore"):
-            ends = (np.exp(u - width), np.exp(u + width)) if shape.scale == "log" else (u - width, u + width)
-        if np.isfinite(width) and shape.lower == 0.0:
-            ends = (max(ends[0], 0.0), ends[1])
+        reach = [float(end[i]) for end in ends]
+        if shape.scale == "log":
+            reach = [np.exp(u) if np.isfinite(u) else u for u in reach]
         value, low, high = (
-            in_user_units(v, shape.dimension, model.reference) for v in (model.shape[shape.name], *ends)
+            in_user_units(v, shape.dimension, model.reference) for v in (model.shape[shape.name], *reach)
         )
         bound = "lower" if found.at_lower[i] else "upper" if found.at_upper[i] else None
         unit = unit_text(shape.dimension, model.units)
@@ -111,13 +105,14 @@ def _shape_estimates(
     return estimates
 
 
-def _gain_estimates(model: TorqueModel, full: Separable, projection: Projection, widths: Array) -> list[Estimate]:
+def _gain_estimates(
+    model: TorqueModel, full: Separable, projection: Projection, ends: tuple[Array, Array]
+) -> list[Estimate]:
     estimates: list[Estimate] = []
     for i, gain in enumerate(full.gains):
-        c, width = float(projection.gains[i]), float(widths[i])
-        least = max(c - width, 0.0) if gain.nonnegative and np.isfinite(width) else c - width
+        reach = (projection.gains[i], ends[0][i], ends[1][i])
         scale = 1.0 if gain.extra is None else model.reference.extras[gain.extra]
-        value, low, high = (in_user_units(v, gain.dimension, model.reference) / scale for v in (c, least, c + width))
+        value, low, high = (in_user_units(float(v), gain.dimension, model.reference) / scale for v in reach)
         bound = "lower" if projection.held[i] and not projection.dead[i] else None
         estimates.append(
             Estimate(gain.name, gain.meaning, unit_text(gain.dimension, model.units), value, low, high, bound)

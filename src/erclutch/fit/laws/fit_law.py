@@ -22,6 +22,7 @@ from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
 from erclutch.fit.laws.law_starts import scan_points, thinned, windows
 from erclutch.fit.laws.other_basins import best_basin
+from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
 from erclutch.fit.laws.variable_projection import (
     Projection,
     Separable,
@@ -211,14 +212,27 @@ def _outcome(
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
     columns, slopes, projection = jacobian(full, found.point)
-    projection = refined(columns, full.target, projection)
-    residual = full.target - columns @ projection.gains
     moving = ~(found.at_lower | found.at_upper)
-    free = np.column_stack([slopes[:, moving], columns[:, ~projection.held]])
-    spread = uncertainty(free, residual, ordered=ordered) if intervals else unknown(free)
+    linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
+    triangle = triangle_of(np.vstack([linear, nonlinear]).T)
+    projection = refined(columns, full.target, projection, triangle)
+    residual = full.target - columns @ projection.gains
+    spread, ends = unknown(triangle, data.rows), no_intervals(moving.size + projection.gains.size)
+    if intervals:
+        spread = uncertainty(np.vstack([nonlinear, linear]).T, residual, ordered=ordered)
+        some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
+        few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
+        optimum = Optimum(
+            np.concatenate([found.point, projection.gains]),
+            np.vstack([slopes.T, columns.T]).T,
+            residual,
+            np.concatenate([moving, ~projection.held]),
+            np.concatenate([slopes.any(axis=0), ~projection.dead]),
+        )
+        ends = interval_ends(few, optimum, spread, ordered=ordered)
     further = {name: data.extras[name] for name in structure.extras}
     seen = Seen(reference, data.units, range_of(data), data.rows, float(residual @ residual), further)
-    return described(structure, seen, full, found, projection, spread, moving)
+    return described(structure, seen, full, found, projection, spread, ends)
 
 
 def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:
@@ -253,10 +267,9 @@ def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutco
             )
         projection = gains_of(triangle, few.nonnegative)
         cost = sum(float(np.sum((m[:, -1] - m[:, :-1] @ projection.gains) ** 2)) for m in matrices)
-        moving = ~(found.at_lower | found.at_upper)
         spread = _rank(cells, found, projection, triangle, data.rows)
         seen = Seen(reference, data.units, range_of(data), data.rows, cost)
-    return described(structure, seen, few, found, projection, spread, moving)
+    return described(structure, seen, few, found, projection, spread, no_intervals(len(shapes) + len(few.gains)))
 
 
 def _triangle_over(matrices: Iterable[Array], wide: int) -> Array:

@@ -10,8 +10,8 @@ equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -38,6 +38,7 @@ class Separable:
         shapes: the nonlinear parameters, for bounds and scales.
         gains: the linear parameters, for bounds.
         behind: what becomes of each column, a linear map with the same nonlinear parameters; None: nothing does.
+        pinned: gain -> the value that it keeps.
     """
 
     columns: ColumnsOf
@@ -45,11 +46,23 @@ class Separable:
     shapes: tuple[ShapeParameter, ...]
     gains: tuple[Gain, ...]
     behind: Callable[[Any, Sequence[Any]], Any] | None = None
+    pinned: Mapping[int, float] = field(default_factory=dict[int, float])
 
     def values(self, columns: Sequence[Any], q: Sequence[float]) -> Array:
-        """What becomes of the columns, and the target, side by side, values only, shape (n, p + 1)."""
+        """What becomes of the columns, and the target, side by side, values only, shape (n, p + 1).
+
+        The column of a pinned gain is taken off the target and is zero itself, so that its own gain is held.
+        """
         values = [value_of(column) for column in columns]
-        return stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
+        stacked = stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
+        for j, gain in self.pinned.items():
+            stacked[:, -1] -= gain * stacked[:, j]
+            stacked[:, j] = 0.0
+        return stacked
+
+    def with_pinned(self, gains: Array) -> Array:
+        """All gains, those that are pinned among them."""
+        return np.array([self.pinned.get(j, gain) for j, gain in enumerate(gains.tolist())])
 
     @property
     def nonnegative(self) -> Mask:
@@ -116,20 +129,20 @@ def triangle_of(matrix: Array) -> Array:
     """R of a QR decomposition, shape (k, k) also where there are fewer rows than columns.
 
     A tall matrix goes in slices that stay in the cache, whose triangles are then decomposed together: the same R to
-    rounding, up to twice as fast (Demmel, Grigori, Hoemmen and Langou 2012, doi 10.1137/080731992).
+    rounding, two to three times as fast (Demmel, Grigori, Hoemmen and Langou 2012, doi 10.1137/080731992).
     """
+    from scipy.linalg.lapack import dgeqrf  # without NumPy's copies
+
     rows, wide = matrix.shape
-    slices = rows // _SLICE
-    if slices > 1 and rows * wide > 200_000:
-        tops: Any = np.linalg.qr(
-            np.ascontiguousarray(matrix[: slices * _SLICE]).reshape(slices, _SLICE, wide), mode="r"
-        )
-        matrix = np.concatenate([tops.reshape(-1, wide), matrix[slices * _SLICE :]])
-    r: Any = np.linalg.qr(matrix, mode="r")
+    whole = rows // _SLICE * _SLICE
+    if whole > _SLICE:
+        tops = [np.triu(dgeqrf(matrix[at : at + _SLICE])[0][:wide]) for at in range(0, whole, _SLICE)]
+        matrix = np.vstack([*tops, matrix[whole:]])
+    r: Array = np.triu(dgeqrf(matrix)[0][:wide])
     return r if r.shape[0] == wide else np.vstack([r, np.zeros((wide - r.shape[0], wide))])
 
 
-_SLICE = 1024
+_SLICE = 4096
 
 
 def _gains(matrix: Array, nonnegative: Mask) -> Projection:
@@ -158,42 +171,57 @@ def seeded(shapes: Sequence[ShapeParameter], u: Array) -> list[Dual]:
 
 def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
+    stacked, slopes, projection = _linear(separable, u)
+    return stacked[:, :-1], slopes, projection
+
+
+def _linear(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         q = seeded(separable.shapes, u)
         columns = separable.columns(q)
         stacked = separable.values(columns, [value_of(x) for x in q])
         projection = _gains(stacked, separable.nonnegative)
         slopes = np.zeros((separable.target.size, u.size), order="F")
-        for total in _totals(separable, columns, q, projection.gains):
+        for total in _totals(separable, columns, q, separable.with_pinned(projection.gains)):
             for i in range(u.size):
                 slopes[:, i] += partial_of(total, i)
-    return stacked[:, :-1], slopes, projection
+    return stacked, slopes, projection
 
 
 def _totals(separable: Separable, columns: Sequence[Any], q: Sequence[Dual], gains: Array) -> list[Any]:
-    """Parts of the fitted effort, with derivatives at constant gains: one a column, or what becomes of their sum."""
-    parts = [gain * column for gain, column in zip(gains, columns, strict=True)]
+    """Parts of the fitted effort that have derivatives at constant gains: columns, or what becomes of their sum."""
+    whole = separable.behind is not None
+    parts = [gain * x for gain, x in zip(gains, columns, strict=True) if whole or isinstance(x, Dual)]
     return parts if separable.behind is None else [separable.behind(reduce(add, parts), q)]
 
 
-def refined(columns: Array, target: Array, projection: Projection) -> Projection:
+def refined(columns: Array, target: Array, projection: Projection, triangle: Array) -> Projection:
     """The same gains after a step of iterative refinement: what rounding left in the residual is fitted once more.
 
     Ill-conditioned columns have gains that cancel each other, and the rounding of the first solution shows in what they
-    predict (Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484). A step that turns a sign, or raises
-    the residual by more than its own rounding, is not taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR
-    whose residuals are in extended precision.
+    predict. The step is that of the corrected seminormal equations (Björck 1996, chapter 2.9, doi
+    10.1137/1.9781611971484). A step that turns a sign, or raises the residual by more than its own rounding, is not
+    taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR whose residuals are in extended precision.
+
+    Args:
+        columns: shape (n, p).
+        target: shape (n,).
+        projection: the gains.
+        triangle: begins with that of the columns whose gains are not held.
     """
     free = ~projection.held
-    if not free.any() or not np.isfinite(projection.cost):
+    p = int(np.count_nonzero(free))
+    if not p or not np.isfinite(projection.cost):
         return projection
-    left = target - columns @ projection.gains
-    scale = np.linalg.norm(columns[:, free], axis=0)
-    r = triangle_of(np.asfortranarray(np.column_stack([columns[:, free] / scale, left])))
-    gains = projection.gains.copy()
-    gains[free] += np.linalg.lstsq(r[:-1, :-1], r[:-1, -1], rcond=np.finfo(float).eps)[0] / scale
+    left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
+    # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
+    step = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
+    r, gains = triangle[:p, :p] / scale, projection.gains.copy()
+    for matrix in (r.T, r):
+        step = np.linalg.lstsq(matrix, step, rcond=np.finfo(float).eps)[0]
+    gains[free] += step / scale
     after = target - columns @ gains
-    rounding = np.finfo(float).eps * np.linalg.norm(np.abs(columns) @ np.abs(gains))  # of a residual in doubles
+    rounding = np.finfo(float).eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
     turned = np.any(np.sign(gains) * np.sign(projection.gains) < 0)
     if turned or np.linalg.norm(after) > np.linalg.norm(left) + rounding:
         return projection
@@ -205,10 +233,10 @@ def outer_problem(separable: Separable) -> Problem:
     lower, upper = separable.bounds
 
     def linearise(u: Array) -> Linearisation:
-        columns, slopes, projection = jacobian(separable, u)
-        free = columns[:, ~projection.held]
-        p, k = free.shape[1], u.size
-        r = triangle_of(np.asfortranarray(np.column_stack([free, slopes, separable.target])))
+        stacked, slopes, projection = _linear(separable, u)
+        free = stacked.T[:-1][~projection.held]
+        p, k = len(free), u.size
+        r = triangle_of(np.vstack([free, slopes.T, stacked.T[-1:]]).T)
         return Linearisation(projection.cost, r[p : p + k, p : p + k], r[p : p + k, p + k])
 
     return Problem(lambda u: project(separable, parameters(separable.shapes, u)).cost, linearise, lower, upper)

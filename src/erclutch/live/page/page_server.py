@@ -27,6 +27,8 @@ RATE = 60.0  # messages of frames a second
 _STATUS = 0.25  # s
 _LOOK = 0.05  # s
 _MOST_CLIENTS = 8
+_MOST_STRANGERS = 32
+_PATIENCE = 3.0  # s that a connection has to show the token
 _MOST_FRAMES = 2000  # in one message; a client that fell behind further starts anew at the newest
 _SHARE = 20  # commands a second from one client
 #: Longest message that a client may send; the socket is closed on a longer one.
@@ -177,11 +179,36 @@ class Page:
             await socket.send_json({"kind": "taken", "command": command.kind})
 
 
+class Strangers:
+    """Connections that have not shown the token. Each has a few seconds, and the oldest makes room for a new one."""
+
+    def __init__(self) -> None:
+        self._transports: dict[Any, asyncio.Transport] = {}
+
+    def add(self, client: Any, transport: asyncio.Transport) -> None:
+        """Count a new connection."""
+        if len(self._transports) >= _MOST_STRANGERS:
+            oldest = next(iter(self._transports))
+            self._drop(oldest, self._transports[oldest])
+        self._transports[client] = transport
+        asyncio.get_running_loop().call_later(_PATIENCE, self._drop, client, transport)
+
+    def shown(self, client: Any) -> None:
+        """A client showed the token."""
+        self._transports.pop(client, None)
+
+    def _drop(self, client: Any, transport: asyncio.Transport) -> None:
+        if self._transports.get(client) is transport:
+            del self._transports[client]
+            transport.abort()
+
+
 class Guard:
     """Answers nobody else than `Access` lets in, whatever is asked for."""
 
     def __init__(self, app: Starlette, access: Access) -> None:
         self._app, self._access = app, access
+        self.strangers = Strangers()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or socket (ASGI)."""
@@ -189,6 +216,7 @@ class Guard:
             await self._http(scope, receive, _with_headers(send))
         elif scope["type"] == "websocket":
             if self._access.from_here(_headers(scope), socket=True) and self._access.by_cookie(_headers(scope)):
+                self.strangers.shown(scope["client"])
                 await self._app(scope, receive, send)
             else:
                 await receive()
@@ -199,9 +227,11 @@ class Guard:
         if not self._access.from_here(headers, socket=False):
             await PlainTextResponse("Only for this machine.\n", 403)(scope, receive, send)
         elif scope["path"] == "/" and self._access.by_query(scope["query_string"].decode("latin-1")):
+            self.strangers.shown(scope["client"])
             answer = RedirectResponse("/", 303, {"set-cookie": self._access.set_cookie()})
             await answer(scope, receive, send)
         elif self._access.by_cookie(headers):
+            self.strangers.shown(scope["client"])
             await self._app(scope, receive, send)
         else:
             text = "Open the address that erclutch live printed; it holds a token.\n"

@@ -35,8 +35,10 @@ from erclutch.logs.readers.mcap_table import UNSAMPLED_KEY
 TOPIC = "/frames"
 SCHEMA = "erclutch/Frame"
 CHANNEL = 1
-#: Schema and channel stand in the file again after this many chunks: damage to the first does not cost the rest.
-_REPEAT = 256
+#: Name of the record of settings; the channel holds the same pairs.
+OWN = "erclutch"
+#: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
+_REPEAT = 16
 _HEADED = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
 _MESSAGE = np.dtype([*_HEADED, ("frame", FRAME)])
 _SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
@@ -54,6 +56,7 @@ class FrameFile:
     Args:
         path: the finished file, which does not exist yet; written as `partial_of` it.
         info: the session, from the ring.
+        reserved: `partial_of` the path is there already, empty and kept for this recording.
 
     Attributes:
         frames: how many are in the file.
@@ -63,24 +66,23 @@ class FrameFile:
         RecordingError: the file exists already, or cannot be made.
     """
 
-    def __init__(self, path: str | Path, info: RingInfo) -> None:
+    def __init__(self, path: str | Path, info: RingInfo, *, reserved: bool = False) -> None:
         self.path = Path(path)
         self.frames = 0
         self.size = 0
         self._chunks = 0
         self._to_unix = info.start_unix_ns - info.start_ns
-        self._description = _records(*description(info))
+        self._description = record_bytes(*description(info))
         self._packer = zstandard.ZstdCompressor(level=1)
         try:
             if self.path.exists():
                 raise FileExistsError(errno.EEXIST, "the file exists already")
-            self._file = os.open(
-                partial_of(self.path), os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o644
-            )
+            how = 0 if reserved else os.O_CREAT | os.O_EXCL
+            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o644)
         except OSError as error:
             raise unwritable(self.path, error) from error
-        about = kinds.Metadata("erclutch", about_session(info))
-        self._append(MAGIC + _records(kinds.Header("ros1", f"erclutch {__version__}"), about))
+        about = kinds.Metadata(OWN, about_session(info))
+        self._append(MAGIC + record_bytes(kinds.Header("ros1", f"erclutch {__version__}"), about))
 
     def write(self, frames: NDArray[Any]) -> None:
         """Append frames as one chunk. Whole or not at all: after an error the file ends with the chunk before.
@@ -96,8 +98,9 @@ class FrameFile:
         wake = frames["time_ns"].astype(np.int64) + self._to_unix
         messages["log_time"], messages["pub_time"] = wake - frames["lateness_ns"], wake
         messages["frame"] = frames
-        data = b"" if self._chunks % _REPEAT else self._description
-        self._append(data + _chunk(messages, self._packer))
+        ahead = b"" if self._chunks else self._description
+        inside = b"" if self._chunks % _REPEAT else self._description
+        self._append(ahead + _chunk(inside, messages, self._packer))
         self._chunks += 1
         self.frames += int(frames.size)
 
@@ -168,16 +171,17 @@ def about_session(info: RingInfo) -> dict[str, str]:
     }
 
 
-def _records(*records: kinds.McapRecord) -> bytes:
+def record_bytes(*records: kinds.McapRecord) -> bytes:
+    """Records as they stand in a file."""
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
     return builder.end()
 
 
-def _chunk(messages: NDArray[Any], packer: Any) -> bytes:
-    """A chunk of messages and its index."""
-    body, times = messages.tobytes(), messages["log_time"]
+def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
+    """A chunk of records and messages, and the index of the messages."""
+    body, times = ahead + messages.tobytes(), messages["log_time"]
     chunk = kinds.Chunk(
         compression="zstd",
         data=packer.compress(body),
@@ -186,7 +190,9 @@ def _chunk(messages: NDArray[Any], packer: Any) -> bytes:
         uncompressed_crc=zlib.crc32(body),
         uncompressed_size=len(body),
     )
-    return _records(chunk) + chunk_index(CHANNEL, times, np.arange(messages.size) * messages.dtype.itemsize)
+    return record_bytes(chunk) + chunk_index(
+        CHANNEL, times, len(ahead) + np.arange(messages.size) * messages.dtype.itemsize
+    )
 
 
 def chunk_index(channel: int, times: NDArray[np.uint64], offsets: NDArray[np.int64]) -> bytes:
@@ -209,7 +215,7 @@ def seal(path: str | Path) -> None:
         with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
             size = len(data)
             found = list(places(data, ended=False))
-            end = _records(kinds.DataEnd(zlib.crc32(memoryview(data))))
+            end = record_bytes(kinds.DataEnd(zlib.crc32(memoryview(data))))
             summary = _summary(data, found, size + len(end))
         try:
             file.seek(size)
@@ -222,7 +228,7 @@ def seal(path: str | Path) -> None:
 
 def _end_without_index(file: int, chunks: list[int], size: int) -> None:
     """Give up chunks from the last on until an end fits; each frees a block or two."""
-    end = _records(kinds.DataEnd(0), kinds.Footer(0, 0, 0)) + MAGIC
+    end = record_bytes(kinds.DataEnd(0), kinds.Footer(0, 0, 0)) + MAGIC
     for stop in (size, *reversed(chunks)):
         os.ftruncate(file, stop)
         os.lseek(file, stop, os.SEEK_SET)
@@ -245,7 +251,7 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
             groups[Opcode(place.kind)][data[head : place.stop]] = None
         elif place.kind == Opcode.METADATA:
             name = parse(kinds.Metadata, data[place.start : place.stop]).name
-            groups[Opcode.METADATA_INDEX][_records(kinds.MetadataIndex(head, place.stop - head, name))] = None
+            groups[Opcode.METADATA_INDEX][record_bytes(kinds.MetadataIndex(head, place.stop - head, name))] = None
         elif place.kind == Opcode.CHUNK:
             chunks.append(_entry(data, place))
         elif place.kind == Opcode.MESSAGE_INDEX and chunks:
@@ -256,8 +262,8 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
         elif place.kind == Opcode.MESSAGE:
             (number,) = struct.unpack_from("<H", data, place.start)
             counts[number] = counts.get(number, 0) + 1
-    groups[Opcode.CHUNK_INDEX] = {_records(chunk): None for chunk in chunks}
-    groups[Opcode.STATISTICS] = {_records(_statistics(groups, counts, chunks)): None}
+    groups[Opcode.CHUNK_INDEX] = {record_bytes(chunk): None for chunk in chunks}
+    groups[Opcode.STATISTICS] = {record_bytes(_statistics(groups, counts, chunks)): None}
     return _laid_out(groups, start)
 
 
@@ -300,7 +306,7 @@ def _laid_out(groups: Mapping[Opcode, Mapping[bytes, None]], start: int) -> byte
         group = b"".join(records)
         if group:
             parts.append(group)
-            offsets.append(_records(kinds.SummaryOffset(kind, at, len(group))))
+            offsets.append(record_bytes(kinds.SummaryOffset(kind, at, len(group))))
             at += len(group)
     body = b"".join((*parts, *offsets))
     footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, at)

@@ -64,6 +64,7 @@ class FrameRecorder:
         ring: path of the ring.
         path: file to write.
         after: number of the last frame that another file has; None: begin now.
+        reserved: the name was taken for this recorder, by an empty unfinished file.
 
     Attributes:
         reader: of the ring.
@@ -74,10 +75,10 @@ class FrameRecorder:
         RingError: no ring; RecordingError: the file cannot be made.
     """
 
-    def __init__(self, ring: str | Path, path: str | Path, after: int | None = None) -> None:
+    def __init__(self, ring: str | Path, path: str | Path, after: int | None = None, *, reserved: bool = False) -> None:
         self.reader = RingReader(ring, "now" if after is None else "oldest")
         self._after = -1 if after is None else after
-        self.file = FrameFile(path, self.reader.info)
+        self.file = FrameFile(path, self.reader.info, reserved=reserved)
         self._last = -1
         self._lost = 0
         self.ended = ""
@@ -191,9 +192,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("ring")
     parser.add_argument("file")
     parser.add_argument("--after", type=int, default=None)
+    parser.add_argument("--reserved", action="store_true")
     given: Any = parser.parse_args(arguments)
     try:
-        process = _Process(FrameRecorder(given.ring, given.file, given.after))
+        process = _Process(FrameRecorder(given.ring, given.file, given.after, reserved=given.reserved))
     except ErclutchError as error:
         sys.stderr.write(f"error: {error}\n")
         return error.exit_code

@@ -78,10 +78,9 @@ class Recordings:
         if self._running is not None:
             return self._running.path
         stem = name or datetime.now(UTC).strftime("%Y-%m-%dT%H-%M-%SZ")
-        path = self._free(self.folder / f"{stem}.mcap")
-        reader = RingReader(self.ring)
-        self._start(path, reader.head - 1, path)
-        reader.close()
+        with contextlib.closing(RingReader(self.ring)) as reader:
+            path = self._reserved(self.folder / f"{stem}.mcap")
+            self._start(path, reader.head - 1, path)
         self._say(f"recording to {path.name}", "note")
         return path
 
@@ -114,10 +113,13 @@ class Recordings:
         elif code < 0:
             self._killed(started, go_on)
         else:
+            left = partial_of(started.path)
+            if left.exists() and left.stat().st_size == 0:
+                left.unlink()
             self._say(f"the recording to {started.path.name} failed", "alarm")
 
-    def _free(self, path: Path) -> Path:
-        """A name that is not taken."""
+    def _reserved(self, path: Path) -> Path:
+        """A name that is not taken, and from now on is: another session may look for one at the same moment."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -129,13 +131,17 @@ class Recordings:
         if not os.access(self.folder, os.W_OK):
             raise RecordingError("the folder cannot be written", where=str(self.folder), remedy="Give another folder")
         number, free = 2, path
-        while free.exists() or partial_of(free).exists():
+        while True:
+            with contextlib.suppress(FileExistsError):
+                partial_of(free).touch(exist_ok=False)
+                if not free.exists():
+                    return free
+                partial_of(free).unlink()
             free = path.with_name(f"{path.stem}-{number}.mcap")
             number += 1
-        return free
 
     def _start(self, path: Path, after: int, first: Path) -> None:
-        words = (str(self.ring), str(path), "--after", str(after))
+        words = (str(self.ring), str(path), "--reserved", "--after", str(after))
         process = CompanionProcess("erclutch.live.recording.recorder", *words)
         self._running = Started(process, path, after, first)
 
@@ -172,7 +178,7 @@ class Recordings:
         if not go_on:
             self._say(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
             return
-        again = self._free(started.first)
+        again = self._reserved(started.first)
         self._start(again, after, started.first)
         self._say(f"the recorder was killed; another goes on in {again.name}", "warning")
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import mmap
+import re
+import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,23 +18,32 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from erclutch.files import whole_file
-from erclutch.live.recording.mcap_file import RecordingError, chunk_index, seal, unwritable
+from erclutch.live.recording.mcap_file import OWN, RecordingError, chunk_index, record_bytes, seal, unwritable
 from erclutch.logs.readers.mcap_records import (
     MAGIC,
     Contents,
     DamageError,
     Place,
     TornError,
+    note_record,
     parse,
     places,
     require_channels,
+    require_checksum,
     runs_of,
     unpack_chunk,
 )
 
-_KEPT = {Opcode.HEADER: kinds.Header, Opcode.SCHEMA: kinds.Schema, Opcode.CHANNEL: kinds.Channel}
-_SIGNS = (b"\x04\x00\x00\x00zstd", b"\x03\x00\x00\x00lz4")
+_KEPT = {
+    Opcode.HEADER: kinds.Header,
+    Opcode.SCHEMA: kinds.Schema,
+    Opcode.CHANNEL: kinds.Channel,
+    Opcode.METADATA: kinds.Metadata,
+}
+_SIGN = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _SIGN_AT = 37  # bytes from the start of a chunk's record to the length of its compression's name
+_CRC_AT = 24  # bytes from the start of a chunk's body to its checksum
+_FOOTER = 20  # bytes of its body
 
 
 @dataclass(frozen=True)
@@ -46,6 +58,7 @@ class Recovered:
         damaged: bytes between whole records that could not be used.
         torn: bytes at the end that were no whole record.
         whole: the file was whole before.
+        unsure: no checksum covers what the file says of its columns, their names and units.
     """
 
     path: Path
@@ -55,6 +68,7 @@ class Recovered:
     damaged: int
     torn: int
     whole: bool
+    unsure: bool
 
 
 def default_output(path: Path) -> Path:
@@ -92,11 +106,16 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
 
 
 def _write(data: Any, source: Path, target: Path) -> Recovered:
-    tally = _Tally()
+    sure = _described(data)
+    tally = _Tally(sure)
+    ahead = record_bytes(*sure.schemas.values(), *sure.channels.values())
     with whole_file(target, unwritable) as partial:
         with open(partial, "wb") as out:
             out.write(MAGIC)
             for place, body in _good(data, tally):
+                if place.kind in (Opcode.CHUNK, Opcode.MESSAGE):
+                    out.write(ahead)
+                    ahead = b""
                 if place.kind == Opcode.CHUNK:
                     _copy_chunk(data, place, body, out, tally)
                 else:
@@ -107,20 +126,48 @@ def _write(data: Any, source: Path, target: Path) -> Recovered:
             )
         seal(partial)
     return Recovered(
-        target, tally.messages, tally.last, tally.missing, tally.damaged, tally.torn, tally.ended and not tally.damaged
+        target,
+        tally.messages,
+        tally.last,
+        tally.missing,
+        tally.damaged,
+        tally.torn,
+        whole=tally.ended and not tally.damaged,
+        unsure=not tally.sound and not tally.channels <= set(sure.channels),
     )
 
 
-class _Tally:
-    """What was met on the way through a file."""
+def _described(data: Any) -> Contents:
+    """Schemas and channels that a checksum covers: those inside chunks, and those of a whole summary."""
+    found = Contents()
+    for place, body in _chunks(data, len(MAGIC)):
+        if struct.unpack_from("<I", data, place.start + _CRC_AT)[0]:
+            with contextlib.suppress(DamageError):
+                for _ in runs_of(body, found):
+                    pass
+    end = len(data) - len(MAGIC)
+    with contextlib.suppress(DamageError):
+        footer = parse(kinds.Footer, data[max(0, end - _FOOTER) : end])
+        require_checksum(footer.summary_crc, data, footer.summary_start, end - 4, "summary")
+        if footer.summary_crc:
+            for place in places(data, footer.summary_start):
+                note_record(place.kind, data[place.start : place.stop], found)
+    return found
 
-    def __init__(self) -> None:
-        self.contents = Contents()
+
+class _Tally:
+    """What was met on the way through a file; what is sure of it was known before."""
+
+    def __init__(self, sure: Contents) -> None:
+        self.sure = sure
+        self.contents = Contents(dict(sure.schemas), dict(sure.channels))
+        self.channels: set[int] = set()
         self.messages = 0
         self.missing = 0
         self.damaged = 0
         self.torn = 0
         self.ended = False
+        self.sound = False
         self._last: dict[int, int] = {}
 
     @property
@@ -131,6 +178,7 @@ class _Tally:
     def count(self, channel: int, sequence: NDArray[np.uint32]) -> None:
         """Count messages, and the gaps in their numbers where they are numbered (all zero: they are not)."""
         self.messages += int(sequence.size)
+        self.channels.add(channel)
         joined = sequence.astype(np.int64)
         if channel in self._last:
             joined = np.concatenate(([self._last[channel]], joined))
@@ -148,7 +196,9 @@ def _good(data: Any, tally: _Tally) -> Iterator[tuple[Place, bytes]]:
         try:
             for place in places(data, at):
                 if place.kind == Opcode.DATA_END:
-                    tally.ended = True
+                    stated = parse(kinds.DataEnd, data[place.start : place.stop]).data_section_crc
+                    tally.sound = zlib.crc32(memoryview(data)[: place.start - 9]) == stated
+                    tally.ended = tally.sound or not stated
                     return
                 body = _checked(data, place, tally)
                 if body is not None:
@@ -156,7 +206,7 @@ def _good(data: Any, tally: _Tally) -> Iterator[tuple[Place, bytes]]:
                 at = place.stop
             return
         except DamageError as error:
-            found = _next_chunk(data, at + 1)
+            found = next((place.start - 9 for place, _ in _chunks(data, at + 1)), None)
             if found is None:
                 torn = isinstance(error, TornError)
                 tally.torn, tally.damaged = (size - at, tally.damaged) if torn else (0, tally.damaged + size - at)
@@ -184,15 +234,22 @@ def _checked(data: Any, place: Place, tally: _Tally) -> bytes | None:
         return body
     if place.kind in _KEPT:
         record = parse(_KEPT[Opcode(place.kind)], body)
-        if isinstance(record, kinds.Schema):
-            tally.contents.schemas[record.id] = record
-        elif isinstance(record, kinds.Channel):
-            tally.contents.channels[record.id] = record
-        return body
-    if place.kind == Opcode.METADATA:
-        parse(kinds.Metadata, body)
-        return body
+        if _agrees(record, tally):
+            return body
+        tally.damaged += place.stop - place.start + 9
     return None
+
+
+def _agrees(record: kinds.McapRecord, tally: _Tally) -> bool:
+    """Whether a record that no checksum covers says what a copy says that one does, or else the first."""
+    if isinstance(record, kinds.Schema):
+        return tally.contents.schemas.setdefault(record.id, record) == record
+    if isinstance(record, kinds.Channel):
+        return tally.contents.channels.setdefault(record.id, record) == record
+    if isinstance(record, kinds.Metadata) and record.name == OWN:
+        copies = [channel.metadata.items() for channel in tally.sure.channels.values() if OWN in channel.metadata]
+        return not copies or any(record.metadata.items() <= copy for copy in copies)
+    return True
 
 
 def _copy_chunk(data: Any, place: Place, body: bytes, out: Any, tally: _Tally) -> None:
@@ -211,17 +268,18 @@ def _copy_chunk(data: Any, place: Place, body: bytes, out: Any, tally: _Tally) -
         out.write(chunk_index(channel, np.concatenate(times[channel]), np.concatenate(offsets[channel])))
 
 
-def _next_chunk(data: Any, start: int) -> int | None:
-    """Where the next chunk begins that unpacks to its own checksum."""
+def _chunks(data: Any, start: int) -> Iterator[tuple[Place, bytes]]:
+    """The chunks from a byte on that unpack to their own checksum, wherever they begin, and what they unpack to."""
     at = start
-    while True:
-        signs = [place for sign in _SIGNS if (place := data.find(sign, at + _SIGN_AT)) >= 0]
-        if not signs:
-            return None
-        head = min(signs) - _SIGN_AT
-        if data[head] == Opcode.CHUNK:
-            with contextlib.suppress(DamageError):
-                place = next(places(data, head))
-                unpack_chunk(data[place.start : place.stop])
-                return head
+    while (sign := _SIGN.search(data, at + _SIGN_AT)) is not None:
+        head = sign.start() - _SIGN_AT
         at = head + 1
+        if data[head] != Opcode.CHUNK:
+            continue
+        try:
+            place = next(places(data, head))
+            body = unpack_chunk(data[place.start : place.stop])
+        except DamageError:
+            continue
+        yield place, body
+        at = place.stop

@@ -17,8 +17,9 @@ SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, co
 _TAILS = (60, 10, 1)
 _COMMENT = ("#", "%", "//")
 _SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
-_WORDS = {*_SIGNED, "", "na", "n/a", "null", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind", "infinity", "-infinity"}
+WORDS = {*_SIGNED, "", "na", "n/a", "null", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind", "infinity", "-infinity"}
 _CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
+_NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?"),
@@ -117,7 +118,7 @@ def _kinds(rows: Sequence[Sequence[str]], decimal: str) -> list[bool]:
     width = max((len(row) for row in rows), default=0)
     kinds: list[bool] = []
     for column in range(width):
-        filled = [row[column] for row in rows if len(row) > column and row[column].lower() not in _WORDS]
+        filled = [row[column] for row in rows if len(row) > column and row[column].lower() not in WORDS]
         kinds.append(2 * sum(is_number(cell, decimal) for cell in filled) > len(filled))
     return kinds
 
@@ -126,7 +127,7 @@ def _is_data(row: Sequence[str], decimal: str, kinds: Sequence[bool]) -> bool:
     """Whether more than half of the number columns hold a number (or nan) here and at least one does."""
     cells = [cell for cell, kind in zip(row, kinds, strict=False) if kind]
     numbers = sum(is_number(cell, decimal) for cell in cells)
-    words = sum(cell.lower() in _WORDS for cell in cells)
+    words = sum(cell.lower() in WORDS for cell in cells)
     return numbers > 0 and 2 * (numbers + words) > sum(kinds)
 
 
@@ -165,7 +166,11 @@ def _header(
         return None, 0
     inner = [cell.strip("[]() ") for cell in last]
     clear = any(cell in _CLEAR_UNITS or re.search(r"[/^°%*]", cell) for cell in inner)
-    if len(above) > 1 and clear and all(not cell or units.is_unit(cell) for cell in inner):
+    if (
+        len(above) > 1
+        and clear
+        and all(not cell or _NO_FACTOR.fullmatch(cell) or units.is_unit(cell) for cell in inner)
+    ):
         names = _labels(lines[above[-2]], delimiter, decimal, width, trailing)
         if names is not None and len(names) == len(last):
             return (names, [unit or None for unit in inner]), 2

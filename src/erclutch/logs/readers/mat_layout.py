@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -62,7 +63,7 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     if recordings:
         names = [*recordings, *(loose.columns if loose else ())]
         problem = f"the file holds several recordings: {', '.join(names)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {names[0]}")
+        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(names[0])}")
     hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
     objects = any(node is None for node in tree.values())
     problem = f"no recording in the variables {_listed(tree)}{hint if objects else ''}"

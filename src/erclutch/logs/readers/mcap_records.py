@@ -174,7 +174,7 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
         if length > size - at - _HEAD.size:
             raise DamageError("a record is longer than its chunk")
         if kind != Opcode.MESSAGE:
-            _note(kind, body[at + _HEAD.size : at + _HEAD.size + length], contents)
+            note_record(kind, body[at + _HEAD.size : at + _HEAD.size + length], contents)
             at += _HEAD.size + length
             continue
         if length < _MESSAGE_FIELDS:
@@ -194,8 +194,12 @@ def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any
     return found if equal.all() else found[: int(np.argmin(equal))]
 
 
-def _note(kind: int, body: bytes, contents: Contents) -> None:
-    """Keep what a record says of the messages; skip kinds that say nothing of them."""
+def note_record(kind: int, body: bytes, contents: Contents) -> None:
+    """Keep what a record says of the messages; skip kinds that say nothing of them.
+
+    Raises:
+        DamageError: it cannot be read, or says something else than an earlier record.
+    """
     if kind == Opcode.SCHEMA:
         schema = parse(kinds.Schema, body)
         if contents.schemas.setdefault(schema.id, schema) != schema:
@@ -230,13 +234,13 @@ def read_contents(data: bytes) -> Contents:
         elif place.kind == Opcode.MESSAGE:
             contents.runs.extend(runs_of(data[place.start - _HEAD.size : place.stop], contents))
         elif place.kind == Opcode.DATA_END:
-            _require_checksum(parse(kinds.DataEnd, body).data_section_crc, data, 0, end, "data")
+            require_checksum(parse(kinds.DataEnd, body).data_section_crc, data, 0, end, "data")
         elif place.kind == Opcode.FOOTER:  # its own checksum ends inside it
             footer = parse(kinds.Footer, body)
             start = footer.summary_start or place.start - _HEAD.size
-            _require_checksum(footer.summary_crc, data, start, place.start + 16, "summary")
+            require_checksum(footer.summary_crc, data, start, place.start + 16, "summary")
         else:
-            _note(place.kind, body, contents)
+            note_record(place.kind, body, contents)
         end = place.stop
     if data[end:] != MAGIC:
         raise TornError("its last bytes are missing")
@@ -244,7 +248,7 @@ def read_contents(data: bytes) -> Contents:
     return contents
 
 
-def _require_checksum(stated: int, data: bytes, start: int, stop: int, what: str) -> None:
+def require_checksum(stated: int, data: bytes, start: int, stop: int, what: str) -> None:
     """A checksum of part of the file, where the file states one."""
     if stated and zlib.crc32(memoryview(data)[start:stop]) != stated:
         raise DamageError(f"the checksum of its {what} does not match")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -74,7 +75,7 @@ def read_mcap(source: LogSource) -> Table:
 
 def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
-    own = {key: text for key, text in channel.metadata.items() if not key.startswith(UNIT_KEY)}
+    own = {key: text for key, text in channel.metadata.items() if not key.startswith((UNIT_KEY, UNSAMPLED_KEY))}
     return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
 
 
@@ -113,7 +114,7 @@ def _choose(tables: Mapping[str, _Found], variable: str | None) -> _Found:
         raise LogError(problem, remedy="Record the signals as numbers, or export them as CSV")
     if variable is None and len(tables) > 1:
         problem = f"the file holds several recordings: {', '.join(tables)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {next(iter(tables))}")
+        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(tables)))}")
     return tables[variable] if variable is not None else next(iter(tables.values()))
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Generator, Iterator
+import re
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -21,6 +22,8 @@ MAGIC = b"PAR1"
 _LARGEST = 1 << 33  # bytes that the columns may take when unpacked
 _PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
 _READ = 65_536  # rows
+# Three numbers and the beginning of a fourth, in Thrift's compact protocol.
+_CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
 _ANEW = "Copy the file again or export it as CSV"
 _ROWS_WANTED = "Give a log with one row a sample"
 
@@ -41,11 +44,11 @@ def read_parquet(source: LogSource) -> Table:
     from pyarrow import parquet
 
     with _damage_named():
-        file = parquet.ParquetFile(io.BytesIO(data))
+        file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
         size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
         if not 0 <= size <= _LARGEST or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > _LARGEST:
             raise LogError("the columns would need more than 8 GiB", remedy="Split the log")
-        return _table(file.read(), source.name, source.digest)
+        return _table(file.read(), source.name, source.digest, _unchecked(io.BytesIO(data), file.metadata))
 
 
 @contextmanager
@@ -56,8 +59,22 @@ def _damage_named() -> Generator[None]:
     except LogError:
         raise
     except Exception as error:  # pyarrow raises ArrowInvalid, OSError, MemoryError, UnicodeDecodeError, ... on damage
-        problem = f"the Parquet data is damaged ({type(error).__name__}: {str(error).strip()[:120]})"
+        problem = f"the Parquet data is damaged ({type(error).__name__}: {' '.join(str(error).split())[:120]})"
         raise LogError(problem, remedy=_ANEW) from error
+
+
+def _unchecked(file: BinaryIO, metadata: Any) -> list[str]:
+    """A note where the first page of a column has no checksum; the library checks those that are there and is silent.
+
+    A page's header begins with its kind and two sizes; a checksum comes next, if there is one.
+    """
+    for group in range(metadata.num_row_groups):
+        for column in range(metadata.num_columns):
+            chunk = metadata.row_group(group).column(column)
+            file.seek(chunk.dictionary_page_offset or chunk.data_page_offset)
+            if not _CHECKED_PAGE.match(file.read(32)):
+                return ["the file has no checksums: damaged numbers in it cannot be told from good ones"]
+    return []
 
 
 def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, int, Table]]:
@@ -79,25 +96,28 @@ def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, i
     from pyarrow import parquet
 
     name, first, start = path.name, 0, 0
-    with _damage_named(), parquet.ParquetFile(path, buffer_size=_PAGES, pre_buffer=False) as file:
+    options: dict[str, Any] = {"buffer_size": _PAGES, "pre_buffer": False, "page_checksum_verification": True}
+    with _damage_named(), parquet.ParquetFile(path, **options) as file, path.open("rb") as pages:
         if not file.metadata.num_rows:
             raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED)
         held: Any = file.schema_arrow.empty_table()
+        unchecked = _unchecked(pages, file.metadata)
         for batch in file.iter_batches(batch_size=min(rows, _READ)):
             held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
             while first + held.num_rows >= start + 2 * rows + margin:
                 part = held.slice(0, start + rows + margin - first)
-                yield start, start + rows, replace(_table(part, name, ""), first_row=first)
+                yield start, start + rows, replace(_table(part, name, "", unchecked), first_row=first)
                 start += rows
                 drop = max(start - margin, 0) - first
                 held, first = held.slice(drop), first + drop
-        yield start, first + held.num_rows, replace(_table(held, name, ""), first_row=first)
+        yield start, first + held.num_rows, replace(_table(held, name, "", unchecked), first_row=first)
 
 
-def _table(table: Any, name: str, digest: str) -> Table:
+def _table(table: Any, name: str, digest: str, notes: Sequence[str]) -> Table:
     fields = list(table.schema)
     own = [_metadata(field).get("unit") for field in fields]
-    names, units, notes = name_columns([str(field.name) for field in fields], own)
+    names, units, renamed = name_columns([str(field.name) for field in fields], own)
+    notes = [*notes, *renamed]
     columns: dict[str, Array] = {}
     clock: tuple[str, Array | None] = ("", None)
     for label, field, values in zip(names, fields, table.columns, strict=True):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import re
 import zlib
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +18,18 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates
-from erclutch.logs.readers.dialect import LINE_END, Dialect, cells_of, is_comment, sniff
+from erclutch.logs.readers.dialect import LINE_END, WORDS, Dialect, cells_of, is_comment, is_number, sniff
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_LARGEST = 1 << 32  # bytes after decompression
+# Bytes after decompression: a text of numbers shrinks to a tenth, so one that shrank to a hundredth is no log.
+_LARGEST, _ROOM, _EXPANSION = 1 << 32, 1 << 28, 100
+_BLOCK = 1 << 20
+_BLANK = " \t\r\n"  # other white space makes a row
+_HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
 
 
@@ -62,14 +67,18 @@ def _not_text() -> LogError:
 
 
 def _unzip(data: bytes) -> bytes:
+    limit = min(_LARGEST, max(_ROOM, _EXPANSION * len(data)))
+    text = bytearray()
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            text = file.read(_LARGEST)
+            while len(text) <= limit and (block := file.read(_BLOCK)):
+                text += block
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
-    if len(text) == _LARGEST:
-        raise LogError("the file unpacks to more than 4 GiB", remedy="Split the log")
-    return text
+    if len(text) > limit:
+        problem = f"{len(data) / 1e6:.3g} MB unpack to more than {limit / 1e6:.0f} MB"
+        raise LogError(problem, remedy="Unpack it, look whether it is a log, and split it")
+    return bytes(text)
 
 
 def read_text(source: LogSource) -> Table:
@@ -82,12 +91,12 @@ def read_text(source: LogSource) -> Table:
     if not text.strip():
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
     dialect = sniff(text)
-    body, cut = _body(text, dialect)
-    return _table(_parse(body, dialect), body, dialect, source, cut)
+    body, notes = _body(text, dialect)
+    return _table(_parse(body, dialect), body, dialect, source, notes)
 
 
-def _body(text: str, dialect: Dialect) -> tuple[str, bool]:
-    """The text from the first row on without comment lines, and whether a last row that was cut off is left out."""
+def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
+    """The text from the first row on without comment lines and last lines that are no rows, and notes on these."""
     start = 0
     for _ in range(dialect.first):
         match = LINE_END.search(text, start)
@@ -95,10 +104,24 @@ def _body(text: str, dialect: Dialect) -> tuple[str, bool]:
     body = text[start:]
     if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
+    notes: list[str] = []
+    while (last := _last_line(body)) and (cells := [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]):
+        if any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells):
+            break
+        notes.append(f"the last line holds no number ({' '.join(body[last:].split())[:60]!r}): left out")
+        body = body[:last]
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
     needed = max((index for index, numeric in enumerate(dialect.numeric) if numeric), default=0)
     unfinished = 0 < last < len(body) and len(cells_of(body[last:], dialect.delimiter)) <= needed
-    return (body[:last], True) if unfinished and body[last:].strip() else (body, False)
+    if not (unfinished and body[last:].strip(_BLANK)):
+        return body, notes
+    return body[:last], [*notes, "the last row was cut off in the middle: left out"]
+
+
+def _last_line(body: str) -> int:
+    """Where the last line that is not blank begins."""
+    end = len(body.rstrip(_BLANK))
+    return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
 
 
 def _parse(body: str, dialect: Dialect) -> pd.DataFrame:
@@ -130,18 +153,21 @@ def _parse(body: str, dialect: Dialect) -> pd.DataFrame:
         raise LogError(problem, remedy="Check the quotes and delimiters of the file") from error
 
 
-def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, cut: bool) -> Table:
+def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, cut: list[str]) -> Table:
     """Sort the columns into numbers, header constants, a clock and text left out."""
     columns: dict[str, Array] = {}
     constants: dict[str, float] = {}
-    notes = list(dialect.notes)
+    notes = [*dialect.notes, *cut]
     clock: tuple[str, Array | None] = ("", None)
-    if cut:
-        notes.append("the last row was cut off in the middle: left out")
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
-    if frame.iloc[:, len(dialect.names) :].notna().to_numpy().any():
+    longer = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
+    if longer:
         _refuse_ragged(body, dialect)
+    delimiters = len(frame) * (len(dialect.names) + dialect.trailing - 1)
+    if longer or (dialect.delimiter and body.count(dialect.delimiter) > delimiters):
+        notes += _long_rows(body, dialect)
+    notes += _hidden(body, dialect)
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
         values = _numbers(cells, index, body, dialect)
@@ -183,6 +209,26 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     )
 
 
+def _long_rows(body: str, dialect: Dialect) -> list[str]:
+    """A note on rows with more cells than columns, where these hold no number."""
+    width = len(dialect.names) + dialect.trailing
+    long = [number for number, line in _numbered_lines(body, dialect) if len(cells_of(line, dialect.delimiter)) > width]
+    more = f" ({len(long)} such lines)" if len(long) > 1 else ""
+    return [f"line {long[0]} has more cells than there are columns{more}: left out"] if long else []
+
+
+def _hidden(body: str, dialect: Dialect) -> list[str]:
+    """A note on the first hidden character: at the edge of a cell it counts for nothing."""
+    data = body.encode("utf-8", "replace")
+    if body.isascii() and len(data) == len(data.translate(None, _CONTROL + b"\f\v\x1a\x7f")):
+        return []
+    found = _HIDDEN.search(body)
+    if found is None:
+        return []
+    line = dialect.first + 1 + len(LINE_END.findall(body, 0, found.start()))
+    return [f"line {line} holds a hidden character (U+{ord(found.group()):04X}): read as a blank"]
+
+
 def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
     """The column as float64, or None if it is a column of text; LogError for text among numbers."""
     import pandas as pd
@@ -207,7 +253,7 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
 
 def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
     """The line of each row, with its number in the file, counted from 1."""
-    return [(dialect.first + 1 + at, line) for at, line in enumerate(LINE_END.split(body)) if line.strip()]
+    return [(dialect.first + 1 + at, line) for at, line in enumerate(LINE_END.split(body)) if line.strip(_BLANK)]
 
 
 def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
@@ -218,7 +264,9 @@ def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, n
     lines = _numbered_lines(body, dialect)
     for number, line in lines if rows is None else [lines[row] for row in rows if row < len(lines)]:
         cells = cells_of(line, dialect.delimiter)
-        extra = any(cells[width:])
+        beyond = [cell for cell in cells[width:] if cell]
+        # Behind a last column of text, more text is another remark on the row.
+        extra = bool(beyond) and (dialect.numeric[-1] or any(is_number(cell, dialect.decimal) for cell in beyond))
         if extra or len(cells) < needed:
             hint = " (a decimal comma?)" if extra and dialect.delimiter == "," and dialect.decimal == "." else ""
             problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"

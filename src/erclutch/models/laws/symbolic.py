@@ -11,6 +11,7 @@ import sympy
 from erclutch.arithmetic.operand import Operand
 from erclutch.models.laws.law import Law
 from erclutch.models.laws.smooth import OFF_ZERO, TINY
+from erclutch.models.stages.stage import SlipStage
 
 _UNARY: dict[np.ufunc, Callable[[Any], Any]] = {
     np.negative: lambda x: -x,
@@ -112,6 +113,13 @@ def short_equation(law: Law) -> Any:
 def short_terms(law: Law) -> list[tuple[Any, Any]]:
     """The same as gains and their columns, in the law's own order."""
     return [(gain, _short(column)) for gain, column in _terms(law)]
+
+
+def memory_terms(stage: SlipStage) -> list[tuple[Any, Any]]:
+    """Gains and columns that a stage on the slip adds to a law; y is the strength of the field."""
+    outputs = [Symbolic(sympy.Symbol(name)) for name in stage.outputs]
+    columns = stage.columns(outputs, Symbolic(sympy.Function("y")(sympy.Symbol("E"))))
+    return [(sympy.Symbol(gain.name), _expression(c)) for gain, c in zip(stage.gains, columns, strict=True)]
 
 
 def equation_text(law: Law) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal, cast
 
 from erclutch.errors import SettingError
-from erclutch.models.stages import NONE, slip_stages, stages_of
+from erclutch.models.stages import NONE, canonical, slip_stages
 from erclutch.signals.device import DeviceName
 
 NetworkKind = Literal["fnn", "rbfn"]
@@ -122,7 +122,6 @@ def network_from_name(
         raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16 or fnn-10-6, at most 5 layers")
     if any(k < 1 or k > 1000 for k in past):
         raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
-    stages_of(dynamics)
-    canonical = "-".join([kind, *(str(n) for n in hidden)]) + (f"/{form}" if form and form != "forward" else "")
+    name = "-".join([kind, *(str(n) for n in hidden)]) + (f"/{form}" if form and form != "forward" else "")
     centres = cast(Centres, form or "forward")
-    return NetworkStructure(device, canonical, kind, hidden, centres, dynamics, past, extras, field)
+    return NetworkStructure(device, name, kind, hidden, centres, canonical(dynamics), past, extras, field)

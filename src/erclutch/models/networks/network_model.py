@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,15 @@ from erclutch.arithmetic import as_in_c
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
-from erclutch.errors import ErclutchError, PluginError, RunError
-from erclutch.models.law_model import SCHEMA, digest_of, require_schema
-from erclutch.models.model import Pair, Range, Rows, full_name, settled_memory
+from erclutch.errors import ErclutchError
+from erclutch.models import model_file
+from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
-from erclutch.models.networks.network_inputs import Past, inputs_from, inputs_of, moved_of
-from erclutch.models.stages import outside_stages, stages_at
+from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
+from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved
-from erclutch.registry import Plugin, require
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
@@ -134,13 +135,7 @@ class NetworkModel:
         Raises:
             ErclutchError: the data set is of another device or in other units, or lacks an input.
         """
-        if data.device != self.structure.device or data.units != self.units:
-            raise ErclutchError(
-                f"data of device {data.device} ({data.units.text()}) for a network of {self.structure.device} "
-                f"({self.units.text()})",
-                where=self.name,
-                remedy="Read the log with the device and the units of the training data",
-            )
+        require_same_signals(self, data)
         self.require_period(data.clock)
         return self.effort(data.elements, data.clock, data.extras)
 
@@ -159,6 +154,7 @@ class NetworkModel:
                 remedy=f"Read the log with --resample {1 / own:.6g}",
             )
 
+    @quick_for_one_row
     def effort(
         self,
         elements: Sequence[Element],
@@ -234,7 +230,8 @@ class NetworkModel:
         else:
             layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
             formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
-        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", f"Inputs: {', '.join(s.inputs)}."]
+        inputs = f"Inputs: {', '.join(s.inputs)}."
+        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", inputs, *stage_equations(s.dynamics)]
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
@@ -246,7 +243,7 @@ class NetworkModel:
         s = self.structure
         body: dict[str, Any] = {
             "kind": KIND,
-            "schema": SCHEMA,
+            "schema": model_file.SCHEMA,
             "device": s.device,
             "network": s.specification,
             "inputs": list(s.inputs),
@@ -273,7 +270,7 @@ class NetworkModel:
             body["period_s"] = self.period
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": digest_of(body)}
+        return {**body, "digest": model_file.digest_of(body)}
 
 
 def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
@@ -305,7 +302,9 @@ def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool
 
 
 def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
-    """The exported C's functions in the precision of an array."""
+    """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
+    if x.dtype == object:
+        return {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
     return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
 
 
@@ -335,82 +334,73 @@ def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
     return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
 
 
-def network_from_dict(body: Mapping[str, Any], where: str = "model") -> NetworkModel:
-    """The network that `NetworkModel.to_dict` wrote.
+def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
+    """The network that `NetworkModel.to_dict` wrote; not alone, it has the strength of the field from its law.
 
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    if body.get("kind") != KIND:
-        raise RunError(
-            f"this is no network but {body.get('kind')!r}",
-            where=where,
-            remedy="Give a network's file of the models folder of a run",
-        )
-    require_schema(body.get("schema"), SCHEMA, where)
-    require(body.get("plugins", []), where)
-    try:
-        if digest_of({k: v for k, v in body.items() if k != "digest"}) != body.get("digest"):
-            raise RunError(
-                "the numbers do not match their digest", where=where, remedy="Restore the file, or fit again"
-            )
-        return _network_from(body)
-    except (PluginError, RunError):
-        raise
-    except (ErclutchError, AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise RunError(f"unfit entry: {error}", where=where, remedy="Restore the file, or fit again") from error
+    return model_file.read_model(body, KIND, where, lambda content: _network_from(content, alone))
 
 
-def _network_from(body: Mapping[str, Any]) -> NetworkModel:
-    numbers = cast(dict[str, Any], dict(body["dynamics"]))
-    form = numbers.pop("form")
-    structure = _structure_from(body, str(form))
-    scaling = body["scaling"]
-    weights = {str(name): np.asarray(table, np.float64) for name, table in body["weights"].items()}
-    expected = table_shapes(structure)
-    if {name: table.shape for name, table in weights.items()} != expected:
-        raise ValueError(f"tables {sorted(weights)} for {structure.specification}")
-    if list(structure.inputs) != list(body["inputs"]) or not all(np.all(np.isfinite(t)) for t in weights.values()):
-        raise ValueError("inputs or weights")
-    trained = body["trained_on"]
-    pair = {key: (float(trained[key][0]), float(trained[key][1])) for key in ("field", "slip", "effort")}
-    count = len(structure.inputs)
+def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
+    structure = _structure_from(body)
+    strength = STRENGTH if alone and slip_stages(structure.dynamics) else ()
+    scaling, count = body["scaling"], len(structure.inputs)
+    period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
     return NetworkModel(
         structure,
         Scaling(
-            np.asarray(scaling["offset"], np.float64).reshape(count),
-            np.asarray(scaling["scale"], np.float64).reshape(count),
-            float(scaling["effort_offset"]),
-            float(scaling["effort_scale"]),
+            model_file.table_of(scaling["offset"], "offset", count),
+            model_file.table_of(scaling["scale"], "scale", count, positive=True),
+            model_file.number_of(scaling["effort_offset"], "effort_offset"),
+            model_file.number_of(scaling["effort_scale"], "effort_scale", positive=True),
         ),
-        weights,
-        {str(key): float(value) for key, value in numbers.items()},
-        Units(body["units"]["effort"], body["units"]["field"], body["units"]["slip"]),
-        Range(pair["field"], pair["slip"], pair["effort"]),
-        np.asarray(body["input_range"], np.float64).reshape(count, 2),
-        {str(key): str(value) for key, value in body["about"].items()},
-        _period_of(body),
+        {
+            name: model_file.table_of(body["weights"][name], name, *shape, positive=name == "spreads")
+            for name, shape in table_shapes(structure).items()
+        },
+        {
+            **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
+            **{name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in strength},
+        },
+        model_file.units_of(body),
+        model_file.range_of(body),
+        np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        model_file.about_of(body),
+        period,
     )
 
 
-def _structure_from(body: Mapping[str, Any], dynamics: str) -> NetworkStructure:
+def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
+    """Numbers of the stages; those in the unit of the slip may be as large as they like."""
+    found: dict[str, float] = {}
+    for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
+        found[p.name] = model_file.number_of(numbers[p.name], p.name, positive=p.lower > 0)
+        if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
+            raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
+    return found
+
+
+def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
     """The inputs tell whether the field is one of them, and past samples of further inputs."""
-    past, extras = tuple(int(k) for k in body["past"]), tuple(str(name) for name in body["extras"])
-    made = network_from_name(body["network"], body["device"], dynamics=dynamics, past=past, extras=extras)
-    return replace(
+    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
+    extras = model_file.names_of(body["extras"], "extras")
+    made = network_from_name(
+        model_file.specification_of(body["network"], "network"),
+        model_file.device_of(body),
+        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
+        past=past,
+        extras=extras,
+    )
+    structure = replace(
         made,
         field=body["inputs"][0] == made.inputs[0],
         past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
     )
-
-
-def _period_of(body: Mapping[str, Any]) -> float | None:
-    if "period_s" not in body:
-        return None
-    period = float(body["period_s"])
-    if not (np.isfinite(period) and period > 0):
-        raise ValueError(f"period_s is {period}")
-    return period
+    if list(structure.inputs) != body["inputs"]:
+        raise ValueError(f"inputs are {body['inputs']!r:.100}")
+    return structure
 
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:

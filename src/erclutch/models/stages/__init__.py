@@ -6,13 +6,14 @@ signal.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import cache
 from typing import cast
 
 from erclutch import registry
-from erclutch.errors import SettingError
+from erclutch.errors import PluginError, SettingError
 from erclutch.models.stages.outside_stage import OutsideStage, made_stage
-from erclutch.models.stages.stage import Moved, Place, SlipStage, Stage
+from erclutch.models.stages.stage import Moved, Place, SlipStage, Stage, StageFamily
 from erclutch.registry import Plugin
 
 GROUP = "erclutch.stages"
@@ -30,6 +31,16 @@ def stage_named(specification: str) -> Stage:
     stem, _, digits = name.rpartition("-")
     numbered = digits.isdecimal() and name not in registry.names(GROUP) and stem in registry.names(GROUP)
     return made_stage(registry.find(GROUP, stem if numbered else name), specification)
+
+
+def shown_stages() -> list[Stage]:
+    """Each stage in each of its forms, without those of other packages that fail."""
+    found: list[Stage] = []
+    for plugin in registry.plugins(GROUP):
+        with suppress(PluginError):
+            forms = plugin.value.forms if isinstance(plugin.value, StageFamily) else ()
+            found += [stage_named("/".join([plugin.name, *form])) for form in ((), *((name,) for name in forms))]
+    return found
 
 
 @cache
@@ -51,6 +62,15 @@ def stages_of(specification: str) -> tuple[Stage, ...]:
     return found
 
 
+def canonical(specification: str) -> str:
+    """The specification with each stage by its own name, so that ``dahl-1`` and ``dahl`` are one.
+
+    Raises:
+        SettingError: a stage that is not there.
+    """
+    return "+".join(stage.name for stage in stages_of(specification)) or NONE
+
+
 @cache
 def stages_at(specification: str, place: Place) -> tuple[Stage, ...]:
     """The stages of one place."""
@@ -67,6 +87,11 @@ def remembers(stage: Stage) -> bool:
 def slip_stages(specification: str) -> tuple[SlipStage, ...]:
     """The stages on the slip."""
     return tuple(cast(SlipStage, stage) for stage in stages_at(specification, "slip"))
+
+
+def stage_equations(specification: str) -> list[str]:
+    """What each stage computes, a line of text each."""
+    return [f"{stage.name}: {stage.equation}." for stage in stages_of(specification)]
 
 
 def outside_stages(specification: str) -> tuple[Plugin, ...]:

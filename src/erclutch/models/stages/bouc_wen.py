@@ -25,7 +25,7 @@ from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import Advance, follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
@@ -87,12 +87,15 @@ def _advance(exponent: int) -> Advance:
 
 
 def _bouc_wen(exponent: int, _: tuple[str, ...]) -> BoucWen:
+    inner = {1: "", 2: "|b| "}.get(exponent, f"|b|^{exponent - 1} ")
+    power = f"^{exponent}" if exponent > 1 else ""
     return BoucWen(
-        name=f"bouc-wen-{exponent}",
+        name=numbered("bouc-wen", exponent),
         title=f"Bouc-Wen hysteresis with exponent {exponent}",
         source="Bouc 1967 and Wen 1976, doi 10.1061/JMCEA3.0002106",
         outputs=("b",),
         meanings=("effort of the hysteresis",),
+        equation=f"r_b b' = w - beta_b |w| {inner}b - (1 - beta_b) w |b|{power}",
         exponent=exponent,
     )
 

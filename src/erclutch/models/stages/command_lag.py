@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.as_in_c import Exact
 from erclutch.arithmetic.dual import chosen, pick, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import recur, step_of, switched
@@ -48,6 +47,12 @@ class CommandLag:
     switches: bool
     source: str = "first-order model of the coil and its fluid; no publication of its own"
     place: Place = "command"
+
+    @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        tau = "(tau_rise while |x| grows, else tau_fall)" if self.switches else "tau"
+        return f"{tau} x' + x = u, E(t) = x(t - delay)"
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The dead time, then one time constant or those of rise and fall."""
@@ -178,22 +183,4 @@ def _filter(u: Any, clock: Clock, share: Any) -> Any:
 def _rising(u: Array, clock: Clock, rise: float, fall: float) -> NDArray[np.bool_]:
     """Rows over which the field grows in magnitude."""
     up, down = (np.zeros(u.size) + _share(clock, tau) for tau in (rise, fall))
-    return _switched(u, clock, up, down)[1] if isinstance(u, Exact) else switched(u, up, down, clock)
-
-
-def _switched(u: Array, clock: Clock, up: Array, down: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """The same, row by row: for a share of the way gone at each row while rising, and while falling."""
-    rows = list(zip(u.tolist(), up.tolist(), down.tolist(), strict=True))
-    out: list[float] = []
-    rising: list[bool] = []
-    for span in clock.spans:
-        state = rows[span.start][0]
-        out.append(state)
-        rising.append(True)
-        for command, share_up, share_down in rows[span.start + 1 : span.stop]:
-            rises = (command - state) * state >= 0.0
-            share = share_up if rises else share_down
-            state = share * command - (share - 1.0) * state
-            out.append(state)
-            rising.append(rises)
-    return np.array(out), np.array(rising, np.bool_)
+    return switched(u, up, down, clock)

@@ -25,7 +25,7 @@ from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import EFFORT, Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 TRAVEL = Dimension(slip=1, time=1)
@@ -51,13 +51,19 @@ class Dahl:
     @property
     def name(self) -> str:
         """See `Stage`."""
-        return f"dahl-{self.states}{'/field' if self.ahead else ''}"
+        return numbered("dahl", self.states, ahead=self.ahead)
 
     @property
     def title(self) -> str:
         """See `Stage`."""
         how = ", the field ahead of the memory" if self.ahead else ""
         return f"memory of the slip with {self.states} Dahl state{'s' if self.states > 1 else ''}{how}"
+
+    @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        pull = "y(E) w" if self.ahead else "w"
+        return ", ".join(f"r_{i + 1} {s}' = {pull} - |w| {s}" for i, s in enumerate(self.outputs))
 
     @property
     def outputs(self) -> tuple[str, ...]:

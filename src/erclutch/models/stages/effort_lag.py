@@ -30,6 +30,7 @@ class EffortLag:
     name: str = "effort-lag"
     title: str = "first-order lag of the effort"
     source: str = "first-order model of a load cell and its filter; no publication of its own"
+    equation: str = "tau_e T' + T = T_fluid"
     place: Place = "effort"
     switches: bool = False
 

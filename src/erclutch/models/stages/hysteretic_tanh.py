@@ -76,5 +76,6 @@ STAGE = HystereticTanh(
     source="Kwok et al. 2006, doi 10.1016/j.sna.2006.03.015, with the travel as in Gavin et al. 2001",
     outputs=("t",),
     meanings=("effort of the hysteretic tanh",),
+    equation="t = tanh((w + x / t_w) / w_t), x' = w - x / tau_m",
     switches=False,
 )

@@ -24,6 +24,7 @@ class Inertia:
     name: str = "inertia"
     title: str = "inertia, with the acceleration from the slip"
     source: str = "Newton's second law"
+    equation: str = "a = w'"
     place: Place = "slip"
     switches: bool = False
     outputs: tuple[str, ...] = ("a",)

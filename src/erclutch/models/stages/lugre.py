@@ -85,6 +85,7 @@ def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
         source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi 10.1109/9.376053",
         outputs=("l", "ld"),
         meanings=("effort of the bristles", "effort of the bristles' damping"),
+        equation=f"r_l l' = ld, ld = {'y(E) w' if ahead else 'w'} - |w| l / (1 + (h_l - 1) exp(-(w / w_l)^2))",
         ahead=ahead,
         damping=("ld",),
     )

@@ -40,6 +40,12 @@ class Oscillator:
     letter: str
     switches: bool = False
 
+    @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        tau, x, u = f"tau_{self.letter}", *(("E", "u") if self.place == "command" else ("T", "T_fluid"))
+        return f"{tau}^2 {x}'' + 2 zeta_{self.letter} {tau} {x}' + {x} = {u}"
+
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The time constant and the damping; 1 / (2 pi tau) is the natural frequency."""
         time, damping = f"tau_{self.letter}", f"zeta_{self.letter}"

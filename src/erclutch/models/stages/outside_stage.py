@@ -47,6 +47,11 @@ class OutsideStage:
         return self.stage.source
 
     @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        return self.stage.equation
+
+    @property
     def place(self) -> Place:
         """See `Stage`."""
         return self.stage.place

@@ -22,6 +22,7 @@ class SlipMemory:
         name, title, source: see `Stage`.
         outputs: names of the outputs.
         meanings: what the gain of each output is.
+        equation: see `Stage`.
         ahead: whether the field enters ahead of the memory; then an output is one column, else two.
         damping: the outputs that are slips, with a viscous gain.
     """
@@ -31,6 +32,7 @@ class SlipMemory:
     source: str
     outputs: tuple[str, ...]
     meanings: tuple[str, ...]
+    equation: str
     ahead: bool = False
     damping: tuple[str, ...] = ()
     place: Place = "slip"

@@ -44,6 +44,10 @@ class Spencer:
     name: str = "spencer"
     title: str = "modified Bouc-Wen model"
     source: str = "Spencer, Dyke, Sain and Carlson 1997, doi 10.1061/(ASCE)0733-9399(1997)123:3(230)"
+    equation: str = (
+        "u = c1 (w - v), d' = v = (c1 w - alpha z - k_y d) / (c0 + c1), r_y z' = v (1 - z^2) while v z > 0, else "
+        "v (1 + (2 beta_y - 1) z^2); c1 = e_y + (1 - e_y) y(E), c0 = p_y + p_yb y(E), alpha = q_y + q_yb y(E)"
+    )
     place: Place = "slip"
     switches: bool = True
     outputs: tuple[str, ...] = ("u",)

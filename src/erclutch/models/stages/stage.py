@@ -78,6 +78,15 @@ class Stage(Protocol):
         ...
 
     @property
+    def equation(self) -> str:
+        """What it computes, in plain text with the names of its parameters and outputs.
+
+        u is the command, E the field behind the stage, w the slip, y(E) the strength of the field, T_fluid the effort
+        ahead of the stage and T behind it; a prime is a derivative in time.
+        """
+        ...
+
+    @property
     def place(self) -> Place:
         """What it works on."""
         ...
@@ -158,3 +167,8 @@ class StageFamily:
     count: int | None = None
     forms: tuple[str, ...] = ()
     ladder: tuple[str, ...] = ()
+
+
+def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
+    """The name of a stage of a family: the number 1 is left out, as the name alone stands for it."""
+    return stem + (f"-{number}" if number != 1 else "") + ("/field" if ahead else "")

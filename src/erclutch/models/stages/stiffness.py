@@ -30,6 +30,7 @@ class Stiffness:
     name: str = "stiffness"
     title: str = "stiffness, with the travel from the slip"
     source: str = "Hooke's law"
+    equation: str = "x' = w - x / tau_x"
     place: Place = "slip"
     switches: bool = False
     outputs: tuple[str, ...] = ("x",)

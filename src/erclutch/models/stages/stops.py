@@ -22,7 +22,7 @@ from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 _LEAST, _MOST = 3.0, 600.0
@@ -79,14 +79,16 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
 def _stops(count: int, forms: tuple[str, ...]) -> Stops:
     ahead = "field" in forms
     outputs = tuple(f"{'q' if ahead else 'p'}{i + 1}" for i in range(count))
+    pull, edge = ("y(E) w", "-y(E) and y(E)") if ahead else ("w", "-1 and 1")
     return Stops(
-        name=f"stops-{count}{'/field' if ahead else ''}",
+        name=numbered("stops", count, ahead=ahead),
         title=f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
         + (", the field ahead of the memory" if ahead else ""),
         source="Prandtl 1928 and Ishlinskii 1944; stop operators after Brokate and Sprekels 1996, "
         "doi 10.1007/978-1-4612-4048-8",
         outputs=outputs,
         meanings=tuple(f"effort of stop {i + 1}" for i in range(count)),
+        equation="; ".join(f"r_p{i + 1} {s}' = {pull}, {s} within {edge}" for i, s in enumerate(outputs)),
         ahead=ahead,
     )
 

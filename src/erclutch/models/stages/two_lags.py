@@ -30,6 +30,7 @@ class TwoLags:
     name: str = "two-lags"
     title: str = "two first-order lags of the command in parallel"
     source: str = "first-order models of a coil and of its eddy currents; no publication of its own"
+    equation: str = "tau_1 x_1' + x_1 = u, m_1 tau_1 x_2' + x_2 = u, E = p_1 x_1 + (1 - p_1) x_2"
     place: Place = "command"
     switches: bool = False
 

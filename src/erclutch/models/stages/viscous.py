@@ -27,6 +27,7 @@ class Viscous:
     name: str = "viscous"
     title: str = "viscous effort as a power of the slip"
     source: str = "Ostwald 1925 and de Waele 1923, the power law of a fluid"
+    equation: str = "v = sgn(w) |w|^p"
     place: Place = "slip"
     switches: bool = False
     outputs: tuple[str, ...] = ("v",)

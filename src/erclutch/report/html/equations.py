@@ -8,7 +8,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -21,6 +22,8 @@ from erclutch.arithmetic.operand import Operand
 from erclutch.errors import RunError
 from erclutch.files import cache_folder
 from erclutch.models.laws import Law, law_from_name
+from erclutch.models.stages import slip_stages
+from erclutch.models.stages.stage import SlipStage
 from erclutch.report.plots.paper_style import placed
 from erclutch.signals.device import DeviceName
 
@@ -31,26 +34,50 @@ _MAKERS = ("models/laws/symbolic.py", "report/html/equations.py")
 def terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
     """Gain times column of each term of a law's effort for w > 0."""
     law = law_from_name(specification, device)
-    kept = cache_folder() / f"equation-{_digest(law)[:24]}.json"
+    return _kept_terms(_digest_of_law(law), partial(made_terms, law))
+
+
+@cache
+def memory_terms_of(dynamics: str) -> tuple[Markup, ...]:
+    """The same of the terms that the stages on the slip add."""
+    stages = slip_stages(dynamics)
+    if not stages:
+        return ()
+    columns = [_text(c) for s in stages for c in s.columns([_Words(name) for name in s.outputs], _Words("y"))]
+    return _kept_terms(_digest([gain.name for s in stages for gain in s.gains], columns), partial(_made_memory, stages))
+
+
+def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...]:
+    kept = cache_folder() / f"equation-{digest[:24]}.json"
     terms = _read(kept)
     if terms is None:
-        terms = made_terms(law)
+        terms = make()
         _keep(kept, terms)
     return tuple(map(Markup, terms))
 
 
 def made_terms(law: Law) -> list[str]:
-    """The terms as MathML, made by SymPy now."""
-    from sympy.printing.mathml import mathml
+    """The terms of a law as MathML, made by SymPy now."""
+    from erclutch.models.laws.symbolic import short_terms
 
-    from erclutch.models.laws import symbolic
+    return _written(short_terms(law))
+
+
+def _made_memory(stages: Sequence[SlipStage]) -> list[str]:
+    from erclutch.models.laws.symbolic import memory_terms
+
+    return _written([term for stage in stages for term in memory_terms(stage)])
+
+
+def _written(terms: Sequence[tuple[Any, Any]]) -> list[str]:
+    from sympy.printing.mathml import mathml
 
     def written(gain: Any, column: Any) -> str:
         body = str(mathml(column, printer="presentation"))
         fenced = f"<mo>(</mo>{body}<mo>)</mo>" if column.is_Add else body
         return str(mathml(gain, printer="presentation")) + fenced
 
-    return [written(gain, column) for gain, column in symbolic.short_terms(law)]
+    return [written(gain, column) for gain, column in terms]
 
 
 class _Words(Operand):
@@ -69,14 +96,18 @@ def _text(x: Any) -> str:
     return x.text if isinstance(x, _Words) else repr(x)
 
 
-def _digest(law: Law) -> str:
+def _digest_of_law(law: Law) -> str:
     """Of all that the equation follows from: what the law computes, its names, and the code that writes it."""
     field: Any = _Words("E")
     if law.stimulus is not None:
         field = law.stimulus(field, *(_Words(shape.name) for shape in law.stimulus_shape))
     columns = law.columns(field, _Words("w"), *(_Words(shape.name) for shape in law.shape))
     names = [gain.name for gain in law.gains], [(shape.name, shape.lower >= 0) for shape in law.shape]
-    digest = hashlib.sha256(repr((names, [_text(column) for column in columns], version("sympy"))).encode())
+    return _digest(names, [_text(column) for column in columns])
+
+
+def _digest(names: Any, columns: Sequence[str]) -> str:
+    digest = hashlib.sha256(repr((names, columns, version("sympy"))).encode())
     for maker in _MAKERS:
         digest.update(files("erclutch").joinpath(maker).read_bytes())
     return digest.hexdigest()
@@ -93,5 +124,5 @@ def _read(kept: Path) -> list[str] | None:
 
 def _keep(kept: Path, terms: list[str]) -> None:
     """Write the file, whole or not at all; a cache that cannot be written costs a second the next time, no more."""
-    with contextlib.suppress(RunError), placed(kept) as partial:
-        partial.write_text(json.dumps(terms), encoding="utf-8")
+    with contextlib.suppress(RunError), placed(kept) as unfinished:
+        unfinished.write_text(json.dumps(terms), encoding="utf-8")

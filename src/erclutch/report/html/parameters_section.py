@@ -9,9 +9,9 @@ from markupsafe import Markup
 
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.stages import slip_stages, stages_at
-from erclutch.report.html.equations import terms_of
+from erclutch.report.html.equations import memory_terms_of, terms_of
 from erclutch.report.html.section import Section
-from erclutch.report.html.symbols import plain_symbol, symbol
+from erclutch.report.html.symbols import equation_text, plain_symbol, symbol
 from erclutch.report.numbers.number_text import Scale, interval, number, unit_text
 from erclutch.report.numbers.run_material import Material
 
@@ -39,6 +39,7 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "name": entry["name"],
         "title": entry["title"],
         "equation": equation_of(model),
+        "stages": [(stage.name, equation_text(stage.equation)) for stage in model.structure.stages],
         "reference": _reference(material, model),
         "source": model.structure.law.source,
         "rows": [_parameter(p) for p in fit["parameters"]],
@@ -67,10 +68,8 @@ def _reference(material: Material, model: TorqueModel) -> str:
     pair = "of one clutch, numbered by the parameters' last index; " if len(material.rows.data.elements) > 1 else ""
     dynamics = model.structure.dynamics
     lagged = stages_at(dynamics, "command")
-    fluid = " in the fluid, which follows the command after the lag above," if lagged else ""
-    more = (
-        " the stages on slip and effort come on top;" if slip_stages(dynamics) or stages_at(dynamics, "effort") else ""
-    )
+    fluid = " in the fluid, behind the stages on the command," if lagged else ""
+    more = " y(E) is the strength of the field in the memory, 1 at that field;" if slip_stages(dynamics) else ""
     return (
         f"{pair}E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over "
         f"{material.slip.of(model.reference.slip, 4)};{more} the table's numbers have their own units."
@@ -85,11 +84,13 @@ def equation_of(model: TorqueModel) -> Markup:
     structure = model.structure
     law = structure.law
     terms = list(_KERNELS if law.name.startswith("rbfm") else terms_of(structure.specification, structure.device))
+    terms += memory_terms_of(structure.dynamics)
     if structure.friction:
         terms.append(_FRICTION if law.forward else _TURNING_FRICTION)
     if structure.offset:
         terms.append(_OFFSET)
-    head = Markup("<mi>T</mi><mo>=</mo>")
+    behind = stages_at(structure.dynamics, "effort")
+    head = Markup("<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>")
     pieces = [
         (head if k == 0 else Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')) + term
         for k, term in enumerate(terms)

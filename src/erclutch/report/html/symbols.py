@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import unicodedata
 
 from markupsafe import Markup
@@ -23,6 +24,15 @@ def symbol(name: str) -> Markup:
     if not tail:
         return body
     return body + Markup("<sub>{}</sub>").format(", ".join(_letter(t) for t in tail))
+
+
+def equation_text(text: str) -> Markup:
+    """An equation in plain text with its names as symbols: those with an index, Greek ones, and single letters."""
+    text = re.sub(r"\b(alpha|beta|zeta|tau)\b", lambda found: _letter(found[0]), text)
+    text = re.sub(r"(?<=[a-z])(?=\d)", "_", text.replace("'", "′").replace(" - ", " − "))
+    parts = re.split(r"([A-Za-z]+_\w+|\b[^\W\d_]\b)", text)
+    shown = Markup("").join(symbol(part) if k % 2 else part for k, part in enumerate(parts))
+    return Markup(re.sub(r"\^(<i>\w</i>|\w)", r"<sup>\1</sup>", str(shown)))
 
 
 def plain_symbol(name: str) -> str:

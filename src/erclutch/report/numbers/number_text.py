@@ -56,12 +56,11 @@ def span(low: float | None, high: float | None, digits: int = 3) -> str:
 
 def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
     """The 95 % interval of a parameter in run.json, and whether the data identify the parameter."""
-    if estimate["at_bound"]:
-        return f"at its {estimate['at_bound']} bound", False
     low, high = estimate["low"], estimate["high"]
-    if low is None or high is None:
-        return "not identified", False
-    return span(low * factor, high * factor), True
+    known = None if low is None or high is None else span(low * factor, high * factor)
+    if estimate["at_bound"]:
+        return f"at its {estimate['at_bound']} bound" + (f", {known}" if known else ""), False
+    return known or "not identified", known is not None
 
 
 def unit_text(unit: str) -> str:

@@ -35,6 +35,27 @@ typedef struct
     uint32_t stale;
 } erc_memory;
 
+/* Serialized, a state is followed by its seal. */
+#define SEALED (sizeof(erc_memory) + sizeof(uint64_t))
+
+/* FNV-1a of the token and the bytes of a state: other models' states and damaged bytes have another seal. */
+static uint64_t erc_seal(const void *bytes)
+{
+    const unsigned char *byte = (const unsigned char *)bytes;
+    const char *letter;
+    uint64_t seal = UINT64_C(0xcbf29ce484222325);
+    size_t i;
+    for (letter = ERC_TOKEN; *letter != '\0'; letter++)
+    {
+        seal = (seal ^ (unsigned char)*letter) * UINT64_C(0x100000001b3);
+    }
+    for (i = 0u; i < sizeof(erc_memory); i++)
+    {
+        seal = (seal ^ byte[i]) * UINT64_C(0x100000001b3);
+    }
+    return seal;
+}
+
 static void erc_clear(erc_memory *m)
 {
     memset(m, 0, sizeof *m);

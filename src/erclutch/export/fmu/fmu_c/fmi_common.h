@@ -130,21 +130,32 @@ CALL(STATE(Free, ))(HANDLE c, SAVED *state)
 
 CALL(STATE(Serialized, Size))(HANDLE c, SAVED state, size_t *size)
 {
-    *size = sizeof(erc_memory);
+    *size = SEALED;
     return FMI(OK);
 }
 
 CALL(STATE(Serialize, ))(HANDLE c, SAVED state, FMI(Byte) bytes[], size_t size)
 {
-    if (size < sizeof(erc_memory))
+    const uint64_t seal = erc_seal(state);
+    if (size < SEALED)
     {
         return fail(c, "too few bytes for a state");
     }
     memcpy(bytes, state, sizeof(erc_memory));
+    memcpy(bytes + sizeof(erc_memory), &seal, sizeof seal);
     return FMI(OK);
 }
 
 CALL(STATE(DESERIALIZE, ))(HANDLE c, const FMI(Byte) bytes[], size_t size, SAVED *state)
 {
-    return (size == sizeof(erc_memory)) ? kept(c, bytes, state) : fail(c, "these bytes are no state");
+    uint64_t seal = 0u;
+    if (size == SEALED)
+    {
+        memcpy(&seal, bytes + sizeof(erc_memory), sizeof seal);
+    }
+    if (size != SEALED || seal != erc_seal(bytes))
+    {
+        return fail(c, "these bytes are no state of this model, or they are damaged");
+    }
+    return kept(c, bytes, state);
 }

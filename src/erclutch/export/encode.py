@@ -1,0 +1,38 @@
+"""Foreign text goes into an exported file through the one encoder of its place.
+
+Foreign is what erclutch did not write itself: names of columns, units, titles of plug-ins, paths.
+"""
+
+from __future__ import annotations
+
+import html
+
+from erclutch.errors import printable
+
+#: What would end a comment or a docstring, or join it with the next line, in one of the languages that are written.
+_BREAKS = (("*/", "* /"), ("/*", "/ *"), ("??", "? ?"), ("--", "- -"), ("\\", "|"), ('"', "'"))
+
+
+def comment(text: str) -> str:
+    """A text as one line of a comment in C, C++, MATLAB or XML, or of a Python docstring: ASCII that ends neither."""
+    shown = "".join(c if c.isascii() else f"<U+{ord(c):04X}>" for c in printable(text))
+    for mark, instead in _BREAKS:
+        while mark in shown:
+            shown = shown.replace(mark, instead)
+    return shown
+
+
+def c_string(text: str) -> str:
+    """A text as a string literal of C and C++, with its quotes; its bytes are UTF-8."""
+    plain = set(range(32, 127)) - set(b'"\\?')
+    return '"' + "".join(chr(b) if b in plain else f"\\{b:03o}" for b in text.encode("utf-8", "replace")) + '"'
+
+
+def matlab_string(text: str) -> str:
+    """A text as a string literal of MATLAB and Octave, with its quotes."""
+    return "'" + printable(text).replace("'", "''") + "'"
+
+
+def markup(text: str) -> str:
+    """A text between tags or in an attribute of XML and HTML."""
+    return html.escape(printable(text))

@@ -1,0 +1,203 @@
+"""What all saved models share: a schema, a digest, and entries that are looked at before a number is computed.
+
+A digest tells damage, not intent: whoever writes a file can write its digest. So every text has a grammar, and every
+number a range in which all further arithmetic stays finite.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from erclutch.errors import ErclutchError, PluginError, RunError
+from erclutch.models.model import Pair, Range
+from erclutch.registry import require
+from erclutch.signals.array import Array
+from erclutch.signals.device import DEVICES, DeviceName, Units
+from erclutch.signals.units import is_written_well
+
+SCHEMA = 1
+#: Of a sampling period in s.
+LONGEST_PERIOD = 10.0
+_REMEDY = "Restore the file, or fit again"
+_LARGEST, _SMALLEST = 1e18, 1e-18
+_LONGEST_TEXT = 1000
+_SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
+
+#: What an entry of the wrong type, size or name ends in.
+UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
+
+M = TypeVar("M")
+
+
+def digest_of(body: Mapping[str, Any]) -> str:
+    """SHA-256 of a JSON body, independent of the order of its keys."""
+    text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def keeps_digest(body: Mapping[str, Any]) -> bool:
+    """Whether a body's digest is that of all else in it; what has no digest (NaN, lists without end) does not."""
+    try:
+        return digest_of({key: value for key, value in body.items() if key != "digest"}) == body.get("digest")
+    except (ValueError, RecursionError):
+        return False
+
+
+def require_schema(
+    found: Any,
+    known: int,
+    where: str,
+    *,
+    error: type[ErclutchError] = RunError,
+    older: str = "Fit the log again with this version",
+) -> None:
+    """Refuse a file of another schema: a newer one wants this program updated, an older one the file made again.
+
+    Args:
+        found: the file's schema.
+        known: the one that is read.
+        where: the file.
+        error: what is raised.
+        older: what to do about a file of an older schema.
+
+    Raises:
+        ErclutchError: it is another one; of the class ``error``.
+    """
+    if found == known and not isinstance(found, bool):
+        return
+    newer = isinstance(found, int) and found > known
+    raise error(
+        f"schema {found!r:.40}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
+        where=where,
+        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
+    )
+
+
+def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[Mapping[str, Any]], M]) -> M:
+    """A model from the body of its file.
+
+    Args:
+        body: as its ``to_dict`` wrote it.
+        kind: what the body must say that it is.
+        where: the file.
+        make: makes the model, and raises what Python raises where an entry does not fit.
+
+    Raises:
+        RunError: another kind or schema, a digest that does not match, an entry that is missing or does not fit.
+        PluginError: the model needs a plug-in that is not there.
+    """
+    if body.get("kind") != kind:
+        raise RunError(f"this is no model but {body.get('kind')!r:.60}", where=where, remedy="Give a model of a run")
+    require_schema(body.get("schema"), SCHEMA, where)
+    require(body.get("plugins", []), where)
+    if not keeps_digest(body):
+        raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
+    try:
+        return make(body)
+    except (PluginError, RunError):
+        raise
+    except UNFIT as error:
+        said = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise RunError(f"unfit entry: {said:.200}", where=where, remedy=_REMEDY) from error
+
+
+# --- entries: each raises ValueError with the entry's name and value -------------------------------------------------
+
+
+def number_of(value: Any, name: str, *, positive: bool = False) -> float:
+    """A saved number; a truth, a text, an infinite, far too large or (if positive) too small number is none."""
+    low = _SMALLEST if positive else -_LARGEST
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= _LARGEST:
+        raise ValueError(f"{name} is {value!r:.40}, not a number from {low:g} to {_LARGEST:g}")
+    return float(value)
+
+
+def whole_number_of(value: Any, name: str) -> int:
+    """A saved whole number."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"{name} is {value!r:.40}, not a whole number")
+    return value
+
+
+def truth_of(value: Any, name: str) -> bool:
+    """A saved yes or no."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{name} is {value!r:.40}, not true or false")
+    return value
+
+
+def table_of(value: Any, name: str, *shape: int, positive: bool = False) -> Array:
+    """A saved table of numbers of a shape."""
+
+    def part(value: Any, shape: Sequence[int]) -> Any:
+        if not shape:
+            return number_of(value, name, positive=positive)
+        if not isinstance(value, list) or len(cast(list[Any], value)) != shape[0]:
+            raise ValueError(f"{name} is {value!r:.40}, not a table of {shape[0]}")
+        return [part(entry, shape[1:]) for entry in cast(list[Any], value)]
+
+    return np.array(part(value, shape), np.float64)
+
+
+def pair_of(value: Any, name: str) -> Pair:
+    """A saved range, the smaller number first."""
+    low, high = table_of(value, name, 2).tolist()
+    if math.copysign(1.0, high - low) < 0:  # also 0 .. -0
+        raise ValueError(f"{name} is {low:g} .. {high:g}")
+    return low, high
+
+
+def name_of(value: Any, name: str) -> str:
+    """A saved name, such as that of a column: a line of characters that can be seen."""
+    if not (isinstance(value, str) and 0 < len(value) <= _LONGEST_TEXT and value.isprintable()):
+        raise ValueError(f"{name} is {value!r:.60}, not a line of up to {_LONGEST_TEXT} characters that can be seen")
+    return value
+
+
+def names_of(values: Any, name: str) -> tuple[str, ...]:
+    """Saved names that differ."""
+    found = tuple(name_of(value, name) for value in values)
+    if len(set(found)) < len(found):
+        raise ValueError(f"{name} are {found!r:.60}, two of them the same")
+    return found
+
+
+def specification_of(value: Any, name: str) -> str:
+    """A saved specification of a law, a network or stages."""
+    if not (isinstance(value, str) and _SPECIFICATION.fullmatch(value)):
+        raise ValueError(f"{name} is {value!r:.60}")
+    return value
+
+
+def device_of(body: Mapping[str, Any]) -> DeviceName:
+    """The device of a model."""
+    if body["device"] not in DEVICES:
+        raise ValueError(f"device is {body['device']!r:.40}")
+    return body["device"]
+
+
+def units_of(body: Mapping[str, Any]) -> Units:
+    """The units of a model's effort, field and slip."""
+    units = [body["units"][key] for key in ("effort", "field", "slip")]
+    for unit in units:
+        if not (isinstance(unit, str) and is_written_well(unit)):
+            raise ValueError(f"a unit is {unit!r:.60}")
+    return Units(*units)
+
+
+def range_of(body: Mapping[str, Any]) -> Range:
+    """What a model was trained on."""
+    return Range(*(pair_of(body["trained_on"][key], f"range of {key}") for key in ("field", "slip", "effort")))
+
+
+def about_of(body: Mapping[str, Any]) -> dict[str, str]:
+    """Remarks on a model by name."""
+    about = cast(dict[Any, Any], body["about"])
+    return {name_of(key, "a remark"): name_of(text, str(key)) for key, text in about.items()}

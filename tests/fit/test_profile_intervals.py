@@ -1,0 +1,103 @@
+"""Intervals from profiles: a parabola gives the standard error's ends, a bound gives those of a search over a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from erclutch.fit.intervals import uncertainty
+from erclutch.fit.laws.profile_intervals import Optimum, interval_ends
+from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem
+from erclutch.fit.levenberg_marquardt import minimise
+from erclutch.models.laws import Gain, ShapeParameter
+from erclutch.models.laws.law import EFFORT
+
+ROWS = 400
+X = np.linspace(0.0, 4.0, ROWS)
+
+
+def linear(target: Any, correlation: float) -> Separable:
+    """Two gains, neither below zero, whose columns are correlated."""
+    rng = np.random.default_rng(5)
+    a, b = rng.standard_normal((2, ROWS))
+    columns = [a, correlation * a + np.sqrt(1 - correlation**2) * b]
+    gains = tuple(Gain(name, name, EFFORT, nonnegative=True) for name in ("c_1", "c_2"))
+    return Separable(lambda _: columns, target(columns), (), gains)
+
+
+def ends_of(problem: Separable, point: Any = ()) -> tuple[Any, Any, Any, Optimum]:
+    columns, slopes, projection = jacobian(problem, np.asarray(point, float))
+    slopes = np.column_stack([slopes, columns])
+    residual = problem.target - columns @ projection.gains
+    lower, upper = problem.bounds
+    moving = (np.asarray(point) > lower) & (np.asarray(point) < upper)
+    found = Optimum(
+        np.concatenate([point, projection.gains]),
+        slopes,
+        residual,
+        np.concatenate([moving, ~projection.held]).astype(bool),
+        np.ones(slopes.shape[1], np.bool_),
+    )
+    spread = uncertainty(slopes[:, found.free], residual, ordered=False)
+    return *interval_ends(problem, found, spread, ordered=False), spread, found
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-0.9, 0.9), st.floats(0.0, 0.25), st.integers(0, 1000))
+def test_beside_a_bound_the_ends_are_those_of_a_grid(correlation: float, second: float, seed: int) -> None:
+    noise = np.random.default_rng(seed).standard_normal(ROWS)
+    problem = linear(lambda c: 1.0 * c[0] + second * c[1] + noise, correlation)
+    low, high, _, found = ends_of(problem)
+    a = np.column_stack(problem.columns(()))
+    least = lsq_linear(a, problem.target, (0.0, np.inf)).cost
+    whole = uncertainty(found.slopes, found.residual, ordered=False)
+    variance = float(found.residual @ found.residual) / (ROWS - 2)
+
+    def rise(value: float) -> float:
+        left = problem.target - value * a[:, 0]
+        other = max(float(a[:, 1] @ left) / float(a[:, 1] @ a[:, 1]), 0.0)
+        return float(np.sum((left - other * a[:, 1]) ** 2)) - 2 * least
+
+    for end in (low[0], high[0]):
+        if end > 0.0:
+            assert np.sqrt(rise(end) / variance) == pytest.approx(whole.quantile, rel=0.06)
+
+
+def test_far_from_bounds_the_ends_are_the_standard_errors() -> None:
+    noise = 0.1 * np.random.default_rng(1).standard_normal(ROWS)
+    low, high, spread, found = ends_of(linear(lambda c: 1.0 * c[0] + 1.0 * c[1] + noise, 0.5))
+    assert low == pytest.approx(found.point - spread.quantile * spread.errors)
+    assert high == pytest.approx(found.point + spread.quantile * spread.errors)
+
+
+def decay(noise: float, seed: int = 3) -> Separable:
+    """A decay whose rate the noise may hide: a nonlinear parameter in logarithms, from 0.001 to 1000."""
+    rate = ShapeParameter("r", "rate", 1e-3, 1e3, scale="log")
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        return [np.exp(-q[0] * X)]
+
+    target = np.exp(-1.3 * X) + noise * np.random.default_rng(seed).standard_normal(ROWS)
+    return Separable(columns, target, (rate,), (Gain("c", "height", EFFORT, nonnegative=True),))
+
+
+def test_a_valley_gives_ends_of_unlike_height() -> None:
+    problem = decay(2.0)
+    point = minimise(outer_problem(problem), np.log([1.0])).point
+    low, high, spread, found = ends_of(problem, point)
+    assert low[0] < found.point[0] < high[0]
+    assert not np.isclose(high[0] - found.point[0], found.point[0] - low[0], rtol=0.2)
+    assert spread.rank == 2
+
+
+def test_an_interval_as_wide_as_its_range_is_none() -> None:
+    problem = decay(400.0)
+    point = minimise(outer_problem(problem), np.log([1.0])).point
+    low, high, *_ = ends_of(problem, point)
+    assert np.isinf(high[0] - low[0])
