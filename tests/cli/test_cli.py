@@ -404,6 +404,7 @@ def test_output_that_cannot_be_written(tmp_path: Path) -> None:
 # --- cut short --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [(), ("--json",)])
 def test_a_reader_that_goes_away(more: tuple[str, ...], log: Path) -> None:
     """``erclutch fit LOG | head -1``."""
@@ -468,6 +469,7 @@ def runs(kept: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(kept, tmp_path / "runs"))
 
 
+@pytest.mark.slow
 def test_report(runs: Path) -> None:
     assert good("report", "one", cwd=runs).startswith(f"one{os.sep}report.html: ")
     text = (runs / "one" / "report.html").read_text()
@@ -476,6 +478,7 @@ def test_report(runs: Path) -> None:
     assert (runs / "x.html").read_text() == text
 
 
+@pytest.mark.slow
 def test_compare(runs: Path) -> None:
     said = good("compare", "one", "two", "--out", "c.html", cwd=runs)
     assert "600 rows that all 2 runs held out" in said
@@ -568,6 +571,7 @@ def test_a_log_of_one_field_from_reading_to_export(how: str, tmp_path: Path) -> 
     assert "rbfm describes how the effort changes with the field" in wrong
 
 
+@pytest.mark.slow
 def test_past_samples_and_another_rate(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rate = ("--resample", "0.5 kHz")
     said = good_here("fit", log, "--models", "fnn-2", "--lag", "none", "--past", "2ms", "4", *rate, cwd=log.parent)

@@ -81,6 +81,7 @@ def test_figures_are_those_of_the_predictions(compared: Comparison) -> None:
         assert entry.test.rows == int(compared.test.sum())
 
 
+@pytest.mark.slow
 def test_folds_are_fits_on_the_other_blocks(data: Dataset) -> None:
     compared = compare(data, Settings(models=("quadratic", "bingham"), blocks=2))
     assert all(len(entry.folds) == 2 for entry in compared.entries)

@@ -25,6 +25,8 @@ STAGES = (
     *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )
+#: Of these a single fit takes more than a second.
+MANY_STEPS = ("stops", "bouc-wen", "spencer")
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +90,9 @@ def test_intervals_hold_the_truth_beside_a_bound(study: ModuleType) -> None:
     assert min(found.inside.values()) / found.repetitions >= 0.8, found
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize(
+    "stage", [pytest.param(s, marks=pytest.mark.slow if s.startswith(MANY_STEPS) else ()) for s in STAGES]
+)
 def test_a_known_stage_is_found_again(study: ModuleType, stage: str) -> None:
     """A log with correlated noise; numbers that a log tells badly may be off, but then their intervals say so."""
     (found,) = study.study([f"bingham+{stage}"], ["ar1"], 1)

@@ -25,11 +25,6 @@ def material_from(folder: Path, models: tuple[str, ...], lag: str) -> Material:
     return material_of(read_run(write_run(folder / "run", found, [recording])))
 
 
-@pytest.fixture(scope="module")
-def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
-    return material_from(tmp_path_factory.mktemp("run"), ("quadratic", "bingham"), "auto")
-
-
 def numbers(path: Path) -> tuple[list[str], list[list[str]]]:
     with path.open(newline="") as file:
         header, *rows = list(csv.reader(file))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -130,7 +131,7 @@ class ExportedStep:
     """
 
     name: str
-    model: Model = field(compare=False)
+    model: Model = dataclasses.field(compare=False)
     digest: str
     precision: Precision
     period: float | None
@@ -143,7 +144,7 @@ class ExportedStep:
     both: float
     limits: tuple[float, float]
     scale: float
-    stages: tuple[tuple[Stage, Mapping[str, float]], ...] = field(compare=False)
+    stages: tuple[tuple[Stage, Mapping[str, float]], ...] = dataclasses.field(compare=False)
     search: Search
 
     @property
