@@ -290,7 +290,8 @@ def test_rows_held_out_at_one_field_recommend_no_switch() -> None:
 
 def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
     """SYNTHETIC: one Dahl state in each of several stretches, settled at the start, and nothing else."""
-    clock_one, t = Clock(1e-3 * np.arange(rows), (Span(0, rows, 1e-3),)), 1e-3 * np.arange(rows)
+    t = 1e-3 * np.arange(float(rows))
+    clock_one = Clock(t, (Span(0, rows, 1e-3),))
     rng = np.random.default_rng(5)
     slips, fields, efforts = [], [], []
     for k in range(logs):

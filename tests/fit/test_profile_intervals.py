@@ -101,3 +101,11 @@ def test_an_interval_as_wide_as_its_range_is_none() -> None:
     point = minimise(outer_problem(problem), np.log([1.0])).point
     low, high, *_ = ends_of(problem, point)
     assert np.isinf(high[0] - low[0])
+
+
+def test_a_law_without_a_residual_has_intervals_without_width() -> None:
+    low, high, _, found = ends_of(linear(lambda c: 1.0 * c[0], 0.5))
+    assert low[0] == pytest.approx(1.0)
+    assert high[0] == pytest.approx(1.0)
+    assert np.all(low <= found.point)
+    assert np.all(high >= found.point)

@@ -13,12 +13,11 @@ whose gradient is that of all rows: only parameters on a bound have a gradient t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from erclutch.fit.intervals import Uncertainty, uncertainty
-from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem, parameters
+from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem, parameters, triangle_of
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.signals.array import Array, Mask
 
@@ -125,14 +124,15 @@ class _Search:
         live = found.live & (norms > 0)
         norms[~live] = 1.0
         lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
-        unit = slopes / norms
-        whole: Any = np.linalg.pinv(unit.T @ unit, rcond=1e-14)
-        inverse: Array = whole / np.outer(norms, norms)
-        white = np.maximum(np.diag(inverse), np.finfo(float).tiny)
+        _, s, right = np.linalg.svd(triangle_of(slopes / norms))
+        half = right.T / np.maximum(s, 1e-7 * max(s[0], 1e-150)) / norms[:, None]
+        inverse = half @ half.T
+        white = np.diag(inverse)
         ratio = np.where(np.isfinite(spread.errors) & live, spread.errors**2 / white, np.nan)
         # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
         ratio = np.fmax(ratio, np.nanmedian(ratio) if np.isfinite(ratio).any() else 1.0)
-        limits = spread.quantile**2 * ratio
+        rounding = 1e-24 * float(fitted @ fitted) + 1e-200
+        limits = np.maximum(spread.quantile**2 * ratio, rounding)
         problem = replace(few, target=fitted + pull)
         return cls(
             problem, found.point, live, lower, upper, inverse, limits, np.sqrt(limits * white), float(pull @ pull)
@@ -140,7 +140,7 @@ class _Search:
 
     def coupled(self, doubtful: Mask) -> Mask:
         """Which parameters are among these or trade off with some of them."""
-        errors = np.sqrt(np.maximum(np.diag(self.inverse), np.finfo(float).tiny))
+        errors = np.sqrt(np.diag(self.inverse))
         together = np.abs(self.inverse / np.outer(errors, errors))[:, doubtful] > _COUPLED
         return self.live & (together.any(axis=1) | doubtful)
 

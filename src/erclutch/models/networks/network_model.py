@@ -304,7 +304,8 @@ def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool
 def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
     """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
     if x.dtype == object:
-        return {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
+        recorded: dict[str, Any] = {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
+        return recorded
     return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
 
 
