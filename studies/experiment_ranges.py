@@ -5,6 +5,7 @@ python studies/experiment_ranges.py
 
 from __future__ import annotations
 
+import argparse
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ def row(name: str, field1: Any, slip: Any, torque: Any) -> str:
 
 def main() -> None:
     """A line each for the training run and both experiments."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     rig = default_rig()
     path = twin_model(rig, Console(stderr=True))
     model = load_model(path)

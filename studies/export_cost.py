@@ -13,6 +13,8 @@ gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm.
 
 from __future__ import annotations
 
+import argparse
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -44,8 +46,13 @@ def numpys_own(program: ExportedStep) -> float:
     return ulps(program, float(np.max(np.abs(own - other))))
 
 
-def main(folder: str) -> None:
+def main() -> None:
     """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("folder", metavar="RUN", help="a run folder")
+    folder = parser.parse_args().folder
+    if shutil.which("arm-none-eabi-gcc") is None:
+        parser.error("needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm")
     run = read_run(folder)
     print("| model | NumPy | ulp float64 | ulp float32 | M4F instructions | M7 | stack B | flash B |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
@@ -71,4 +78,4 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

@@ -39,10 +39,7 @@ CHANGES = {
     "log format (text)": (r"^(text|dialect)$", r"\.asc\b|\btext \. read_text\b|import read_text\b"),
     "export target (mujoco)": (r"mujoco", r"mujoco"),
     "rig (replay)": (r"playback", r"[\"']replay[\"']|playback"),
-    "stage of dynamics (lag)": (
-        r"^(dynamics|command_lag|field_lag)$",
-        r"\b(tau|tau_rise|tau_fall|respond|DynamicsForm)\b",
-    ),
+    "stage of dynamics (two lags)": (r"^two_lags$", r"two[-_]lags"),
 }
 
 #: Knowledge that should stand once, as code shows it.

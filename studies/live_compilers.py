@@ -8,6 +8,7 @@ Each compiler builds the loop's program and an exported model into an empty cach
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import subprocess
@@ -83,6 +84,7 @@ def model_times(compiler: Compiler, folder: Path) -> tuple[float, float]:
 
 def main() -> None:
     """Print a line a compiler."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     wheel = distribution("ziglang")
     size = sum(Path(str(wheel.locate_file(file))).stat().st_size for file in wheel.files or ())
     print(f"ziglang {wheel.version}: {size / 1e6:.0f} MB installed")

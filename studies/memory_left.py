@@ -5,6 +5,8 @@ Run: python studies/memory_left.py
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 
 from erclutch.fit.comparison import Settings, structures_for
@@ -44,6 +46,7 @@ def said(rows: Mask, square: Array) -> str:
 
 def main() -> None:
     """Fit, and print what is left."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     runs = twin_runs(("training", "test"))
     train = runs["training"]
     (structure,) = structures_for(train, Settings(models=(MODEL,), lag="none"))

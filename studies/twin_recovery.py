@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+
 from erclutch.paper.calibration.calibrate import calibrate
 from erclutch.paper.calibration.log_trace import LogTrace
 from erclutch.rig.twin.parameters import default_rig
@@ -12,6 +14,7 @@ FACTORS = {"fluid.viscosity": 1.3, "drive.inertia": 0.8, "screw.coulomb": 1.4, "
 
 def main() -> None:
     """Print estimates over true values, with their intervals."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     base = default_rig()
     known = base.changed({path: base.value(path) * factor for path, factor in FACTORS.items()})
     for seed in (3, 4):
