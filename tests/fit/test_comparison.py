@@ -12,11 +12,15 @@ from erclutch.errors import CheckError, SettingError
 from erclutch.fit.comparison import Comparison, Settings, compare, networks_for, structures_for
 from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network
 from erclutch.logs import read, recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, time_folds
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ladder
+from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_inputs import STRENGTH, stage_numbers_in_user_units
+from erclutch.models.networks.network_model import network_from_dict
 from erclutch.models.stages import stage_named
 from erclutch.models.stages.stage import Moved
 from erclutch.signals.clock import Clock, Span
@@ -63,6 +67,18 @@ def test_auto_finds_the_memory_of_the_log(compared: Comparison) -> None:
     model = law_of(compared, compared.best)
     assert 0.002 < model.shape["r_1"] * model.reference.slip < 0.02  # a sample moves further than that
     assert compared.entry(compared.best).test.rmse.value < 0.6 * compared.entry("hem+lag").test.rmse.value
+
+
+@pytest.mark.parametrize("dynamics", ["lag", "lag+dahl/field"])
+def test_a_network_takes_the_numbers_of_its_own_stages_alone(compared: Comparison, dynamics: str) -> None:
+    """The law has further stages; a model file holds the numbers of its stages and nothing else."""
+    law = compared.entry(compared.best).outcome
+    assert isinstance(law.model, TorqueModel)
+    network = network_from_name("fnn-2", "single", dynamics=dynamics)
+    remembered = {"r_1", *STRENGTH} if "dahl" in dynamics else set()
+    assert set(stage_numbers_in_user_units(law.model, dynamics)) == {"delay", "tau", *remembered}
+    fitted = fit_network(compared.data, network, dynamics=stage_numbers_in_user_units(law.model, dynamics)).model
+    assert network_from_dict(fitted.to_dict()).to_dict() == fitted.to_dict()
 
 
 def test_the_lag_of_the_log_is_found(compared: Comparison) -> None:

@@ -406,7 +406,7 @@ def _dynamics_for(
         single = train.device == "single"
         structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
         same = [fit_structure(train, structure).model]
-    return stage_numbers_in_user_units(same[0])
+    return stage_numbers_in_user_units(same[0], network.dynamics)
 
 
 def _with_memory(

@@ -13,7 +13,7 @@ from erclutch.models.laws.smooth import power
 from erclutch.models.laws.yield_stress import SQUARE
 from erclutch.models.model import further_inputs
 from erclutch.models.networks import NetworkStructure
-from erclutch.models.stages import slip_stages, stages_at
+from erclutch.models.stages import slip_stages, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -93,16 +93,15 @@ def moved_of(
     ]
 
 
-def stage_numbers_in_user_units(model: TorqueModel) -> dict[str, float]:
-    """Numbers of a law's stages as a network with the same stages has them: in s and in the unit of the slip."""
+def stage_numbers_in_user_units(model: TorqueModel, dynamics: str) -> dict[str, float]:
+    """Numbers of a law's stages as a network with some of these stages has them: in s and in the unit of the slip."""
     structure, reference = model.structure, model.reference
     numbers = {
         p.name: in_user_units(model.shape[p.name], p.dimension, reference)
-        for stage in structure.stages
-        if stage.place != "effort"
+        for stage in stages_of(dynamics)
         for p in stage.parameters(reference.period)
     }
-    if not slip_stages(structure.dynamics):
+    if not slip_stages(dynamics):
         return numbers
     form = structure.law.yield_form
     exponent = 2.0 if form is SQUARE else model.shape.get("n", model.shape.get("n_m", 1.5))
