@@ -69,7 +69,7 @@ def interval_ends(few: Separable, found: Optimum, spread: Uncertainty, *, ordere
     doubtful[: len(few.shapes)] |= widths[: len(few.shapes)] > _WIDE
     if not doubtful[found.live].any():
         return low, high
-    search = _Search.at(few, found, uncertainty(found.slopes, found.residual, ordered=ordered))
+    search = _Search.at(few, found, ordered)
     for j in np.flatnonzero(search.coupled(doubtful)):
         low[j], high[j] = -np.inf, np.inf
         ends = (search.end(int(j), -1.0), search.end(int(j), 1.0))
@@ -111,32 +111,25 @@ class _Search:
     least: float
 
     @classmethod
-    def at(cls, few: Separable, found: Optimum, spread: Uncertainty) -> _Search:
-        """The search around an optimum, with the spread of all parameters, those on a bound included."""
-        k = len(few.shapes)
+    def at(cls, few: Separable, found: Optimum, ordered: bool) -> _Search:
+        """The search around an optimum."""
+        k, share = len(few.shapes), few.target.size / found.residual.size
         q = parameters(few.shapes, found.point[:k])
         fitted = few.values(few.columns(q), q)[:, :-1] @ found.point[k:]
         columns, slopes, _ = jacobian(replace(few, target=fitted), found.point[:k])
         slopes = np.column_stack([slopes, columns])
-        gradient = found.slopes.T @ found.residual * (few.target.size / found.residual.size)
-        pull = np.linalg.lstsq(slopes.T, gradient, rcond=1e-9)[0]
+        pull = np.linalg.lstsq(slopes.T, share * found.slopes.T @ found.residual, rcond=1e-9)[0]
         norms = np.linalg.norm(slopes, axis=0)
         live = found.live & (norms > 0)
         norms[~live] = 1.0
         lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
         _, s, right = np.linalg.svd(triangle_of(slopes / norms))
-        half = right.T / np.maximum(s, 1e-7 * max(s[0], 1e-150)) / norms[:, None]
+        half = right.T / np.maximum(s, 1e-12 * max(s[0], 1e-150)) / norms[:, None]
         inverse = half @ half.T
-        white = np.diag(inverse)
-        ratio = np.where(np.isfinite(spread.errors) & live, spread.errors**2 / white, np.nan)
-        # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
-        ratio = np.fmax(ratio, np.nanmedian(ratio) if np.isfinite(ratio).any() else 1.0)
-        rounding = 1e-24 * float(fitted @ fitted) + 1e-200
-        limits = np.maximum(spread.quantile**2 * ratio, rounding)
+        limits = np.maximum(share * _limits(found, ordered), 1e-24 * float(fitted @ fitted) + 1e-200)
+        first = np.sqrt(limits * np.diag(inverse))
         problem = replace(few, target=fitted + pull)
-        return cls(
-            problem, found.point, live, lower, upper, inverse, limits, np.sqrt(limits * white), float(pull @ pull)
-        )
+        return cls(problem, found.point, live, lower, upper, inverse, limits, first, float(pull @ pull))
 
     def coupled(self, doubtful: Mask) -> Mask:
         """Which parameters are among these or trade off with some of them."""
@@ -180,6 +173,18 @@ class _Search:
         best = min((start, np.clip(guess, pinned.lower, pinned.upper)), key=pinned.cost)
         found = minimise(pinned, best, tolerance=1e-3, max_iterations=30)
         return float(np.sqrt(max(found.cost - self.least, 0.0) / self.limits[j])), found.point
+
+
+def _limits(found: Optimum, ordered: bool) -> Array:
+    """Rise of the sum of squares over all rows at the ends of the interval of each parameter."""
+    robust, white = (uncertainty(found.slopes, found.residual, ordered=o) for o in (ordered, False))
+    known = np.isfinite(robust.errors) & (white.errors > 0)
+    ratio = np.full(known.size, np.nan)
+    ratio[known] = (robust.errors[known] / white.errors[known]) ** 2
+    # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
+    ratio = np.fmax(ratio, np.median(ratio[known]) if known.any() else 1.0)
+    variance = float(found.residual @ found.residual) / max(found.residual.size - known.size, 1)
+    return robust.quantile**2 * variance * ratio
 
 
 def _next(inner: float, inner_rise: float, outer: float, outer_rise: float, start: float) -> float:
