@@ -23,7 +23,7 @@ from erclutch.signals.array import Array, Mask
 
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.
 _WIDE = 1.0
-_NEAR = 0.15  # of the limit's root: from there a straight line goes to the end
+_NEAR = 0.05  # of the limit's root: from there a straight line goes to the end
 _COUPLED = 0.1  # correlation from which on two parameters trade off
 _TRIES = 10
 
