@@ -23,7 +23,7 @@ from erclutch.signals.array import Array, Mask
 
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.
 _WIDE = 1.0
-_NEAR = 0.05  # of the limit's root: from there a straight line goes to the end
+_NEAR = 0.1  # of the limit's root: from there a straight line goes to the end
 _COUPLED = 0.1  # correlation from which on two parameters trade off
 _TRIES = 10
 
@@ -142,8 +142,7 @@ class _Search:
         bound = float(self.upper[j] if side > 0 else self.lower[j])
         inner, inner_rise = float(self.point[j]), 0.0
         outer, outer_rise = bound, np.inf
-        k = len(self.problem.shapes)
-        rest = np.delete(self.point[:k], j) if j < k else self.point[:k]
+        rest: Array | None = None
         trial = inner + side * float(self.first[j])
         for _ in range(_TRIES):
             trial = min(trial, bound) if side > 0 else max(trial, bound)
@@ -154,13 +153,14 @@ class _Search:
             if rise < 1.0:
                 if trial == bound:
                     return bound
-                inner, inner_rise, rest = trial, rise, found
+                inner, inner_rise = trial, rise
             else:
                 outer, outer_rise = trial, rise
+            rest = found
             trial = _next(inner, inner_rise, outer, outer_rise, float(self.point[j]))
         return inner if np.isfinite(outer_rise) else side * np.inf
 
-    def _rise(self, j: int, value: float, start: Array) -> tuple[float, Array]:
+    def _rise(self, j: int, value: float, start: Array | None) -> tuple[float, Array]:
         """Root of the profile's rise as a share of its limit, and the other coordinates there."""
         k = len(self.problem.shapes)
         guess = self.point + (value - self.point[j]) * self.inverse[:, j] / self.inverse[j, j]
@@ -170,8 +170,9 @@ class _Search:
         else:
             pinned = outer_problem(replace(self.problem, pinned={j - k: value}))
             guess = guess[:k]
-        best = min((start, np.clip(guess, pinned.lower, pinned.upper)), key=pinned.cost)
-        found = minimise(pinned, best, tolerance=1e-3, max_iterations=30)
+        if start is None:
+            start = np.clip(guess, pinned.lower, pinned.upper)
+        found = minimise(pinned, start, tolerance=1e-2, max_iterations=15)
         return float(np.sqrt(max(found.cost - self.least, 0.0) / self.limits[j])), found.point
 
 
