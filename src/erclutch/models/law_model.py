@@ -13,7 +13,6 @@ from operator import add
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
@@ -21,8 +20,8 @@ from erclutch.models import model_file
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
-from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.model import Pair, Range, further_inputs, settled_memory
+from erclutch.models.shared_answers import SharedAnswers
 from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -319,7 +318,7 @@ def unit_text(dimension: Dimension, units: Units) -> str:
 
 
 @dataclass(frozen=True)
-class TorqueModel:
+class TorqueModel(SharedAnswers):
     """Effort of a device from its fields and slips.
 
     Attributes:
@@ -347,11 +346,6 @@ class TorqueModel:
     def title(self) -> str:
         """Name for people."""
         return self.structure.law.title
-
-    @property
-    def name(self) -> str:
-        """Identifier: specification of the law and its stages, for example ``bingham/power+lag``."""
-        return full_name(self.structure.specification, self.structure.dynamics)
 
     @property
     def period(self) -> float:
@@ -391,36 +385,13 @@ class TorqueModel:
         law = self.structure.law.plugin
         return (*(() if law is None else (law,)), *outside_stages(self.structure.dynamics))
 
-    def predict(self, data: Rows) -> Array:
-        """Effort over a data set, shape (n,), in the unit of the training data.
-
-        Raises:
-            ErclutchError: the data set is of another device or in other units.
-        """
-        require_same_signals(self, data)
-        return self.effort(data.elements, data.clock, data.extras)
-
-    def outside(self, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
-        return self.trained_on.outside(data)
-
-    @quick_for_one_row
-    def effort(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array] | None = None,
-        *,
-        exactly: bool = True,
+    def effort_of_rows(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,).
-
-        To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding.
-        A model that is asked for one row again and again answers in some 10 us (`models.one_row`).
-        """
+        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
         q = list(self.shape.values())
         functions = exact if exactly else _as_it_is
-        further = further_inputs(self.structure.extras, extras or {})
+        further = further_inputs(self.structure.extras, extras)
         total = np.zeros(clock.time.size)
         columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
         for term in self._terms(columns):
