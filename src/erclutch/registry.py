@@ -1,4 +1,4 @@
-"""Plug-ins by name: laws, readers, stages, targets and rigs, those of erclutch and those of other packages.
+"""Plug-ins are found by name: laws, readers, stages, targets and rigs, of erclutch and of other packages.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
 folder that assigns the group's `mark` at its top level (``LAW = ...`` in ``models/laws/casson.py`` is the law

@@ -1,4 +1,4 @@
-"""Arithmetic with a state, recorded by running a NumPy function on operands that write down what is done to them.
+"""A NumPy function runs on operands that write down what is done to them; that is its record, with its state.
 
 The record keeps NumPy's order of operations. It is printed as C and for other targets, and it is run again in NumPy in
 either precision (`erclutch.arithmetic.evaluation`), bit for bit what the C does, because IEEE arithmetic leaves no

@@ -1,4 +1,4 @@
-"""TorqueModel: a device, dynamics, a law and the numbers. It predicts effort and knows nothing of fits.
+"""A TorqueModel has a device, stages, a law and the numbers. It predicts effort and knows nothing of fits.
 
 Normalisation is inside: fields are divided by the reference field, slips by the reference slip, so nobody ports it
 by hand.

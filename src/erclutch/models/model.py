@@ -1,4 +1,4 @@
-"""What a model is, whatever is inside: a device, a chain of stages with a law or a network, and the numbers."""
+"""This module says what a model is, whatever is inside: a device, a chain of stages with a law or a network, numbers."""
 
 from __future__ import annotations
 

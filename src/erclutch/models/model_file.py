@@ -1,4 +1,4 @@
-"""What all saved models share: a schema, a digest, and entries that are looked at before a number is computed.
+"""All saved models share a schema, a digest, and entries that are looked at before a number is computed.
 
 A digest tells damage, not intent: whoever writes a file can write its digest. So every text has a grammar, and every
 number a range in which all further arithmetic stays finite.

@@ -1,4 +1,4 @@
-"""ResidualModel: a law, and a bounded network that adds what the law misses where there were training rows.
+"""A ResidualModel has a law, and a bounded network that adds what the law misses where there were training rows.
 
 ::
 

@@ -1,4 +1,4 @@
-"""The inverse in C: a search over the effort at rest or over that of the next step, printed from their records.
+"""The inverse in C searches the field, over the effort at rest or of the next step, printed from their records.
 
 `step_numbers` holds the same search in NumPy; the conformance tests hold the two together, bit for bit.
 """

@@ -1,4 +1,4 @@
-"""The targets by name: a file each in this folder, and those of other packages (entry point ``erclutch.targets``).
+"""Targets have names: each is a file in this folder or comes from another package (entry point ``erclutch.targets``).
 
     TITLE                              one phrase
     write(program, folder)             writes all its files

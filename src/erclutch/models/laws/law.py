@@ -1,4 +1,4 @@
-"""What a law is: a plain NumPy function that returns columns, and the names, units and bounds of its numbers.
+"""A law is a plain NumPy function that returns columns, with the names, units and bounds of its numbers.
 
 The effort of one element is the columns times their gains. Fields and slips come in normalised (field by the largest
 field of the training data, slip by its typical size), so bounds hold for any device; `Dimension` turns a number back

@@ -1,4 +1,4 @@
-"""Stages by name: a file each in this folder, and those of other packages (entry point ``erclutch.stages``).
+"""Stages have names: each is a file in this folder or comes from another package (entry point ``erclutch.stages``).
 
 A specification of stages is ``none``, a name such as ``lag``, or several names joined by ``+`` in the order of the
 signal.

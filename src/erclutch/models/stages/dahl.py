@@ -1,4 +1,4 @@
-"""Dahl's memory of the slip: N states that follow the slip and saturate at its sign.
+"""Dahl's memory has N states that follow the slip and saturate at its sign.
 
 ::
 

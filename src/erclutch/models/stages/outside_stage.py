@@ -1,4 +1,4 @@
-"""The stage of a plug-in; one of another package is named where it fails."""
+"""A stage of another package is named where it fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What memories of the slip share: outputs that are columns, without field and times the strength of the field."""
+"""Memories of the slip share this: their outputs are columns, without field and times the strength of the field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a stage is: a small system with a memory that stands before or behind a law or a network.
+"""A stage is a small system with a memory that stands before or behind a law or a network.
 
 A model is a chain::
 

@@ -1,4 +1,4 @@
-"""Viscous effort as a power of the slip, without field and with it; it remembers nothing.
+"""Viscous effort is a power of the slip, without field and with it; it remembers nothing.
 
 ::
 
