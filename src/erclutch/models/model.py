@@ -1,4 +1,4 @@
-"""This module says what a model is, whatever is inside: a device, a chain of stages with a law or a network, numbers."""
+"""This module says what a model is: a device, a chain of stages with a law or a network, and the numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All kinds of model answer this in the same way; machine code answers a lone row in microseconds, with the same bits."""
+"""All kinds of model answer this in the same way; a lone row is answered in microseconds, with the same bits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A NetworkModel has a device, inputs, their normalisation and tables of weights. It predicts effort, like a TorqueModel."""
+"""A NetworkModel has a device, inputs, their normalisation and tables of weights. It predicts effort."""
 
 from __future__ import annotations
 
