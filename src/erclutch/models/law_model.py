@@ -311,8 +311,9 @@ def unit_text(dimension: Dimension, units: Units) -> str:
     powers = ((dimension.effort, units.effort), (dimension.field, units.field), *motion)
     for exponent, unit in powers:
         if exponent and unit:
-            name = f"({unit})" if "/" in unit and exponent < 0 else unit
-            (above if exponent > 0 else below).append(name)
+            name = f"({unit})" if "/" in unit and (exponent < 0 or exponent > 1) else unit
+            power = f"^{abs(exponent)}" if abs(exponent) > 1 else ""
+            (above if exponent > 0 else below).append(name + power)
     text = "*".join(above) or "1"
     return text + "".join(f"/{name}" for name in below)
 
