@@ -20,6 +20,7 @@ from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel
 from erclutch.models.stages.stage import Stage
 from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import TEMPERATURE
 from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
@@ -210,7 +211,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         precision=PRECISIONS[options.precision],
         period=period,
         inputs=(*names, *extras),
-        units=(*units, *("?" for _ in extras)),
+        units=(*units, *("K" if name == TEMPERATURE else "?" for name in extras)),
         filter=filter_,
         field=field_window,
         slip=slip_window,

@@ -16,6 +16,7 @@ from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.recording import TEMPERATURE
 
 Pair = tuple[float, float]
 _SAME_PERIOD = 0.01
@@ -313,7 +314,9 @@ def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str
             known = ", ".join(given) or "none"
             raise MappingError(
                 f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy=f"Read the log with --input {shell_word(name)}",
+                remedy="Name its column with --temperature"
+                if name == TEMPERATURE
+                else f"Read the log with --input {shell_word(name)}",
             )
     return {name: given[name] for name in names}
 

@@ -32,8 +32,8 @@ class Viscous:
     switches: bool = False
     outputs: tuple[str, ...] = ("v",)
     gains: tuple[Gain, ...] = (
-        Gain("T_v", "viscous effort at the reference slip without field", EFFORT),
-        Gain("T_vy", "viscous effort at the reference slip and field, that of the field", EFFORT),
+        Gain("T_v", "viscous effort at the reference slip without field", EFFORT, part="viscous"),
+        Gain("T_vy", "viscous effort at the reference slip and field, that of the field", EFFORT, part="viscous"),
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
