@@ -318,7 +318,7 @@ class _Recording:
         return self.record.call("turned", turned, x=x)
 
     def signals(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> tuple[Any, Any, list[Any]]:
-        """Whether one lies outside its window, whether both fields are on, and all of them within their windows."""
+        """Whether one is outside what was trained on, whether both fields are on, and all within their windows."""
         step, record = self.step, self.record
         windows = [*(step.field for _ in fields), *(step.slip for _ in slips), *step.extras]
         kinds = (("field", fields), ("slip", slips), ("further", extras))
@@ -329,6 +329,10 @@ class _Recording:
             out, within = self._within(x, window)
             outside = record.either(outside, record.label(out, f"{name}_outside"))
             held.append(record.label(within, f"{name}_held"))
+        trained_on = step.model.trained_on
+        for i in range(len(fields) if trained_on.near else 0):
+            far = trained_on.far(i, held[i], held[step.elements + i])
+            outside = record.either(outside, record.label(far, f"far{i + 1}"))
         both = False
         if len(fields) == 2:
             both = record.both(record.less(step.both, fields[0]), record.less(step.both, fields[1]))

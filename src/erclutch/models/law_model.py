@@ -501,11 +501,7 @@ class TorqueModel:
             "shape": dict(self.shape),
             "gains": dict(self.gains),
             **({"extras": self._extras_to_dict()} if self.structure.extras else {}),
-            "trained_on": {
-                "field": list(self.trained_on.field),
-                "slip": list(self.trained_on.slip),
-                "effort": list(self.trained_on.effort),
-            },
+            "trained_on": self.trained_on.to_dict(),
             "about": dict(self.about),
         }
         if self.plugins:

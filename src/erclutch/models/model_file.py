@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, PluginError, RunError
-from erclutch.models.model import Pair, Range
+from erclutch.models.model import CELLS, Pair, Range
 from erclutch.registry import require
 from erclutch.signals.array import Array
 from erclutch.signals.device import DEVICES, DeviceName, Units
@@ -194,7 +194,19 @@ def units_of(body: Mapping[str, Any]) -> Units:
 
 def range_of(body: Mapping[str, Any]) -> Range:
     """What a model was trained on."""
-    return Range(*(pair_of(body["trained_on"][key], f"range of {key}") for key in ("field", "slip", "effort")))
+    entry = body["trained_on"]
+    near = [_masks_of(masks) for masks in entry.get("near", ())]
+    if near and len(near) != (2 if body["device"] == "coaxial" else 1):
+        raise ValueError(f"cells near training rows for {len(near)} elements")
+    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), tuple(near))
+
+
+def _masks_of(values: Any) -> tuple[int, ...]:
+    """The cells near training rows of one element."""
+    found = tuple(whole_number_of(value, "a row of cells") for value in values)
+    if len(found) != CELLS or not all(0 <= mask < 1 << CELLS for mask in found):
+        raise ValueError(f"cells near training rows are {found!r:.60}")
+    return found
 
 
 def about_of(body: Mapping[str, Any]) -> dict[str, str]:

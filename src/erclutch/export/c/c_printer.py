@@ -55,6 +55,8 @@ class Printer:
             if node.operation == "network" and len(node.arguments) > WRITTEN_OUT:
                 inputs = ", ".join(bare(self._text[a.index]) for a in node.arguments)
                 yield f"const {self.prefix}real v{node.index}[{len(node.arguments)}] = {{{inputs}}};"
+            if node.operation == "table":
+                yield from self._table(node)
             text = self._expression(node)
             simple = node.operation in ("input", "constant") or (node.operation == "state" and node.kind == "truth")
             folded = uses[node.index] == 1 and len(text) <= _WIDEST and not _named(node)
@@ -108,6 +110,14 @@ class Printer:
         yield f"        state->ring{length}[j][{place}] = {bare(self._text[node.arguments[0].index])};"
         yield "    }"
         yield "}"
+
+    def _table(self, node: Node) -> Iterator[str]:
+        """A table of truths as bits, 32 a word, and the place of the entry."""
+        bits = [entry for row in node.value for entry in row]
+        words = [sum(bit << k for k, bit in enumerate(bits[i : i + 32])) for i in range(0, len(bits), 32)]
+        yield from table("uint32_t", f"table{node.index}", [f"0x{word:08x}u" for word in words]).splitlines()
+        row, column = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
+        yield f"const uint32_t entry{node.index} = ({row} * {len(node.value[0])}u) + {column};"
 
     def _name(self, node: Node) -> str:
         """The value's label, unless another value has the same."""
@@ -164,6 +174,9 @@ class Printer:
             return f"({self.prefix}finite({bare(a[0])}) != 0u)"
         if node.operation == "opposite":
             return bare(a[0]).replace(" != 0u", " == 0u").join("()") if _number(a[0]) else f"(!{a[0]})"
+        if node.operation == "table":
+            k = node.index
+            return f"(((table{k}[entry{k} >> 5u] >> (entry{k} & 31u)) & 1u) != 0u)"
         numbers = [_number(x) for x in a]
         if None not in numbers:
             return f"(({numbers[0]} {'&' if node.operation == 'both' else '|'} {numbers[1]}) != 0u)"

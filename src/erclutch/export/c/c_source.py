@@ -26,7 +26,7 @@ from erclutch.export.step_record import (
 )
 
 FLAGS = {
-    "OUTSIDE_RANGE": "an input lies more than 1 % outside the training range: the effort is a guess",
+    "OUTSIDE_RANGE": "no training row is near the input, or it lies outside the training range: the effort is a guess",
     "NON_FINITE": "an input is not finite (or an angle beyond 1e6): the last good row is used, effort 0 before one",
     "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
     "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",

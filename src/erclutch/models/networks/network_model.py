@@ -259,11 +259,7 @@ class NetworkModel:
             },
             "weights": {name: table.tolist() for name, table in self.weights.items()},
             "input_range": self.input_range.tolist(),
-            "trained_on": {
-                "field": list(self.trained_on.field),
-                "slip": list(self.trained_on.slip),
-                "effort": list(self.trained_on.effort),
-            },
+            "trained_on": self.trained_on.to_dict(),
             "about": dict(self.about),
         }
         if self.period is not None:
