@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, MappingError, shell_word
+from erclutch.models.band import Band
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -174,6 +175,11 @@ class Model(Protocol):
     @property
     def correction(self) -> Correction | None:
         """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    @property
+    def band(self) -> Band | None:
+        """How far the measured effort may lie from the estimate; None where that was not calibrated."""
         ...
 
     @property
