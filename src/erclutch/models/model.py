@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.elementary import table_entry
 from erclutch.errors import ErclutchError, MappingError, shell_word
+from erclutch.models.band import Band
 from erclutch.models.covered_cells import within
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
@@ -208,6 +209,11 @@ class Model(Protocol):
     @property
     def correction(self) -> Correction | None:
         """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    @property
+    def band(self) -> Band | None:
+        """How far the measured effort may lie from the estimate; None where that was not calibrated."""
         ...
 
     @property

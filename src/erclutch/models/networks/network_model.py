@@ -15,6 +15,7 @@ from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.errors import ErclutchError
 from erclutch.models import model_file
+from erclutch.models.band import Band
 from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
@@ -65,6 +66,7 @@ class NetworkModel:
         trained_on: range of the training data.
         input_range: smallest and largest training value of each input, shape (inputs, 2).
         period: sampling period of the training data in s: how far back past rows lie. None: not known.
+        band: how far the measured effort may lie from the estimate.
     """
 
     structure: NetworkStructure
@@ -76,6 +78,7 @@ class NetworkModel:
     input_range: Array
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     period: float | None = None
+    band: Band | None = None
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
 
@@ -266,7 +269,7 @@ class NetworkModel:
             body["period_s"] = self.period
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": model_file.digest_of(body)}
+        return model_file.sealed(body, self.band)
 
 
 def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
