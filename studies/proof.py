@@ -99,7 +99,9 @@ def analysed(folder: Path, files: list[str], unroll: int) -> Proof:
 
 
 #: Functions analysed and in all, statements reached and in these functions.
-_COVERAGE = r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached \(out of \d+\))"
+_COVERAGE = (
+    r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached \(out of \d+\))"
+)
 
 
 def _cpu() -> float:

@@ -114,6 +114,13 @@ def _true_range(model: Any) -> Any:
     return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
 
 
+def _with_gaps(model: Any) -> Any:
+    """The model with a grid over field and slip that has gaps, other ones for each element."""
+    masks = np.random.default_rng(11).integers(0, 1 << 16, (2 if model.structure.device == "coaxial" else 1, 16))
+    near = tuple(tuple(element) for element in masks.tolist())
+    return replace(model, trained_on=replace(model.trained_on, near=near))
+
+
 def _size(name: str, extras: tuple[str, ...]) -> float:
     """Of an input of a network: a field, a further input, a state of a memory, an acceleration or a speed."""
     if name in extras:
@@ -129,7 +136,7 @@ MODELS: dict[str, Model] = {
         law_model("on-off", "coaxial"),
         law_model("on-off", "single", "rise-fall"),
         law_model("quadratic", "coaxial", "lag"),
-        law_model("bingham", "single"),
+        _with_gaps(law_model("bingham", "single")),
         law_model("bingham", "coaxial", "rise-fall"),
         law_model("bingham/critical", "coaxial"),
         law_model("bingham/forward", "coaxial"),
@@ -148,7 +155,7 @@ MODELS: dict[str, Model] = {
         law_model("rbfm-5", "coaxial", "lag"),
         law_model("rbfm-10", "coaxial"),
         law_model("rbfm-10/forward", "single", "rise-fall"),
-        network_model("fnn-16"),
+        _with_gaps(network_model("fnn-16")),
         network_model("fnn-10-6", "coaxial", "lag"),
         network_model("fnn-3", "single", "rise-fall", past=(1, 4)),
         network_model("fnn-7", "coaxial", past=(2,), extras=("temperature", "current i_q")),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from erclutch.errors import ErclutchError, RunError
 from erclutch.export import ExportOptions, export_model, step_of
 from erclutch.export.c.c_source import header, source
 from erclutch.export.export_folder import read_export
+from erclutch.models.band import Band
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
@@ -26,6 +28,7 @@ NUMBERS: tuple[Any, ...] = (
     *(0, -1, -3, 10**9, 2**64, 10**400, -(10**400)),
 )
 OTHERS: tuple[Any, ...] = (True, False, None, "", "x", "1.0", "nan", [], {}, [[]], [1], [1, 2, 3], [1, [2]], {"a": 1})
+BAND = Band(0.95, 0.01, 5.0, (10.0, 60.0), (0.3,), (0.1, 0.2) * 6, (0.2, 0.1) * 6)
 FACTORS = (-1, 1e3, 1e-3, 0.5, 1e30, 1e-30, 1e300)
 
 
@@ -126,7 +129,7 @@ def bodies(
         network("fnn-2", "single", "dahl"),
         residual,
     )
-    return [model.to_dict() for model in made]
+    return [replace(model, band=BAND).to_dict() for model in made]
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000, '{"kind": ' + "9" * 5000 + "}"])

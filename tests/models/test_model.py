@@ -187,6 +187,10 @@ def test_a_missing_key_is_refused(key: str) -> None:
         ("units", None),
         ("reference", {"field": 1.0}),
         ("trained_on", {"field": [0.0], "slip": [0.0, 1.0], "effort": [0.0, 1.0]}),
+        *(
+            ("trained_on", {"field": [0.0, 1.0], "slip": [0.0, 1.0], "effort": [0.0, 1.0], "near": near})
+            for near in (3, [[0] * 15], [[0] * 16] * 2, [[1 << 16] + [0] * 15], [[-1] + [0] * 15], [[0.5] * 16])
+        ),
     ],
 )
 def test_an_unfitting_entry_is_refused(key: str, value: Any) -> None:

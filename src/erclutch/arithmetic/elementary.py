@@ -113,6 +113,14 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     return found.astype(typed, copy=False)
 
 
+def table_entry(table: Sequence[Sequence[Any]], row: Any, column: Any) -> Any:
+    """Entry of a table of truths or numbers at the whole parts of two numbers that lie within it."""
+    recorder = next((x for x in (row, column) if isinstance(x, RecordingOperand)), None)
+    if recorder is not None:
+        return recorder.record("table", table, row, column)
+    return np.array(table)[np.asarray(row).astype(np.intp), np.asarray(column).astype(np.intp)]
+
+
 def _bits_of(x: Any, precision: Precision) -> Any:
     if isinstance(x, float):
         return _WORD.unpack(_DOUBLE.pack(x))[0]

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.elementary import elementary
+from erclutch.arithmetic.elementary import elementary, table_entry
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import Node, Record
 
@@ -49,6 +49,9 @@ class Numbers:
         """The value of a node on some rows."""
         if node.operation == "constant":
             return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
+        if node.operation == "table":
+            entry = table_entry(node.value, *arguments)
+            return entry if node.kind == "truth" else entry.astype(self.precision.dtype)
         if node.operation == "network":
             assert self.network is not None
             return self.network(np.array(np.broadcast_arrays(*arguments)))

@@ -18,6 +18,7 @@ _GROUPS = {
     "choose": "selections",
     "less": "comparisons",
     "finite": "comparisons",
+    "table": "look-ups",
 }
 _FROM_BITS = ("real_of_bits", "real_from_bits")
 

@@ -55,8 +55,8 @@ def step_function(program: ExportedStep, record: StepRecord) -> str:
 %   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {_class(program)} but FLAGS, which is uint32.
 %   STATE has {record.size} elements, zeros before the first sample.
 {inputs}
-%   effort in {comment(program.model.units.effort or "1")}; flags by bits: 1 outside the training
-%   range, 2 input not finite, 4 both fields on, 8 effort limited.{_period(program)}
+%   effort in {comment(program.model.units.effort or "1")}; flags by bits: 1 far from the training
+%   rows, 2 input not finite, 4 both fields on, 8 effort limited.{_period(program)}
 %
 % Written by erclutch {__version__} from the numbers of {n}.c. Model {program.digest}
 %
@@ -100,6 +100,9 @@ def _lines(program: ExportedStep, made: StepRecord) -> Iterator[str]:
     uses = Counter(a.index for n in nodes for a in n.arguments)
     uses.update(n.index for n in [*record.outputs, *record.after.values()])
     for node in nodes:
+        if node.operation == "table":
+            rows = "; ...\n        ".join(" ".join(str(int(entry)) for entry in row) for row in node.value)
+            yield f"table{node.index} = logical([{rows}]);"
         text = _expression(program, node, [texts[a.index] for a in node.arguments], places)
         plain = node.operation in ("input", "constant", "state")
         if plain or (uses[node.index] == 1 and len(text) <= _WIDEST and node.operation != "network"):
@@ -145,6 +148,8 @@ def _expression(program: ExportedStep, node: Node, a: list[str], places: dict[st
         return f"(({a[0]} + {magic}) - {magic})"
     if operation == "power":
         return f"max({a[0]}, realmin('{_class(program)}')) ^ {a[1]}"
+    if operation == "table":
+        return f"table{node.index}(fix({a[0]}) + 1, fix({a[1]}) + 1)"
     if operation == "network":
         return f"network([{'; '.join(a)}])"
     return f"{'abs' if operation == 'absolute' else operation}({', '.join(a)})"

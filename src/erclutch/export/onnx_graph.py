@@ -114,7 +114,17 @@ class Emitter:
             return self.add("Pow", [self.add("Max", [a[0], smallest]), a[1]])
         if operation == "expm1":
             return self._expm1(a[0])
+        if operation == "table":
+            return self._entry(node, a)
         return self._network(a)
+
+    def _entry(self, node: Node, a: list[str]) -> str:
+        """An entry of a table, by row and column."""
+        from onnx import TensorProto
+
+        row, column = (self.add("Cast", [x], to=TensorProto.INT64) for x in a)
+        start = self.add("Mul", [row, self.constant([len(node.value[0])], np.int64)])
+        return self.add("Gather", [self.constant(np.ravel(node.value), np.bool_), self.add("Add", [start, column])])
 
     def _expm1(self, x: str) -> str:
         """e^x - 1: near zero 2 t / (1 - t) with t = tanh(x / 2), as there is no such operator."""

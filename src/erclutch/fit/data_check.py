@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError
+from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.array import Array
@@ -25,7 +26,6 @@ ONE_FIELD = "one field"
 STEADY_FIELD = "field"
 
 _FEWEST_ROWS = 50
-_CELLS = 12
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
@@ -234,13 +234,8 @@ def _one_field(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Findin
 
 
 def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
-    """Test rows in cells of field and slip that hold no training row."""
-    outside = np.zeros(int(test.sum()), np.bool_)
-    for seen, whole in zip(train.elements, data.elements, strict=True):
-        field_edges, slip_edges = _edges(whole.field), _edges(whole.slip)
-        counts: Array = np.histogram2d(seen.field, seen.slip, bins=[field_edges, slip_edges])[0]
-        row, column = _cell(whole.field[test], field_edges), _cell(whole.slip[test], slip_edges)
-        outside |= counts[row, column] == 0
+    """Test rows that every model fitted to the training rows will call outside."""
+    outside = range_of(train).outside(data.take(test))
     share = float(outside.mean()) if outside.size else 0.0
     if share < 0.01:
         return None
@@ -263,14 +258,6 @@ def _unlike(data: Dataset) -> Finding | None:
             message = f"the {name} of {data.sources[odd[0]]} is {sizes[odd[0]]:.3g}, that of the usual log {usual:.3g}"
             return Finding("warning", name, message, f"Check the unit of the {name}")
     return None
-
-
-def _edges(values: Array) -> Array:
-    return np.linspace(float(np.min(values)), float(np.max(values)), _CELLS + 1)
-
-
-def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
-    return np.clip(np.searchsorted(edges, values, "right") - 1, 0, _CELLS - 1)
 
 
 def _zero_field(train: Dataset) -> Finding | None:

@@ -18,6 +18,7 @@ from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
 from erclutch.errors import SettingError
 from erclutch.models import model_file
+from erclutch.models.band import Band
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.law import Part
 from erclutch.models.laws.smooth import FORWARD, direction
@@ -393,6 +394,7 @@ class TorqueModel(SharedAnswers):
         units: units of inputs and output.
         trained_on: range of the training data.
         extra_ranges: range of each further input in the training data.
+        band: how far the measured effort may lie from the estimate.
     """
 
     structure: Structure
@@ -403,6 +405,7 @@ class TorqueModel(SharedAnswers):
     trained_on: Range
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     extra_ranges: tuple[Pair, ...] = ()
+    band: Band | None = None
     #: Nothing is added to a law's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
 
@@ -538,16 +541,12 @@ class TorqueModel(SharedAnswers):
             "shape": dict(self.shape),
             "gains": dict(self.gains),
             **({"extras": self._extras_to_dict()} if self.structure.extras else {}),
-            "trained_on": {
-                "field": list(self.trained_on.field),
-                "slip": list(self.trained_on.slip),
-                "effort": list(self.trained_on.effort),
-            },
+            "trained_on": self.trained_on.to_dict(),
             "about": dict(self.about),
         }
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": model_file.digest_of(body)}
+        return model_file.sealed(body, self.band)
 
     def _extras_to_dict(self) -> list[dict[str, Any]]:
         inputs = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)

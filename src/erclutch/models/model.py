@@ -9,7 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.arithmetic.elementary import table_entry
 from erclutch.errors import ErclutchError, MappingError, shell_word
+from erclutch.models.band import Band
+from erclutch.models.covered_cells import within
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -20,6 +23,9 @@ from erclutch.signals.recording import TEMPERATURE
 
 Pair = tuple[float, float]
 _SAME_PERIOD = 0.01
+
+#: Cells of the grid over field and slip along each of the two.
+CELLS = 16
 
 
 def margins(covered: Pair) -> Pair:
@@ -33,24 +39,53 @@ def margins(covered: Pair) -> Pair:
 class Range:
     """What the training data covered.
 
+    A row is outside if a field or slip lies beyond the margins, or if no training row of its element had a field and
+    slip near: in its cell of a grid over both ranges, or in a cell beside. Less than a sixteenth of the range from a
+    training row is near, more than an eighth is not.
+
     Attributes:
         field: smallest and largest field over all elements.
         slip: smallest and largest slip over all elements.
         effort: smallest and largest effort.
+        near: cells near training rows: for each element 16 numbers, one for each cell of the field from the lowest;
+            bit k of a number is the cell k of the slip. Without them all cells inside the margins are near.
     """
 
     field: Pair
     slip: Pair
     effort: Pair
+    near: tuple[tuple[int, ...], ...] = ()
+
+    def cell(self, field: Any, slip: Any) -> tuple[Any, Any]:
+        """Numbers of the cells of field and slip, less than 16, with a fraction; elementwise on any operand."""
+        return tuple(_cell(x, covered) for x, covered in ((field, self.field), (slip, self.slip)))
+
+    def far(self, element: int, field: Any, slip: Any) -> Any:
+        """Whether no training row of an element, from 0, was near; elementwise on any operand. It needs `near`."""
+        table = tuple(tuple(not mask >> k & 1 for k in range(CELLS)) for mask in self.near[element])
+        return table_entry(table, *self.cell(field, slip))
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside the margins, shape (n,)."""
+        """Rows for which a model guesses, shape (n,)."""
         out = np.zeros(data.clock.time.size, np.bool_)
-        for element in data.elements:
+        for i, element in enumerate(data.elements):
             for values, covered in ((element.field, self.field), (element.slip, self.slip)):
                 low, high = margins(covered)
                 out |= (values < low) | (values > high)
+            if self.near:
+                out |= self.far(i, element.field, element.slip)
         return out
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values."""
+        ranges = {key: list(getattr(self, key)) for key in ("field", "slip", "effort")}
+        return {**ranges, **({"near": [list(masks) for masks in self.near]} if self.near else {})}
+
+
+def _cell(x: Any, covered: Pair) -> Any:
+    low, high = covered
+    scale = min(CELLS / (high - low), 1e18) if high > low else 0.0
+    return within((x - low) * scale, 0.0, CELLS - 0.5)
 
 
 class Rows(Protocol):
@@ -176,6 +211,11 @@ class Model(Protocol):
     @property
     def correction(self) -> Correction | None:
         """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    @property
+    def band(self) -> Band | None:
+        """How far the measured effort may lie from the estimate; None where that was not calibrated."""
         ...
 
     @property

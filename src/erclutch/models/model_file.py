@@ -11,12 +11,14 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from erclutch.errors import ErclutchError, PluginError, RunError
-from erclutch.models.model import Pair, Range
+from erclutch.models.band import MOST_EDGES, Band
+from erclutch.models.model import CELLS, Pair, Range
 from erclutch.registry import require
 from erclutch.signals.array import Array
 from erclutch.signals.device import DEVICES, DeviceName, Units
@@ -40,6 +42,12 @@ def digest_of(body: Mapping[str, Any]) -> str:
     """SHA-256 of a JSON body, independent of the order of its keys."""
     text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def sealed(body: Mapping[str, Any], band: Band | None) -> dict[str, Any]:
+    """The body of a model's file with its band, if it has one, and the digest of all."""
+    whole = dict(body) if band is None else {**body, "band": band.to_dict()}
+    return {**whole, "digest": digest_of(whole)}
 
 
 def keeps_digest(body: Mapping[str, Any]) -> bool:
@@ -100,7 +108,8 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
     if not keeps_digest(body):
         raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
     try:
-        return make(body)
+        made: Any = make(body)
+        return made if body.get("band") is None else replace(made, band=band_of(body["band"]))
     except (PluginError, RunError):
         raise
     except UNFIT as error:
@@ -194,7 +203,43 @@ def units_of(body: Mapping[str, Any]) -> Units:
 
 def range_of(body: Mapping[str, Any]) -> Range:
     """What a model was trained on."""
-    return Range(*(pair_of(body["trained_on"][key], f"range of {key}") for key in ("field", "slip", "effort")))
+    entry = body["trained_on"]
+    near = [_masks_of(masks) for masks in entry.get("near", ())]
+    if near and len(near) != (2 if body["device"] == "coaxial" else 1):
+        raise ValueError(f"cells near training rows for {len(near)} elements")
+    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), tuple(near))
+
+
+def _masks_of(values: Any) -> tuple[int, ...]:
+    """The cells near training rows of one element."""
+    found = tuple(whole_number_of(value, "a row of cells") for value in values)
+    if len(found) != CELLS or not all(0 <= mask < 1 << CELLS for mask in found):
+        raise ValueError(f"cells near training rows are {found!r:.60}")
+    return found
+
+
+def band_of(body: Mapping[str, Any]) -> Band:
+    """The band of a model."""
+    level = number_of(body["level"], "level", positive=True)
+    if level >= 1.0:
+        raise ValueError(f"level is {level:g}, not below 1")
+    settling, threshold = (number_of(body[key], key, positive=True) for key in ("settling_s", "threshold"))
+    fields, slips = (_edges_of(body[key], key) for key in ("field_edges", "slip_edges"))
+    cells = 2 * (len(fields) + 1) * (len(slips) + 1)
+    behind, ahead = (tuple(table_of(body[key], key, cells).tolist()) for key in ("behind", "ahead"))
+    if min(*behind, *ahead) < 0.0:
+        raise ValueError(f"a half width is {min(*behind, *ahead):g}")
+    return Band(level, settling, threshold, fields, slips, behind, ahead)
+
+
+def _edges_of(value: Any, name: str) -> tuple[float, ...]:
+    """Saved edges of a band: few, positive and ascending."""
+    if not isinstance(value, list) or len(cast(list[Any], value)) > MOST_EDGES:
+        raise ValueError(f"{name} is {value!r:.40}, not a table of up to {MOST_EDGES}")
+    edges = tuple(number_of(edge, name, positive=True) for edge in cast(list[Any], value))
+    if list(edges) != sorted(set(edges)):
+        raise ValueError(f"{name} are {edges!r:.60}, not ascending")
+    return edges
 
 
 def about_of(body: Mapping[str, Any]) -> dict[str, str]:

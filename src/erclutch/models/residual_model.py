@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.as_in_c import exact
+from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
 from erclutch.models.model import Pair, Range, further_inputs, settled_memory
-from erclutch.models.model_file import SCHEMA, digest_of, number_of, read_model, table_of
+from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
@@ -114,10 +115,12 @@ class ResidualModel(SharedAnswers):
     Attributes:
         law: with its stages and numbers; it has the units and the period of all.
         correction: what the network adds.
+        band: how far the measured effort may lie from the estimate.
     """
 
     law: TorqueModel
     correction: BoundedResidual
+    band: Band | None = None
 
     @property
     def structure(self) -> ResidualStructure:
@@ -243,7 +246,7 @@ class ResidualModel(SharedAnswers):
             "limit": self.correction.limit,
             "covered": {"low": cells.low.tolist(), "high": cells.high.tolist(), "reach": cells.reach.tolist()},
         }
-        return {**body, "digest": digest_of(body)}
+        return sealed(body, self.band)
 
 
 def residual_inputs(

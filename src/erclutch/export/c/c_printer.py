@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import BINARY, FUNCTIONS, ON_BITS, Node, Record
@@ -38,6 +39,7 @@ class Printer:
     layout: Record | None = None
     _text: dict[int, str] = field(default_factory=dict[int, str])
     _comparisons: dict[int, str] = field(default_factory=dict[int, str])
+    _tables: dict[Any, str] = field(default_factory=dict[Any, str])
 
     def lines(self) -> Iterator[str]:
         """Declarations of everything that the outputs and the state need."""
@@ -59,6 +61,8 @@ class Printer:
             if node.operation == "network" and len(node.arguments) > WRITTEN_OUT:
                 inputs = ", ".join(bare(self._text[a.index]) for a in node.arguments)
                 yield f"const {self.prefix}real v{node.index}[{len(node.arguments)}] = {{{inputs}}};"
+            if node.operation == "table":
+                yield from self._table(node)
             text = self._expression(node)
             simple = node.operation in ("input", "constant") or (node.operation == "state" and node.kind == "truth")
             folded = uses[node.index] == 1 and len(text) <= _WIDEST and not _named(node)
@@ -116,6 +120,21 @@ class Printer:
         yield "    }"
         yield "}"
 
+    def _table(self, node: Node) -> Iterator[str]:
+        """A table, of truths as bits, 32 a word, printed where it is first used; and the place of the entry."""
+        if node.value not in self._tables:
+            self._tables[node.value] = name = f"table{node.index}"
+            entries = [entry for row in node.value for entry in row]
+            if node.kind == "truth":
+                parts = (entries[i : i + 32] for i in range(0, len(entries), 32))
+                words = [f"0x{sum(bit << k for k, bit in enumerate(part)):08x}u" for part in parts]
+                yield from table("uint32_t", name, words).splitlines()
+            else:
+                values = [self.precision.constant(value) for value in entries]
+                yield from table(f"{self.prefix}real", name, values).splitlines()
+        row, column = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
+        yield f"const uint32_t entry{node.index} = ({row} * {len(node.value[0])}u) + {column};"
+
     def _name(self, node: Node) -> str:
         """The value's label, unless another value has the same."""
         label = self.record.labels.get(node.index, "")
@@ -157,6 +176,8 @@ class Printer:
         if node.operation == "choose":
             # Comparisons are written again where they choose: so an analysis sees that the choice keeps to the limits.
             return f"({self._comparisons.get(node.arguments[0].index, a[0])} ? {a[1]} : {a[2]})"
+        if node.operation == "table" and node.kind == "real":
+            return f"{self._tables[node.value]}[entry{node.index}]"
         return self._truth(node, a) if node.kind == "truth" else self._special(node.operation, a)
 
     def _delayed(self, node: Node) -> str:
@@ -181,6 +202,9 @@ class Printer:
             return f"({self.prefix}finite({bare(a[0])}) != 0u)"
         if node.operation == "opposite":
             return bare(a[0]).replace(" != 0u", " == 0u").join("()") if _number(a[0]) else f"(!{a[0]})"
+        if node.operation == "table":
+            name, at = self._tables[node.value], f"entry{node.index}"
+            return f"((({name}[{at} >> 5u] >> ({at} & 31u)) & 1u) != 0u)"
         numbers = [_number(x) for x in a]
         if None not in numbers:
             return f"(({numbers[0]} {'&' if node.operation == 'both' else '|'} {numbers[1]}) != 0u)"

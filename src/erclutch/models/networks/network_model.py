@@ -14,6 +14,7 @@ from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.models import model_file
+from erclutch.models.band import Band
 from erclutch.models.model import Pair, Range, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
@@ -63,6 +64,7 @@ class NetworkModel(SharedAnswers):
         trained_on: range of the training data.
         input_range: smallest and largest training value of each input, shape (inputs, 2).
         period: sampling period of the training data in s: how far back past rows lie. None: not known.
+        band: how far the measured effort may lie from the estimate.
     """
 
     structure: NetworkStructure
@@ -74,6 +76,7 @@ class NetworkModel(SharedAnswers):
     input_range: Array
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     period: float | None = None
+    band: Band | None = None
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
 
@@ -217,18 +220,14 @@ class NetworkModel(SharedAnswers):
             },
             "weights": {name: table.tolist() for name, table in self.weights.items()},
             "input_range": self.input_range.tolist(),
-            "trained_on": {
-                "field": list(self.trained_on.field),
-                "slip": list(self.trained_on.slip),
-                "effort": list(self.trained_on.effort),
-            },
+            "trained_on": self.trained_on.to_dict(),
             "about": dict(self.about),
         }
         if self.period is not None:
             body["period_s"] = self.period
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
-        return {**body, "digest": model_file.digest_of(body)}
+        return model_file.sealed(body, self.band)
 
 
 def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
