@@ -60,7 +60,7 @@ def test_what_has_no_c_names_the_law_and_the_rule(columns: Callable[..., Any], s
 
 
 def test_a_traced_number_has_no_truth() -> None:
-    with pytest.raises(ExportError, match="a branch .* has no C"):
+    with pytest.raises(ExportError, match=r"a branch .* has no C"):
         bool(Record().input("x"))
 
 
