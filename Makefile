@@ -133,7 +133,7 @@ $(LOCKED): requirements.lock $(MOVED)
 	fi; \
 	echo "Setting up $(VENV) with $$("$$found" -V) (once, two or three minutes) ..." >&2; \
 	"$$found" -m venv --clear $(VENV)
-	@$(PIP) install --require-hashes $(PIP_FLAGS) -r requirements.lock
+	@$(PIP) install --no-compile --require-hashes $(PIP_FLAGS) -r requirements.lock
 	@printf '%s\n' "$(CURDIR)" > $@
 
 $(READY): $(LOCKED) pyproject.toml src/erclutch/_version.py

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Generator
 from typing import Any
 
@@ -35,10 +36,15 @@ TOGETHER = {
     "tests/runs/test_large_fit.py": "large",
     "tests/test_house.py": "house",
 }
+#: Tests of one exported model: its step, its C and its test vectors are made once.
+EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")
 
 
 def group_of(nodeid: str) -> str:
     """The group of a test, or the test itself where it stands alone."""
+    exported = EXPORTED.match(nodeid)
+    if exported:
+        return exported["label"]
     return next((group for place, group in TOGETHER.items() if nodeid.startswith(place)), nodeid)
 
 

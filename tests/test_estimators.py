@@ -25,8 +25,8 @@ from erclutch.signals.clock import Clock, Span
 
 LAWS = [LawRegressor(law) for law in ladder()]
 NETWORKS = [
-    FnnRegressor((4,)),
-    FnnRegressor((3, 2)),
+    FnnRegressor((2,)),
+    FnnRegressor((2, 2)),
     RbfnRegressor(8),
     RbfnRegressor(40, "kmeans"),
     RbfnRegressor(8, "refined"),

@@ -54,7 +54,7 @@ CASES = pytest.mark.parametrize(
 
 
 @CASES
-@pytest.mark.parametrize("limit", [0, 10**9], ids=["compiled", "python"])
+@pytest.mark.parametrize("limit", [pytest.param(0, marks=pytest.mark.slow), 10**9], ids=["compiled", "python"])
 def test_values_and_bits(
     advance: Any, numbers: list[float], linear: bool, limit: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

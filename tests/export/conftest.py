@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.export.monotone import apart, sides
+from erclutch.export.fmu import fmu_binaries
+from erclutch.export.monotone import apart, middles, sides
 from erclutch.models.covered_cells import CoveredCells
 from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
 from erclutch.models.laws import law_from_name
@@ -219,6 +220,13 @@ def boards() -> ModuleType:
 
 
 @pytest.fixture
+def own_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """FMUs get the binary of this machine alone, the only one that is run here: others cost seconds and have tests."""
+    builders = fmu_binaries.builders
+    monkeypatch.setattr(fmu_binaries, "builders", lambda version: (b for b in builders(version) if b.needed))
+
+
+@pytest.fixture(scope="session")
 def models() -> dict[str, Model]:
     return MODELS
 

@@ -49,8 +49,11 @@ def _against_numpy(model: Model, precision: str, count: int) -> None:
     assert np.array_equal(flags, expected_flags)
     difference = np.abs(effort - expected)
     assert ulps(made, float(np.max(difference))) <= BOUND[precision]
-    # The stated bound of the error analysis, NumPy's own rounding included, holds row by row.
-    assert np.all(difference <= bound(made, rows) + bound(made, rows, FLOAT64))
+    if precision == "float32":  # in float64 the difference is nought
+        # The stated bound of the error analysis, NumPy's own rounding included, holds row by row. A row's bound takes
+        # five times as long as its effort and follows from that row and those before.
+        first = rows[:2_000]
+        assert np.all(difference[:2_000] <= bound(made, first) + bound(made, first, FLOAT64))
 
 
 def test_the_bound_says_something(model: Model) -> None:
@@ -122,35 +125,16 @@ def test_every_compiler_and_processor_gives_the_same_bits(
 ) -> None:
     need("gcc", "clang", "qemu-aarch64", "qemu-ppc", "aarch64-linux-gnu-gcc", "powerpc-linux-gnu-gcc")
     need("arm-none-eabi-gcc", "qemu-system-arm")
+    pytest.importorskip("ziglang", reason="pip install ziglang")
     folder = export_model(model, tmp_path / "c", "c", ExportOptions(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
     checks = verify_export(folder)
-    # gcc and clang at three levels, two processors under qemu-user.
-    _sound(checks, precision, 8)
+    # gcc, clang and zig (a clang with its own C library) at three levels, two processors under qemu-user.
+    _sound(checks, precision, 11)
     made = program(model, precision)
     for board in boards.BOARDS:
         outcome = boards.run_board(board, made, folder, tmp_path)
         _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1)
         assert outcome.note.endswith("flash")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("precision", ["float64", "float32"])
-@pytest.mark.parametrize("label", ["fnn-16, coaxial", "rbfn-50, coaxial", "seo-seo/power+rise-fall, single"])
-def test_zig_gives_the_same_bits(label: str, precision: str, models: dict[str, Model], tmp_path: Path) -> None:
-    """Another clang with its own C library, from PyPI: what a machine without a compiler gets."""
-    pytest.importorskip("ziglang", reason="pip install ziglang")
-    from erclutch.export.c.compilers import natives
-    from erclutch.export.targets.c import run_check
-
-    made = program(models[label], precision)
-    options = ExportOptions(name="m", precision=precision, period=PERIOD)  # type: ignore[arg-type]
-    folder = export_model(models[label], tmp_path / "c", "c", options)
-    zig = next(c for c in natives() if c.name == "zig")
-    for level in ("-O0", "-O2", "-O3"):
-        printed = run_check(zig, folder, tmp_path, made, level)
-        check = compare(made, vectors_of(made), level, printed)
-        assert check.other_bits == 0, check
-        assert check.ulp <= BOUND[precision]
 
 
 @pytest.mark.slow

@@ -231,6 +231,7 @@ def _read(path: Path, root: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", names("erclutch.targets"))
 def test_every_target_of_a_hostile_model(
     to: str, plain: TorqueModel, tmp_path: Path, need: Callable[..., None]

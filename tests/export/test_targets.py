@@ -8,6 +8,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,7 @@ def test_every_target_is_tested() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", list(WRAPPERS))
 def test_every_model_on_every_target(model: Model, to: str, tmp_path: Path, need: Callable[..., None]) -> None:
     _conforms(model, to, "float64", tmp_path, need)
@@ -69,6 +71,7 @@ def test_every_model_in_onnx_as_float32(model: Model, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", [to for to in WRAPPERS if to != "onnx"])
 @pytest.mark.parametrize("label", [*QUICK, "rbfn-50, coaxial"])
 def test_float32_on_every_target(
@@ -82,6 +85,7 @@ def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, n
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", list(WRAPPERS))
 @pytest.mark.parametrize("label", QUICK)
 def test_angles_on_every_target(
@@ -155,17 +159,19 @@ _MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def fmu3(
-    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+    models: dict[str, Model], tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]
 ) -> Callable[[str], tuple[ExportedStep, Path]]:
+    """The unpacked FMU of a model, with the binaries of all machines, compiled once for all tests."""
     need("gcc")
 
+    @cache
     def make(label: str) -> tuple[ExportedStep, Path]:
-        folder = exported(models[label], "fmu3", tmp_path / "f")
+        folder = exported(models[label], "fmu3", tmp_path_factory.mktemp("fmu3") / "f")
         with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
-            archive.extractall(tmp_path / "x")
-        return step_of(models[label], ExportOptions(name="m", period=PERIOD)), tmp_path / "x"
+            archive.extractall(folder / "x")
+        return step_of(models[label], ExportOptions(name="m", period=PERIOD)), folder / "x"
 
     return make
 
@@ -344,6 +350,7 @@ def test_the_windows_library_exports_the_interface_and_needs_only_windows(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("version", [2, 3])
 def test_our_functions_are_the_standards(
     version: int, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
@@ -507,6 +514,7 @@ def _mutated(good: bytes, rng: np.random.Generator) -> bytes:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_damaged_fmu_state_is_refused_and_a_forged_one_breaks_nothing(
     version: int, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]

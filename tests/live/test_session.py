@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -97,21 +98,19 @@ def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path) -> 
         assert (offline.step(*inputs), offline.flags) == (frame["estimate"], frame["flags"])
 
 
-@pytest.fixture(scope="module")
-def remembering(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A law or a network with a lag and a Dahl memory, fitted to a log of the TWIN."""
+@cache
+def _fitted(name: str) -> str:
+    """The file of a law or a network with a lag and a Dahl memory, fitted to a log of the TWIN, once for all tests."""
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs.dataset import build_dataset
     from erclutch.models.networks.network_model import NetworkModel
     from erclutch.rig.twin.scenarios import prepare
 
     data = build_dataset(prepare("training", seconds=10.0).recording(), device="coaxial")
-    model = compare(data, Settings(models=(request.param,), lag="none")).entries[0].outcome.model
+    model = compare(data, Settings(models=(name,), lag="none")).entries[0].outcome.model
     if isinstance(model, NetworkModel):  # a rig at rest is outside its training: the guess there is not to be limited
         model = replace(model, trained_on=replace(model.trained_on, effort=(-10.0, 10.0)))
-    path = tmp_path_factory.mktemp("fitted") / "model.json"
-    path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
-    return path
+    return json.dumps(model.to_dict())
 
 
 @contextmanager
@@ -132,19 +131,20 @@ def _any_rig(kind: str, folder: Path) -> Iterator[Any]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("remembering", "kind"),
+    ("name", "kind"),
     [
         *(("bingham+lag+dahl/field", kind) for kind in ("twin", "replay", "udp")),
         *(("fnn-16+lag+dahl-2", kind) for kind in ("twin", "replay")),
     ],
-    indirect=["remembering"],
 )
-def test_a_model_with_memory_estimates_what_predict_says(kind: str, remembering: Path, tmp_path: Path) -> None:
+def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, tmp_path: Path) -> None:
     """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges."""
-    model = load_model(remembering)
+    path = tmp_path / "model.json"
+    path.write_text(_fitted(name))
+    model = load_model(path)
     steps = LoopProgram("sine", Mode.FIELDS, Waveform.SINE, amplitude=0.4, frequency=5.0, motor_torque=0.1)
     settings = LoopSettings(programs=(steps,), late_trip=5.0, theta_glitch=0.0, alpha_glitch=0.0)
-    live = live_model(remembering, "coaxial")
+    live = live_model(path, "coaxial")
     with _any_rig(kind, tmp_path) as rig, Session(rig, settings, live, SessionOptions(seconds=1.2)) as session:
         frames = collected(session)
     frames = frames[np.flatnonzero(np.isfinite(frames["estimate"]))[0] :]

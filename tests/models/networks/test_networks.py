@@ -315,11 +315,16 @@ def test_rows_that_are_not_finite(bad: float) -> None:
         )
 
 
+@pytest.fixture(scope="module")
+def body(data: Dataset) -> dict[str, Any]:
+    """What the file of a network holds."""
+    return fit_network(data, network_from_name("fnn-2")).model.to_dict()
+
+
 @pytest.mark.parametrize("change", ["digest", "weights", "inputs", "scaling", "schema", "network"])
-def test_a_network_file_that_was_changed(data: Dataset, change: str) -> None:
+def test_a_network_file_that_was_changed(body: dict[str, Any], change: str) -> None:
     from erclutch.models.model_file import digest_of
 
-    body = fit_network(data, network_from_name("fnn-2")).model.to_dict()
     wrong: dict[str, Any] = {
         "digest": "0",
         "weights": {**body["weights"], "b1": [0.0]},

@@ -280,6 +280,7 @@ def test_cells_are_only_values() -> None:
     assert box.weight([float("nan")]) == 0.0
 
 
+@pytest.mark.slow
 def test_the_equation_says_each_stage_once(with_memory: ResidualModel) -> None:
     said = with_memory.equation()
     for name in DYNAMICS.split("+"):
