@@ -92,6 +92,10 @@ check: lint types arrows docs test-all ## lint, types, arrows, documentation and
 mutate: $(READY) ## how many small defects the tests of a room see (other samples: MUTATE_FLAGS="--seed 2 --count 20")
 	@$(BIN)/python studies/mutate.py $(MUTATE_FLAGS)
 
+.PHONY: figures
+figures: $(READY) ## figures that pages cite, printed again; says what moved (one of them: FIGURES=damper)
+	@$(BIN)/python studies/figures.py $(FIGURES)
+
 # What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
 TEST_TOOLS = pytest pytest-xdist hypothesis fmpy
 

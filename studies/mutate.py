@@ -209,7 +209,7 @@ def _limited() -> None:
 
 
 def outcome(copy: Path, room: str, stem: str) -> str:
-    """What the fast tests of a room say: `survived`, or the first test that failed. Files that name the module go first."""
+    """What the fast tests of a room say: `survived`, or the first failure. Files that name the module go first."""
     tests = sorted((copy / "tests" / room).rglob("test_*.py"), key=lambda path: stem not in path.read_text("utf-8"))
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *map(str, tests)]
     surroundings = {**os.environ, "PYTHONPATH": str(copy / "src"), "OPENBLAS_NUM_THREADS": "1"}
