@@ -175,6 +175,7 @@ def _need(*tools: str) -> None:
         "aarch64-linux-gnu-gcc": "gcc-aarch64-linux-gnu libc6-dev-arm64-cross",
         "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu libc6-dev-powerpc-cross",
         "cppcheck": "cppcheck",
+        "frama-c": "frama-c-base",
         "g++": "g++",
         "octave-cli": "octave",
         "wine64": "wine64",
