@@ -1,4 +1,4 @@
-"""What Frama-C's Eva proves of the exported C, kind by kind of model (docs/proof.md says what that means).
+r"""What Frama-C's Eva proves of the exported C, kind by kind of model, and of the interlock (see docs/proof.md).
 
     python studies/proof.py
     python studies/proof.py --only casson fnn-16 --precision float32
@@ -6,7 +6,8 @@
 For each model the exported functions are called in a loop of unknown length, with any bits as inputs: numbers, NaN and
 infinities. "alarms" counts what Eva cannot exclude: a read out of bounds or of memory that nobody has written, a shift
 too far, an overflow of a signed number. "effort" and "field" say whether these are shown to be finite and within their
-limits, "state" how many numbers of the state are shown to be finite after any number of steps. Needs frama-c.
+limits, "state" how many numbers of the state are shown to be finite after any number of steps. "assumed" counts the
+assertions of the file that Eva takes for true; tests/export/test_proof.py proves them. Needs frama-c-base.
 """
 
 from __future__ import annotations
@@ -17,26 +18,24 @@ import importlib.util
 import os
 import re
 import resource
+import shutil
 import subprocess
-import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.c_printer import rings_of
-from erclutch.export.step_record import SWITCHED_OFF, step_record
+from erclutch.export.step_record import step_record
 from erclutch.export.targets.c import write_core
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
-#: Models of the export's tests whose positions are differentiated inside.
-ANGLES = ("bingham, single", "hem+rise-fall, coaxial", "fnn-16, coaxial")
+LIVE = Path(__file__).resolve().parents[1] / "src" / "erclutch" / "live" / "c"
+#: Models that also go through Eva with positions as inputs, which are differentiated inside.
+ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
 
 
 @dataclass(frozen=True)
@@ -69,12 +68,21 @@ def proved(step: ExportedStep, folder: Path) -> Proof:
     """
     write_core(step, folder)
     (folder / "driver.c").write_text(driver(step), encoding="ascii")
-    return analysed(folder, ["driver.c", f"{step.name}.c"], unroll=_longest_loop(step))
+    options = ("-eva-slevel", "12", "-eva-auto-loop-unroll", str(_longest_loop(step)))
+    return analysed(folder, ["driver.c", f"{step.name}.c"], *options, "-eva-subdivide-non-linear", "10")
 
 
-def analysed(folder: Path, files: list[str], unroll: int) -> Proof:
+def proved_interlock(folder: Path) -> Proof:
+    """Run Eva on the interlock of the live loop, under the configurations that the loop lets through."""
+    for source in (*LIVE.glob("*.[ch]"), TESTS / "live" / "interlock_any.c"):
+        shutil.copy(source, folder)
+    options = ("-c11", "-eva-slevel", "200", "-eva-partition-history", "2")
+    return analysed(folder, ["interlock_any.c", "erc_interlock.c"], *options)
+
+
+def analysed(folder: Path, files: list[str], *options: str) -> Proof:
     """Run Eva on C files of a folder, the driver first; in it each check is a line with a name."""
-    words = ["frama-c", "-eva", "-eva-slevel", "12", "-eva-auto-loop-unroll", str(unroll)]
+    words = ["frama-c", "-eva", *options]
     words += ["-warn-special-float", "none", *files, "-then", "-report-csv", "report.csv"]
     began = _cpu()
     # Frama-C looks for files where the shell's variable says that it is.
@@ -98,10 +106,8 @@ def analysed(folder: Path, files: list[str], unroll: int) -> Proof:
     return Proof(int(alarms[1]), int(coverage[1]), int(coverage[2]), coverage[3], assumed.total(), shown, seconds)
 
 
-#: Functions analysed and in all, statements reached and in these functions.
-_COVERAGE = (
-    r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached \(out of \d+\))"
-)
+#: Functions analysed and in all, statements reached.
+_COVERAGE = r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached[^:]*)"
 
 
 def _cpu() -> float:
@@ -112,7 +118,6 @@ def _cpu() -> float:
 def driver(step: ExportedStep) -> str:
     """C that calls every function in a loop of unknown length, and says what is to be proved."""
     n, N, k = f"{step.name}_", f"{step.name}_".upper(), step.precision.constant
-    low, high = (k(x) for x in step.limits)
     least, most = (k(x) for x in (min(step.limits[0], 0.0), max(step.limits[1], 0.0)))
     s = step.search
     number = step.precision.dtype.type
@@ -180,3 +185,43 @@ def models() -> Mapping[str, Any]:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.MODELS
+
+
+def _row(name: str, kind: str, proof: Proof) -> str:
+    """A row of the table."""
+
+    def said(*names: str) -> str:
+        found = [x for name in names for x in proof.shown.get(name, [])]
+        return "-" if not found else ("shown" if all(found) else f"{sum(found)} of {len(found)}")
+
+    effort, field = said("step", "steady"), said("inverse", "inverse_now", "first", "second", "motor", "never_both")
+    functions = f"{proof.functions} of {proof.of_functions}"
+    cells = (name, kind, functions, proof.alarms, effort, field, said("state"), proof.assumed, f"{proof.seconds:.0f}")
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--only", metavar="WORD", nargs="+", default=[""], help="models whose name has one of these")
+    parser.add_argument("--precision", nargs="+", choices=["float32", "float64"], default=["float32", "float64"])
+    asked = parser.parse_args()
+    if shutil.which("frama-c") is None:
+        parser.error("needs frama-c: apt-get install frama-c-base")
+    print("| model | numbers | functions | alarms | effort | field | state | assumed | CPU s |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for label, model in models().items():
+        if not any(word in label for word in asked.only):
+            continue
+        for inputs in ("speeds", "angles") if label in ANGLES else ("speeds",):
+            for precision in asked.precision:
+                step = step_of(model, ExportOptions("m", precision, 1e-3, inputs))
+                with tempfile.TemporaryDirectory() as folder:
+                    kind = precision if inputs == "speeds" else f"{precision}, angles"
+                    print(_row(label, kind, proved(step, Path(folder))), flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        print(_row("interlock of the live loop", "float64", proved_interlock(Path(folder))))
+
+
+if __name__ == "__main__":
+    main()

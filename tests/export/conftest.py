@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from erclutch.export.fmu import fmu_binaries
-from erclutch.export.monotone import apart, middles, sides
+from erclutch.export.monotone import apart, sides
 from erclutch.models.covered_cells import CoveredCells
 from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
 from erclutch.models.laws import law_from_name
@@ -185,6 +185,7 @@ def _need(*tools: str) -> None:
         "aarch64-linux-gnu-gcc": "gcc-aarch64-linux-gnu libc6-dev-arm64-cross",
         "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu libc6-dev-powerpc-cross",
         "cppcheck": "cppcheck",
+        "frama-c": "frama-c-base",
         "g++": "g++",
         "octave-cli": "octave",
         "wine64": "wine64",

@@ -6,6 +6,7 @@ is used, and 0 or 1 where it is kept. Delay registers of one length lie in one r
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -142,10 +143,19 @@ class Printer:
 
     def _finite(self, node: Node, name: str) -> Iterator[str]:
         """What a kept truth says of numbers: a static analysis cannot see that the bits do (docs/proof.md)."""
-        tested = [n.arguments[0] for n in _all_of(node) if n.operation == "finite"]
+        tested = [n.arguments[0] for n in self._all_of(node) if n.operation == "finite"]
         if tested:
             facts = " && ".join(f"\\is_finite({bare(self._text[x.index])})" for x in tested)
             yield f"/*@ assert ({name} == 0u) || ({facts}); */"
+
+    def _all_of(self, truth: Node) -> Iterator[Node]:
+        """The truths that must all hold for this one to hold, but for those behind a name of their own."""
+        if truth.operation == "both":
+            for part in truth.arguments:
+                if not re.fullmatch(r"\(\w+ != 0u\)", self._text[part.index]):
+                    yield from self._all_of(part)
+        else:
+            yield truth
 
     def _type(self, node: Node) -> str:
         types = {"real": f"{self.prefix}real", "bits": self.precision.c_bits, "truth": "uint32_t"}
@@ -223,15 +233,6 @@ class Printer:
             return f"{value}{self.precision.bits_suffix}" if value < 256 else f"0x{value:x}{self.precision.bits_suffix}"
         text = self.precision.constant(float(node.value or 0.0))
         return f"({text})" if text.startswith("-") else text
-
-
-def _all_of(truth: Node) -> Iterator[Node]:
-    """The truths that must all hold for this one to hold."""
-    if truth.operation == "both":
-        for part in truth.arguments:
-            yield from _all_of(part)
-    else:
-        yield truth
 
 
 def _compares(truth: Node) -> bool:

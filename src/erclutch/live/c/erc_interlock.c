@@ -24,14 +24,14 @@ static double clipped(double value, double low, double high, uint32_t *events) {
 static double reachable(double previous, double wanted, double rise, double fall) {
     const double way = previous < 0.0 ? -1.0 : 1.0;
     const double from = way * previous, to = way * wanted;
-    const double least = from - fall;
+    const double least = from - fall, most = from + rise;
     if (least > 0.0 && to < least) {
         return way * least;
     }
     if (to < 0.0) { /* through zero to the other clutch */
         return way * (to < -rise ? -rise : to);
     }
-    return way * (to > from + rise ? from + rise : to);
+    return way * (to > most ? most : to);
 }
 
 uint32_t erc_interlock(const erc_config *config, double previous, double alpha, double theta_dot, const double ask[3],
