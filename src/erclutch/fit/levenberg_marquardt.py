@@ -85,6 +85,7 @@ def minimise(
     """
     u: Array = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
     model = problem.linearise(u)
+    least = model.cost
     scale, radius = _fresh(model, u, reach)
     stop: Stop = "iterations"
     tries, fresh_starts, floor = 0, 5, 1e-8 * model.cost**0.5
@@ -106,11 +107,13 @@ def minimise(
         radius = _next_radius(radius, length, ratio)
         flat = whole and predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
         if ratio > 1e-4:
-            u, model = trial, problem.linearise(trial)
-            scale = np.maximum(scale, _norms(model.triangle))
-        if flat or model.cost == 0.0:
+            u, least = trial, cost
+        if flat or least == 0.0:
             stop = "converged"
             break
+        if ratio > 1e-4:
+            model = problem.linearise(u)
+            scale = np.maximum(scale, _norms(model.triangle))
         if radius <= tolerance * float(np.linalg.norm(scale * u)):
             stationary = _stationary(model, problem, u, floor, tolerance)
             if stationary or fresh_starts == 0:
@@ -120,7 +123,7 @@ def minimise(
             fresh_starts -= 1
             scale, radius = _fresh(model, u, reach)
     lower, upper = _edges(problem)
-    return Minimum(u, model.cost, stop, tries, u <= lower, u >= upper)
+    return Minimum(u, least, stop, tries, u <= lower, u >= upper)
 
 
 def _fresh(model: Linearisation, u: Array, reach: float) -> tuple[Array, float]:

@@ -142,6 +142,8 @@ class _Search:
         bound = float(self.upper[j] if side > 0 else self.lower[j])
         inner, inner_rise = float(self.point[j]), 0.0
         outer, outer_rise = bound, np.inf
+        if inner == bound:
+            return bound
         rest: Array | None = None
         trial = inner + side * float(self.first[j])
         for _ in range(_TRIES):
