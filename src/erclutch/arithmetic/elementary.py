@@ -113,8 +113,8 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     return found.astype(typed, copy=False)
 
 
-def table_entry(table: Sequence[Sequence[bool]], row: Any, column: Any) -> Any:
-    """Entry of a table at the whole parts of two numbers that lie within it."""
+def table_entry(table: Sequence[Sequence[Any]], row: Any, column: Any) -> Any:
+    """Entry of a table of truths or numbers at the whole parts of two numbers that lie within it."""
     recorder = next((x for x in (row, column) if isinstance(x, RecordingOperand)), None)
     if recorder is not None:
         return recorder.record("table", table, row, column)

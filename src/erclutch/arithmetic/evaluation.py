@@ -50,7 +50,8 @@ class Numbers:
         if node.operation == "constant":
             return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
         if node.operation == "table":
-            return table_entry(node.value, *arguments)
+            entry = table_entry(node.value, *arguments)
+            return entry if node.kind == "truth" else entry.astype(self.precision.dtype)
         if node.operation == "network":
             assert self.network is not None
             return self.network(np.array(np.broadcast_arrays(*arguments)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from erclutch.errors import ExportError
 from erclutch.export.export_folder import finish, may_write, read_export, unwritable
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.rounding import refuse_noise
@@ -40,6 +41,8 @@ def export_model(
     """
     folder, chosen = Path(out), target(to)
     asked = options or ExportOptions()
+    if asked.alarms and not getattr(chosen.value, "ALARMS", False):
+        raise ExportError(f"target {to} has no alarms", remedy="Export to c, cpp or python, or without alarms")
     may_write(folder, force)
     program = step_of(model, asked)
     refuse_noise(program)

@@ -18,7 +18,7 @@ from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
 from erclutch.models.load import load_model
-from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema
+from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require
 from erclutch.signals.speed import Derivative
 
@@ -65,13 +65,18 @@ def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder
         "name": program.name,
         "model": program.model.name,
         "digest": program.digest,
-        "options": {**asdict(options), "name": program.name, "period": program.period},
+        "options": _options_body(options, program),
         "files": {str(p.relative_to(folder)): _digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
     }
     needed = [*program.model.plugins, *(() if target.own else (target,))]
     if needed:
         body["plugins"] = [plugin.to_dict() for plugin in needed]
     (folder / "export.json").write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _options_body(options: ExportOptions, program: ExportedStep) -> dict[str, Any]:
+    body = {**asdict(options), "name": program.name, "period": program.period}
+    return {key: value for key, value in body.items() if key != "alarms" or value}
 
 
 def _digest(path: Path) -> str:
@@ -134,6 +139,7 @@ def _options(body: Mapping[str, Any]) -> ExportOptions:
         inputs=body["inputs"],
         derivative=Derivative(**body["derivative"]),
         limits=None if limits is None else pair_of(limits, "limits"),
+        alarms=truth_of(body.get("alarms", False), "alarms"),
     )
 
 

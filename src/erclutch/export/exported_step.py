@@ -14,6 +14,7 @@ from erclutch.arithmetic.precision import PRECISIONS, Precision, PrecisionName
 from erclutch.errors import ExportError
 from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
+from erclutch.models.alarms import Alarms, alarms_of
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model, margins, stage_numbers
 from erclutch.models.networks.network_model import NetworkModel
@@ -24,8 +25,8 @@ from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
 
-#: Flags that a step returns.
-OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH = 1, 2, 4, 8, 16
+#: Flags that a step returns; the last two only with alarms.
+OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT = 1, 2, 4, 8, 16, 32, 64
 #: Angles beyond are taken for a broken sensor: one more turn could no longer be told in float32.
 LARGEST_ANGLE = 1e6
 _LONGEST_NAME = 20
@@ -44,6 +45,7 @@ class ExportOptions:
         inputs: "speeds", or "angles" (positions of a single device) with the derivative filter inside.
         derivative: the causal filter for angles.
         limits: smallest and largest effort; None takes the training range, widened by half its width on each side.
+        alarms: a step takes the measured effort too, keeps the band, and raises the flags WIDE_BAND and DRIFT.
     """
 
     name: str | None = None
@@ -52,6 +54,7 @@ class ExportOptions:
     inputs: InputsName = "speeds"
     derivative: Derivative = field(default_factory=lambda: Derivative("kalman"))
     limits: tuple[float, float] | None = None
+    alarms: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,7 @@ class ExportedStep:
         scale: largest magnitude of the training effort; ulps are counted at it.
         stages: between command and field, in the order of the signal, each with its parameters.
         search: of the inverse.
+        alarms: numbers of the alarms; None for a step without.
     """
 
     name: str
@@ -146,6 +150,12 @@ class ExportedStep:
     scale: float
     stages: tuple[tuple[Stage, Mapping[str, float]], ...] = dataclasses.field(compare=False)
     search: Search
+    alarms: Alarms | None = None
+
+    @property
+    def signals(self) -> int:
+        """How many of the inputs the effort depends on; behind them may come the measured effort."""
+        return len(self.inputs) - (self.alarms is not None)
 
     @property
     def elements(self) -> int:
@@ -203,14 +213,19 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         filter_ = _filter(options.derivative, period, slip_unit, coaxial)
         angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
+    alarms = _alarms(model, period) if options.alarms else None
+    if alarms:
+        extra_names, extra_units = (*extras, "measured"), (*("?" for _ in extras), model.units.effort or "1")
+    else:
+        extra_names, extra_units = extras, tuple("?" for _ in extras)
     return ExportedStep(
         name=c_name(model.name, options.name),
         model=model,
         digest=str(model.to_dict()["digest"]),
         precision=PRECISIONS[options.precision],
         period=period,
-        inputs=(*names, *extras),
-        units=(*units, *("?" for _ in extras)),
+        inputs=(*names, *extra_names),
+        units=(*units, *extra_units),
         filter=filter_,
         field=field_window,
         slip=slip_window,
@@ -220,6 +235,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         scale=scale,
         stages=tuple(stage_numbers(model)),
         search=_search(model, PRECISIONS[options.precision], scale),
+        alarms=alarms,
     )
 
 
@@ -243,6 +259,20 @@ def _window(covered: tuple[float, float]) -> Window:
     low, high = covered
     room = 0.1 * max(high - low, abs(low), abs(high))
     return Window(covered, margins(covered), (low - room, high + room))
+
+
+def _alarms(model: Model, period: float | None) -> Alarms:
+    if model.band is None:
+        raise ExportError(
+            "alarms need a band, and the model has none",
+            where=model.name,
+            remedy="Fit the log again with this version, or export without alarms",
+        )
+    if period is None:
+        raise ExportError(
+            "alarms need a sampling period", where=model.name, remedy="Give --period, for example --period 0.001"
+        )
+    return alarms_of(model.band, period)
 
 
 def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, float]:

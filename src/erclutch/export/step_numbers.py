@@ -41,6 +41,16 @@ def run(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
     return effort.copy(), packed(made, truths)
 
 
+def band_of(step: ExportedStep, rows: AnyArray) -> AnyArray:
+    """Low and high end of the band at each of a sequence of rows, shape (n, 2); no rows for a step without alarms."""
+    made, dtype = step_record(step), step.precision.dtype
+    if step.alarms is None:
+        return np.zeros((0, 2), dtype)
+    ends = [made.record.after[name] for name in ("low", "high")]
+    values = named(made, np.asarray(rows, np.float64).astype(dtype))
+    return np.column_stack(evaluate(made.record, values, numbers(step), outputs=ends))
+
+
 def named(made: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
     """Rows as the inputs of a record."""
     return dict(zip(made.inputs, np.ascontiguousarray(rows.T), strict=True))
@@ -96,7 +106,7 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
         effort is out of reach.
     """
     dtype = step.precision.dtype
-    values = np.asarray(rows, np.float64).astype(dtype)[:, step.elements :]
+    values = np.asarray(rows, np.float64).astype(dtype)[:, step.elements : step.signals]
     target = np.asarray(wanted, np.float64).astype(dtype)
     bad = ~(np.all(np.isfinite(values), axis=1) & np.isfinite(target))
     head = search_record(step)
@@ -129,13 +139,13 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
         return inverse(step, rows, wanted)
     e, dtype = step.elements, step.precision.dtype
     values, target = np.asarray(rows, np.float64).astype(dtype), np.asarray(wanted, np.float64).astype(dtype)
-    bad = ~(np.all(np.isfinite(values[:, e:]), axis=1) & np.isfinite(target))
+    bad = ~(np.all(np.isfinite(values[:, e : step.signals]), axis=1) & np.isfinite(target))
     if step.filter is not None:
         bad |= np.any(~(np.abs(values[:, e : 2 * e]) < LARGEST_ANGLE), axis=1)
     ahead, before = next_record(step), _state_before(step, values)
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        inputs = {f"u{i}": values[at, i] for i in range(e, values.shape[1])}
+        inputs = {f"u{i}": values[at, i] for i in range(e, step.signals)}
         given = {n: before[n.operation, n.value][at] for n in ahead.needed() if (n.operation, n.value) in before}
         return evaluate(ahead, {"field": field, **inputs}, numbers(step), given)[0]
 

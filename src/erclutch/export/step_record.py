@@ -17,15 +17,19 @@ from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import (
     BOTH_FIELDS,
+    DRIFT,
     LARGEST_ANGLE,
     LIMITED,
     NON_FINITE,
     OUTSIDE,
+    WIDE_BAND,
     ExportedStep,
     ExportOptions,
     Window,
     described_step,
 )
+from erclutch.models.alarms import Alarms
+from erclutch.models.band import FOLLOWER, Band, leading
 from erclutch.models.model import settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
@@ -110,7 +114,7 @@ def search_record(step: ExportedStep) -> Record:
     """
     made = _Recording(step, remember=False, rest=True)
     e = step.elements
-    inputs = [made.record.input(f"u{i}") for i in range(e, len(step.inputs))]
+    inputs = [made.record.input(f"u{i}") for i in range(e, step.signals)]
     outside, _, held = made.signals([], slips_of(step.device, inputs[:e]), inputs[e:])
     for x in held:
         made.record.give(x)
@@ -218,13 +222,19 @@ class _Recording:
         """From the inputs to effort and flags."""
         step, record, e = self.step, self.record, self.step.elements
         names = tuple(f"u{i}" for i in range(len(step.inputs)))
-        rows = self.receive([record.input(name) for name in names])
+        given = [record.input(name) for name in names]
+        rows = self.receive(given[: step.signals])
         slips = slips_of(step.device, rows[e : 2 * e])
         outside, both, held = self.signals(rows[:e], slips, rows[2 * e :])
         fields, slips, extras = held[:e], held[e : 2 * e], held[2 * e :]
         value = self.behind(fields, slips, extras)
         effort, limited = self.limited(value)
         flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited}
+        if step.alarms is not None and not self.rest:
+            low, high = self.band(step.alarms.band, effort, fields, slips)
+            flags[WIDE_BAND] = record.less(step.alarms.wide, high - low)
+            counts = record.both(self.good, record.opposite(outside))
+            flags[DRIFT] = self.drifted(step.alarms, low, high, given[-1], counts)
         raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
         raised[NON_FINITE] = record.opposite(self.good)
         self._refuse_names()
@@ -257,7 +267,7 @@ class _Recording:
         self.good = self.started = True
         self.going = record.state("started", kind="truth")
         fields = _parted(step, record.input("field"))
-        given = [record.input(f"u{i}") for i in range(e, len(step.inputs))]
+        given = [record.input(f"u{i}") for i in range(e, step.signals)]
         rows = [self._speed(x, i) if step.filter and i < e else x for i, x in enumerate(given)]
         _, _, held = self.signals(fields, slips_of(step.device, rows[:e]), rows[e:])
         record.give(self.behind(held[:e], held[e : 2 * e], held[2 * e :]))
@@ -426,6 +436,30 @@ class _Recording:
         if self.ahead:
             return self.record.choose(self.going, self.record.operand("earlier", value=(name, rows)), signal)
         return self.record.operand("delay", signal, self.going, value=(name, rows))
+
+    def band(self, band: Band, effort: Any, fields: Sequence[Any], slips: Sequence[Any]) -> tuple[Any, Any]:
+        """Low and high end of the effort's band; the state keeps both for whoever asks."""
+        field, slip = leading(fields, slips)
+        (followed,) = self._stepped(FOLLOWER, {"tau_e": band.settling_s}, field, "_band")
+        low, high = band.ends(effort, slip, band.cell(field, slip, followed))
+        for name, end in (("low", low), ("high", high)):
+            self.record.keep(name, self.record.label(end, name))
+        return low, high
+
+    def drifted(self, alarms: Alarms, low: Any, high: Any, measured: Any, counts: Any) -> Any:
+        """Whether measured efforts have lain outside the band for too long; a row may not count."""
+        record = self.record
+        counts = record.both(counts, record.finite(measured))
+        miss = record.either(record.less(measured, low), record.less(high, measured))
+        rows = record.state("drift_rows") + record.choose(counts, 1.0, 0.0)
+        misses = record.state("drift_misses") + record.choose(record.both(counts, miss), 1.0, 0.0)
+        open_ = record.label(record.less(rows, float(alarms.block)), "block_open")
+        before = record.state("drift_wealth")
+        now = record.choose(open_, before, alarms.wealth(before, misses))
+        record.keep("drift_rows", record.choose(open_, rows, 0.0))
+        record.keep("drift_misses", record.choose(open_, misses, 0.0))
+        record.keep("drift_wealth", record.label(now, "wealth"))
+        return record.opposite(record.less(now, alarms.goal))
 
     def limited(self, value: Any) -> tuple[Any, Any]:
         """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""

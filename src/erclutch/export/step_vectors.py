@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.step_numbers import inverse, inverse_now, reference, run
+from erclutch.export.step_numbers import band_of, inverse, inverse_now, reference, run
 from erclutch.signals.array import Array
 from erclutch.signals.device import speeds_of
 
@@ -30,6 +30,7 @@ class Vectors:
         field, field_flags: what it returns.
         wanted_now: efforts that are asked of the inverse of the next step ahead of each of the first rows.
         field_now, field_now_flags: what it returns.
+        band: low and high end behind each step, shape (n, 2); no rows for a step without alarms.
     """
 
     rows: NDArray[Any]
@@ -43,6 +44,7 @@ class Vectors:
     wanted_now: NDArray[Any]
     field_now: NDArray[Any]
     field_now_flags: NDArray[np.uint32]
+    band: NDArray[Any]
 
 
 @lru_cache(maxsize=4)
@@ -52,6 +54,7 @@ def vectors_of(program: ExportedStep, steps: int = STEPS, fields: int = FIELDS) 
     dtype = program.precision.dtype
     rows = rows_of(program, rng, steps).astype(dtype)
     effort, flags = run(program, rows)
+    band = band_of(program, rows)
     speeds = ordinary(program, rng, fields).astype(dtype)
     low, high = program.model.trained_on.effort
     wanted = rng.uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), fields).astype(dtype)
@@ -62,7 +65,7 @@ def vectors_of(program: ExportedStep, steps: int = STEPS, fields: int = FIELDS) 
     wanted_now = np.where(np.arange(AHEAD) % 2, wanted[:AHEAD], effort[:AHEAD])
     now, now_flags = inverse_now(program, rows[:AHEAD], wanted_now)
     numpy = reference(program, rows)[0]
-    return Vectors(rows, effort, flags, numpy, speeds, wanted, field, field_flags, wanted_now, now, now_flags)
+    return Vectors(rows, effort, flags, numpy, speeds, wanted, field, field_flags, wanted_now, now, now_flags, band)
 
 
 def rows_of(program: ExportedStep, rng: np.random.Generator, count: int) -> Array:
@@ -92,7 +95,8 @@ def ordinary(program: ExportedStep, rng: np.random.Generator, count: int) -> Arr
     slip = [rng.uniform(*program.slip.range, count) for _ in range(e)]
     speeds = speeds_of(program.device, slip)
     extras = [rng.uniform(*window.range, count) for window in program.extras]
-    return np.column_stack([*columns, *speeds, *extras])
+    measured = [] if program.alarms is None else [rng.uniform(*program.limits, count)]
+    return np.column_stack([*columns, *speeds, *extras, *measured])
 
 
 def _edges(program: ExportedStep) -> list[Array]:
@@ -112,4 +116,4 @@ def _edges(program: ExportedStep) -> list[Array]:
         angle = program.filter is not None and e <= i < 2 * e
         small: list[float] = [] if switched and i < e else [-100 * tiny]
         found.append(np.array([*always, *small, *([1e-3, -7.0, 2e6] if angle else inside)]))
-    return found
+    return [*found, np.array([*always, *program.limits])]

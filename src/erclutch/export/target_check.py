@@ -47,11 +47,12 @@ def to_the_bit(
 ) -> Check:
     """Efforts of all steps, and fields of all inverses if they were run, against the vectors, bit by bit.
 
-    First come the inverses at rest, then those of the next step.
+    First come the inverses at rest, then those of the next step, then the ends of the band if they were looked at.
     """
     p, count, steps = program.precision, len(values), len(vectors.effort)
-    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now])[:count]
-    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags])[:count]
+    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])[:count]
+    no_flags = np.zeros(vectors.band.size, np.uint32)
+    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags])[:count]
     held = values.astype(p.dtype)
     other = (held.view(p.bits) != expected.view(p.bits)) | (flags != expected_flags)
     difference = np.abs(held[:steps].astype(np.float64) - vectors.numpy)
@@ -59,15 +60,16 @@ def to_the_bit(
 
 
 def compare(program: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
-    """Lines ``bits flags`` of all steps, then of all inverses, against the vectors.
+    """Lines ``bits flags`` of all steps, then of all inverses, then perhaps of the band, against the vectors.
 
     Raises:
         ExportError: not that many lines, or no numbers.
     """
     p, wanted = program.precision, len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
+    band = vectors.band.size
     lines = [line.split() for line in printed.splitlines() if line.strip()]
     try:
-        if len(lines) != wanted:
+        if len(lines) not in (wanted, wanted + band):
             raise ValueError(f"{len(lines)} results for {wanted} vectors")
         values = np.array([int(line[0], 16) for line in lines], p.bits).view(p.dtype)
         flags = np.array([int(line[1]) for line in lines], np.uint32)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.elementary import less_select
+from erclutch.arithmetic.elementary import less_select, table_entry
 from erclutch.models.stages.effort_lag import EffortLag
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -70,10 +70,14 @@ class Band:
 
     def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
-        at = self.cells(elements, clock).astype(np.intp)
         _, slip = leading([e.field for e in elements], [e.slip for e in elements])
-        behind, ahead = np.array(self.behind)[at], np.array(self.ahead)[at]
-        return effort - less_select(slip, 0.0, ahead, behind), effort + less_select(slip, 0.0, behind, ahead)
+        return self.ends(effort, slip, self.cells(elements, clock))
+
+    def ends(self, effort: Any, slip: Any, cell: Any) -> tuple[Any, Any]:
+        """Low and high end in a `cell`; on any operand."""
+        halves = (self.behind, self.ahead)
+        back, forth = less_select(slip, 0.0, 1.0, 0.0), less_select(slip, 0.0, 0.0, 1.0)
+        return effort - table_entry(halves, back, cell), effort + table_entry(halves, forth, cell)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import BINARY, FUNCTIONS, ON_BITS, Node, Record
@@ -37,6 +38,7 @@ class Printer:
     names: Mapping[str, str] = field(default_factory=dict[str, str])
     layout: Record | None = None
     _text: dict[int, str] = field(default_factory=dict[int, str])
+    _tables: dict[Any, str] = field(default_factory=dict[Any, str])
 
     def lines(self) -> Iterator[str]:
         """Declarations of everything that the outputs and the state need."""
@@ -112,10 +114,17 @@ class Printer:
         yield "}"
 
     def _table(self, node: Node) -> Iterator[str]:
-        """A table of truths as bits, 32 a word, and the place of the entry."""
-        bits = [entry for row in node.value for entry in row]
-        words = [sum(bit << k for k, bit in enumerate(bits[i : i + 32])) for i in range(0, len(bits), 32)]
-        yield from table("uint32_t", f"table{node.index}", [f"0x{word:08x}u" for word in words]).splitlines()
+        """A table, of truths as bits, 32 a word, printed where it is first used; and the place of the entry."""
+        if node.value not in self._tables:
+            self._tables[node.value] = name = f"table{node.index}"
+            entries = [entry for row in node.value for entry in row]
+            if node.kind == "truth":
+                parts = (entries[i : i + 32] for i in range(0, len(entries), 32))
+                words = [f"0x{sum(bit << k for k, bit in enumerate(part)):08x}u" for part in parts]
+                yield from table("uint32_t", name, words).splitlines()
+            else:
+                values = [self.precision.constant(value) for value in entries]
+                yield from table(f"{self.prefix}real", name, values).splitlines()
         row, column = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
         yield f"const uint32_t entry{node.index} = ({row} * {len(node.value[0])}u) + {column};"
 
@@ -150,6 +159,8 @@ class Printer:
             return self._delayed(node)
         if node.operation == "earlier":
             return self._earlier(node)
+        if node.operation == "table" and node.kind == "real":
+            return f"{self._tables[node.value]}[entry{node.index}]"
         return self._truth(node, a) if node.kind == "truth" else self._special(node.operation, a)
 
     def _delayed(self, node: Node) -> str:
@@ -175,8 +186,8 @@ class Printer:
         if node.operation == "opposite":
             return bare(a[0]).replace(" != 0u", " == 0u").join("()") if _number(a[0]) else f"(!{a[0]})"
         if node.operation == "table":
-            k = node.index
-            return f"(((table{k}[entry{k} >> 5u] >> (entry{k} & 31u)) & 1u) != 0u)"
+            name, at = self._tables[node.value], f"entry{node.index}"
+            return f"((({name}[{at} >> 5u] >> ({at} & 31u)) & 1u) != 0u)"
         numbers = [_number(x) for x in a]
         if None not in numbers:
             return f"(({numbers[0]} {'&' if node.operation == 'both' else '|'} {numbers[1]}) != 0u)"

@@ -31,7 +31,10 @@ FLAGS = {
     "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
     "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",
     "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
+    "WIDE_BAND": "the effort's band is more than twice as wide as usual",
+    "DRIFT": "the measured effort has lain outside the band for too long",
 }
+_ALARMS = ("WIDE_BAND", "DRIFT")
 FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 
 
@@ -123,6 +126,11 @@ def _inverse(step: ExportedStep, n: str) -> str:
     return f"{inverse}\n{ahead}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
 
 
+def _signals(step: ExportedStep) -> str:
+    """How many inputs an effort depends on."""
+    return f"{step.name.upper()}_INPUTS{' - 1u' if step.alarms else ''}"
+
+
 def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
     """An inverse whose body runs where all is finite; the inputs of the next step may be angles."""
     p, e, N = step.precision, step.elements, n.upper()
@@ -134,7 +142,7 @@ def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now
     uint32_t flags = {N}NON_FINITE;
     uint32_t good = {n}finite(wanted);
     uint32_t i;
-    for (i = {e}u; i < {N}INPUTS; i++)
+    for (i = {e}u; i < {_signals(step)}; i++)
     {{
         good &= {n}finite(input[i]);
     }}{angles}
@@ -176,9 +184,8 @@ def _switching(n: str) -> str:
 def header(step: ExportedStep) -> str:
     """The .h file."""
     n, N, p = f"{step.name}_", f"{step.name}_".upper(), step.precision
-    flags = "\n".join(
-        f"#define {N}{name} ((uint32_t){1 << i}u) /* {text} */" for i, (name, text) in enumerate(FLAGS.items())
-    )
+    raised = FLAG_NAMES.items() if step.alarms else [(i, name) for i, name in FLAG_NAMES.items() if name not in _ALARMS]
+    flags = "\n".join(f"#define {N}{name} ((uint32_t){i}u) /* {FLAGS[name]} */" for i, name in raised)
     places = "\n".join(f"#define {N}IN_{name} {i}u" for i, name in enumerate(_macros(step.inputs)))
     signed = "signed field, E1 - E2," if step.elements == 2 else "field"
     return f"""{_header_comment(step)}
@@ -207,7 +214,7 @@ typedef {p.c_type} {n}real;
 /* Before the first step, and whenever the input was interrupted. */
 void {n}reset({n}state *state);
 {_declared_switch(step, n)}
-/* One sample. Writes the effort, always finite; returns flags. */
+/* One sample. Writes the effort, always finite; returns flags.{_about_alarms(step)} */
 uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort);
 
 /* The effort once the fluid has settled; no state. Takes speeds. */
@@ -255,6 +262,17 @@ def _declared_switch(step: ExportedStep, n: str) -> str:
    For the step and the inverse of the next step: the two functions without a state have the network. */
 {_switching(n)};
 """
+
+
+def _about_alarms(step: ExportedStep) -> str:
+    if step.alarms is None:
+        return ""
+    a, unit = step.alarms, comment(step.model.units.effort or "1")
+    return f"""
+   state->low and state->high are the ends of its band, made to hold {100 * a.band.level:g} % of all measured
+   efforts; above {a.wide:.6g} {unit} the band is wide. The last input is the measured effort, NaN where there is none.
+   Blocks of {a.block} rows with more than {100 * a.tolerated:.3g} % of them outside the band raise DRIFT; by chance
+   once in {a.goal:g} blocks."""
 
 
 def _macros(inputs: Sequence[str]) -> Iterator[str]:
@@ -343,7 +361,7 @@ def _ranges(step: ExportedStep, i: int) -> str:
         return _window(step.field)
     if i < 2 * e:
         return "see the slips below" if e == 2 else ("see slip" if step.filter else _window(step.slip))
-    return _window(step.extras[i - 2 * e])
+    return _window(step.extras[i - 2 * e]) if i < step.signals else "NaN where it is not measured"
 
 
 def _window(window: Window) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 #: Bits of `CompiledModel.flags`.
-OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH = 1, 2, 4, 8, 16
+OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT = 1, 2, 4, 8, 16, 32, 64
 _ABI = 1
 _METH_FASTCALL = 0x80
 
@@ -146,6 +146,21 @@ class CompiledModel:
             raise TypeError(f"{self.name} has no network on the residual of a law")
         switch.argtypes, switch.restype = (ctypes.c_void_p, ctypes.c_uint32), None
         switch(self._state, int(on))
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Low and high end of the band around the effort of the last step.
+
+        Raises:
+            TypeError: the model was exported without alarms.
+        """
+        ask = getattr(self._library, "erc_model_band", None)
+        if ask is None:
+            raise TypeError(f"{self.name} was exported without alarms")
+        ends = (ctypes.c_double * 2)()
+        ask.argtypes, ask.restype = (ctypes.c_void_p, ctypes.c_void_p), None
+        ask(self._state, ends)
+        return ends[0], ends[1]
 
     def steady(self, inputs: Sequence[float]) -> float:
         """The effort once the fluid has settled; takes speeds, leaves the state alone."""

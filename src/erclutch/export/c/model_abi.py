@@ -15,6 +15,7 @@ _ASKED = {
 }
 _RESET = "void erc_model_reset(void *state)"
 _SWITCH = "void erc_model_use_residual(void *state, uint32_t on)"
+_BAND = "void erc_model_band(const void *state, double band[2])"
 _RUN = "void erc_model_run(void *state, size_t rows, const double *in, double *effort, uint32_t *flags)"
 _CALLED = {
     "uint32_t erc_model_step(void *state, const double *in, double *effort)": "step(({n}_state *)state, values",
@@ -34,6 +35,11 @@ def wrapper(program: ExportedStep) -> str:
     if program.model.correction is not None:
         declared.append(_SWITCH)
         switch = f"\n{_SWITCH}\n{{\n    {n}_use_residual(({n}_state *)state, on);\n}}\n"
+    if program.alarms:
+        declared.append(_BAND)
+        held = f"((const {n}_state *)state)"
+        ends = f"    band[0] = (double){held}->low;\n    band[1] = (double){held}->high;\n"
+        switch += f"\n{_BAND}\n{{\n{ends}}}\n"
     return f"""/* The model ABI, version {VERSION}: {n} behind names that are the same for every model. */
 #include <stddef.h>
 

@@ -19,6 +19,7 @@ from erclutch.export.step_vectors import Vectors, vectors_of
 from erclutch.export.target_check import Check, compare
 
 TITLE = "one C99 file with its header, test vectors and make check"
+ALARMS = True
 _LEVELS = ("-O0", "-O2", "-O3")
 
 
@@ -85,9 +86,15 @@ def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
 {table("uint32_t", "field_flags", [f"{flag}u" for flag in vectors.field_flags], 20)}
 /* Inverse of the next step, ahead of each of the first steps: wanted effort, field to the bit. */
 {_rows(program, "ahead", ahead)}
-{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}
+{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{_band_rows(program, vectors)}
 #endif
 """
+
+
+def _band_rows(program: ExportedStep, vectors: Vectors) -> str:
+    if program.alarms is None:
+        return ""
+    return f"\n/* The band behind each step: low, high. */\n{_rows(program, 'band', vectors.band)}"
 
 
 def check_source(program: ExportedStep) -> str:
@@ -136,10 +143,25 @@ static void load({n}_real input[{n.upper()}_INPUTS], const word row[{n.upper()}_
     }}
 }}
 
-{_main(n)}"""
+{_main(program)}"""
 
 
-def _main(n: str) -> str:
+#: What a tiny main does more of a step with alarms.
+_BAND = """
+    {n}_reset(&state);
+    for (i = 0u; i < STEPS; i++)
+    {{
+        {n}_real effort;
+        load(input, steps[i]);
+        (void){n}_step(&state, input, &effort);
+        bad_steps += is_same(state.low, band[i][0], 0u, 0u) ? 0u : 1u;
+        bad_steps += is_same(state.high, band[i][1], 0u, 0u) ? 0u : 1u;
+    }}"""
+
+
+def _main(program: ExportedStep) -> str:
+    n = program.name
+    band = _BAND.format(n=n) if program.alarms else ""
     return f"""int main(void)
 {{
     static {n}_state state;
@@ -178,7 +200,7 @@ def _main(n: str) -> str:
         flags = {n}_inverse_now(&state, input, number(ahead[i][0]), &found);
         bad_fields += is_same(found, ahead[i][1], flags, ahead_flags[i]) ? 0u : 1u;
         (void){n}_step(&state, input, &found);
-    }}
+    }}{band}
 #ifndef PRINT
     printf("{n}: %u steps, %u not to the bit; %u inverses, %u not to the bit; largest difference from NumPy %.3g ulp "
            "of the largest effort\\n",

@@ -17,6 +17,7 @@ from erclutch.export.target_check import Check, compare
 from erclutch.export.targets import c
 
 TITLE = "a C++11 class around the C step, with CMakeLists.txt and package.xml for ROS 2"
+ALARMS = True
 
 
 def write(program: ExportedStep, folder: Path) -> None:
@@ -131,6 +132,13 @@ def _device(program: ExportedStep, members: Sequence[str]) -> str:
 """
         for about, signature, call in methods
     )
+    band = ""
+    if program.alarms:
+        ends = ((end, f"{end} end of the band around the effort of the last step") for end in ("low", "high"))
+        band = "".join(
+            f"    /// {about.capitalize()}.\n    Real {end}() const noexcept {{ return state_.{end}; }}\n\n"
+            for end, about in ends
+        )
     return f"""class {name} {{
 public:
     /// Sampling period in s that the step is made for; 0 where it does not matter.
@@ -142,7 +150,7 @@ public:
     void reset() noexcept {{ {n}_reset(&state_); }}
 
 {calls}
-    static const char *digest() noexcept {{ return {n.upper()}_DIGEST; }}
+{band}    static const char *digest() noexcept {{ return {n.upper()}_DIGEST; }}
     static const char *model() noexcept {{ return {n.upper()}_MODEL; }}
 
 private:

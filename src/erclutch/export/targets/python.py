@@ -24,6 +24,7 @@ from erclutch.export.target_check import Check, to_the_bit
 from erclutch.export.targets import c
 
 TITLE = "the step compiled for this machine, called from Python (ctypes; 3.11 and later)"
+ALARMS = True
 
 
 def write(program: ExportedStep, folder: Path) -> None:

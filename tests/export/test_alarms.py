@@ -1,0 +1,251 @@
+"""The band and the alarms of an exported step: the record in NumPy, the C, and what the alarms promise."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ExportError
+from erclutch.export import ExportOptions, export_model, step_of, verify_export
+from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.exported_step import DRIFT, NON_FINITE, OUTSIDE, WIDE_BAND, ExportedStep
+from erclutch.export.step_numbers import band_of, inverse, inverse_now, run
+from erclutch.export.targets.python import compile_model
+from erclutch.models.alarms import Alarms, alarms_of
+from erclutch.models.band import Band
+from erclutch.models.model import Model
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, slips_of
+
+WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
+BAND = Band(0.95, 0.01, 40.0, (100.0, 300.0, 500.0), (5.0, 20.0), WIDTHS, tuple(1.5 * w for w in WIDTHS))
+BLOCK, SHORT = 20, 5
+#: One of each device, with gaps in the grid, with and without a memory.
+LABELS = ("bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial")
+
+
+def alarmed(model: Any, precision: str = "float64", block: int = BLOCK) -> ExportedStep:
+    """A step with alarms whose blocks are short and whose goal is near."""
+    options = ExportOptions("m", precision, 1e-3, alarms=True)  # type: ignore[arg-type]
+    made = step_of(replace(model, band=BAND), options)
+    assert made.alarms is not None
+    return replace(made, alarms=replace(made.alarms, block=block, goal=1000.0))
+
+
+def motion(made: ExportedStep, count: int, seed: int = 0) -> Array:
+    """Slow rows within the ranges; no measured effort."""
+    rng, e = np.random.default_rng(seed), made.elements
+    held = np.repeat(rng.uniform(*made.field.range, count // 50 + 1), 50)[:count]
+    fields = [held] if e == 1 else [np.where(held > 300.0, held, 0.0), np.where(held > 300.0, 0.0, held)]
+    speeds = [12.0 * np.sin(np.arange(count) / 40.0 + i) for i in range(e)]
+    return np.column_stack([*fields, *speeds, np.full(count, np.nan)])
+
+
+def measuring(made: ExportedStep, rows: Array, errors: Array) -> Array:
+    """The rows with measured efforts: errors of one are at the ends of the band."""
+    effort = run(made, rows)[0].astype(np.float64)
+    low, high = band_of(made, rows).astype(np.float64).T
+    rows = rows.copy()
+    rows[:, -1] = effort + np.where(errors < 0, effort - low, high - effort) * errors
+    return rows
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("label", LABELS)
+def test_the_c_gives_the_bits_of_the_record(
+    label: str, precision: str, models: dict[str, Model], need: Callable[..., None]
+) -> None:
+    need("gcc")
+    made = alarmed(models[label], precision)
+    rows = motion(made, 3000)
+    noise = np.random.default_rng(1).normal(size=len(rows))
+    rows = measuring(made, rows, np.where(np.arange(len(rows)) < 1000, 0.5 * noise, 2.0 + noise))
+    rows[::97, 0], rows[5::31, -1] = np.nan, np.inf
+    rows = rows.astype(made.precision.dtype).astype(np.float64)
+    effort, flags = run(made, rows)
+    assert {int(bit) for bit in (OUTSIDE, NON_FINITE, WIDE_BAND, DRIFT) if np.any(flags & bit)} >= {2, 32, 64}
+    device = compile_model(made)
+    found = device.run(np.ascontiguousarray(rows))
+    assert np.array_equal(np.array(found[0]), effort.astype(np.float64))
+    assert np.array_equal(np.array(found[1]), flags)
+    device.reset()
+    for row, ends in zip(rows[:300].tolist(), band_of(made, rows[:300]).tolist(), strict=True):
+        device.step(*row)
+        assert device.band == tuple(ends)
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
+    made = alarmed(models[label])
+    rows = motion(made, 500)
+    e = made.elements
+    fields, slips = rows[:, :e].T, slips_of(made.device, list(rows[:, e : 2 * e].T))
+    elements = [Element(f, w) for f, w in zip(fields, slips, strict=True)]
+    clock = Clock(1e-3 * np.arange(500.0), (Span(0, 500, 1e-3),))
+    effort, flags = run(made, rows)
+    low, high = BAND.around(effort, elements, clock)
+    assert np.array_equal(band_of(made, rows), np.column_stack([low, high]))
+    wide = 2.0 * np.median(np.add(BAND.behind, BAND.ahead))
+    assert np.array_equal((flags & WIDE_BAND) != 0, high - low > wide)
+
+
+def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> None:
+    for label in LABELS:
+        made, plain = alarmed(models[label]), step_of(models[label], ExportOptions("m", period=1e-3))
+        rows = measuring(made, motion(made, 200), np.full(200, 3.0))
+        assert np.array_equal(run(made, rows)[0], run(plain, rows[:, :-1])[0])
+        wanted = np.linspace(-0.5, 0.5, 20)
+        for of in (inverse, inverse_now):
+            for got, expected in zip(of(made, rows[:20], wanted), of(plain, rows[:20, :-1], wanted), strict=True):
+                assert np.array_equal(got, expected)
+
+
+# --- drift -----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def watcher() -> tuple[Alarms, Callable[[Array], Array]]:
+    """The wealth over blocks from the misses of each, with blocks of 100 rows."""
+    alarms = alarms_of(BAND, 0.01)
+
+    def over(misses: Array) -> Array:
+        wealth, found = np.zeros(misses.shape[1:]), []
+        for block in misses:
+            wealth = alarms.wealth(wealth, block)
+            found.append(wealth)
+        return np.array(found)
+
+    return alarms, over
+
+
+def _misses(alarms: Alarms, blocks: int, runs: int, correlation: float) -> Array:
+    """Rows of AR(1) residuals outside a band that holds all but the tolerated share, in each block, (blocks, runs)."""
+    rng = np.random.default_rng(4)
+    state, counts = rng.normal(size=runs), np.zeros((blocks, runs))
+    edge = 1.6448536  # of 10 % on both sides
+    for block in range(blocks):
+        for _ in range(alarms.block):
+            state = correlation * state + np.sqrt(1.0 - correlation**2) * rng.normal(size=runs)
+            counts[block] += np.abs(state) > edge
+    return counts
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_false_alarms_are_as_rare_as_said(correlation: float) -> None:
+    """At the very share of misses that is tolerated, with a goal of a thousand blocks, in 60,000 blocks."""
+    alarms, _ = watcher()
+    alarms = replace(alarms, goal=1000.0)
+    misses = _misses(alarms, 100, 600, correlation)
+    assert abs(misses.mean() / alarms.block - alarms.tolerated) < 0.003
+    wealth, raised = np.zeros(600), 0
+    for block in misses:
+        wealth = alarms.wealth(wealth, block)
+        raised += int(np.sum(wealth >= alarms.goal))
+        wealth = np.where(wealth >= alarms.goal, 0.0, wealth)
+    assert raised <= 60 + 3 * np.sqrt(60)
+
+
+def test_a_drift_is_found_and_its_end_too() -> None:
+    alarms, over = watcher()
+    share = np.repeat([0.05, 0.6, 0.0], [50, 20, 3])
+    wealth = over((share * alarms.block)[:, None])[:, 0]
+    assert wealth[:50].max() < 1.0
+    assert 5 < np.argmax(wealth >= alarms.goal) - 50 < 12
+    assert wealth[69] == alarms.goal
+    assert wealth[70] < alarms.goal
+
+
+ODD = st.sampled_from([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0])
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.data())
+def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:
+    made = _single()
+    odd = np.array(data.draw(st.lists(st.tuples(*[ODD | st.floats(-50.0, 700.0)] * 3), min_size=1, max_size=60)))
+    after = measuring(made, motion(made, 12 * SHORT), np.tile([0.3, -0.4], 6 * SHORT))
+    far = after.copy()
+    far[:, -1] += 10.0
+    quiet, loud = (run(made, np.concatenate([odd, rows]))[1][-1] & DRIFT for rows in (after, far))
+    assert not quiet
+    assert loud
+
+
+@cache
+def _single() -> ExportedStep:
+    from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+    from erclutch.models.laws import law_from_name
+    from erclutch.signals.device import Units
+
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"))
+    shape = {s.name: 0.4 * (s.lower + s.upper) for s in structure.shapes(1e-3)}
+    gains = {g.name: 0.1 for g in structure.gains()}
+    ranges = Range((0.0, 600.0), (-25.0, 25.0), (-1.0, 1.0))
+    model = TorqueModel(structure, Reference(600.0, 17.0, 1e-3), shape, gains, Units("N*m", "V", "rad/s"), ranges)
+    return alarmed(model, block=SHORT)
+
+
+def test_rows_that_no_training_row_was_near_do_not_count() -> None:
+    made = _single()
+    rows = measuring(made, motion(made, 20 * BLOCK), np.full(20 * BLOCK, 5.0))
+    assert run(made, rows)[1][-1] & DRIFT
+    rows[:, 1] = 100.0
+    assert not np.any(run(made, rows)[1] & DRIFT)
+
+
+# --- exports ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_plain_export_says_nothing_of_alarms(models: dict[str, Model], tmp_path: Path) -> None:
+    folders = [
+        export_model(model, tmp_path / name, options=ExportOptions("m", period=1e-3))
+        for name, model in (("without", models[LABELS[0]]), ("with", replace(models[LABELS[0]], band=BAND)))  # type: ignore[type-var]
+    ]
+    digests = [json.loads((folder / "model.json").read_text())["digest"] for folder in folders]
+    for name in ("m.c", "m.h", "m_check.c", "Makefile"):
+        texts = [(folder / name).read_text().replace(d, "") for folder, d in zip(folders, digests, strict=True)]
+        assert texts[0] == texts[1]
+        assert "DRIFT" not in texts[0]
+    assert "alarms" not in (folders[0] / "export.json").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("to", ["c", "cpp", "python"])
+@pytest.mark.parametrize("label", LABELS)
+def test_exports_with_alarms_verify(
+    label: str, to: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc", "g++")
+    model: Any = replace(models[label], band=BAND)  # type: ignore[type-var]
+    options = ExportOptions("m", "float32", 1e-3, alarms=True)
+    checks = verify_export(export_model(model, tmp_path / to, to, options))
+    assert checks
+    assert all(check.passed and check.other_bits == 0 for check in checks), checks
+
+
+def test_what_has_no_alarms_says_so(models: dict[str, Model], tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="alarms need a band"):
+        step_of(models[LABELS[0]], ExportOptions(alarms=True))
+    model: Any = replace(models["fnn-16, coaxial"], band=BAND)  # type: ignore[type-var]
+    with pytest.raises(ExportError, match="alarms need a sampling period"):
+        step_of(model, ExportOptions(alarms=True))
+    with pytest.raises(ExportError, match="target onnx has no alarms"):
+        export_model(model, tmp_path / "x", "onnx", ExportOptions(period=1e-3, alarms=True))
+
+
+def test_a_library_without_alarms_has_no_band(models: dict[str, Model], need: Callable[..., None]) -> None:
+    need("gcc")
+    device: CompiledModel = compile_model(step_of(models[LABELS[0]], ExportOptions("m", period=1e-3)))
+    with pytest.raises(TypeError, match="exported without alarms"):
+        _ = device.band
