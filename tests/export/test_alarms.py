@@ -96,8 +96,7 @@ def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
     effort, flags = run(made, rows)
     low, high = BAND.around(effort, elements, clock)
     assert np.array_equal(band_of(made, rows), np.column_stack([low, high]))
-    wide = 2.0 * np.median(np.add(BAND.behind, BAND.ahead))
-    assert np.array_equal((flags & WIDE_BAND) != 0, high - low > wide)
+    assert np.array_equal((flags & WIDE_BAND) != 0, high - low > 0.25 * made.scale)
 
 
 def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> None:
@@ -117,7 +116,7 @@ def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> Non
 @cache
 def watcher() -> tuple[Alarms, Callable[[Array], Array]]:
     """The wealth over blocks from the misses of each, with blocks of 100 rows."""
-    alarms = alarms_of(BAND, 0.01)
+    alarms = alarms_of(BAND, 1.0, 0.01)
 
     def over(misses: Array) -> Array:
         wealth, found = np.zeros(misses.shape[1:]), []

@@ -18,15 +18,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import within
 
 #: A block's length in s: longer than residuals of a motion at some hertz are alike.
 _BLOCK = 1.0
-#: Times the median over the band's cells that is unusually wide.
-_WIDE = 2.0
+#: Share of the largest training effort above which a band is wide.
+_WIDE = 0.25
 #: Blocks to a false alarm: eleven days.
 _GOAL = 1e6
 
@@ -37,7 +35,7 @@ class Alarms:
 
     Attributes:
         band: of the model.
-        wide: width of the band above which it is unusually wide, in the effort's unit.
+        wide: width above which the band counts as wide, in the effort's unit.
         block: rows of a block.
         tolerated: share of misses that a block may have for ever: twice what the band promises.
         bet: what a miss more or less than tolerated is worth; a block without a miss halves the wealth.
@@ -57,13 +55,13 @@ class Alarms:
         return within(within(before, 1.0, self.goal) * factor, 0.0, self.goal)
 
 
-def alarms_of(band: Band, period: float) -> Alarms:
+def alarms_of(band: Band, largest: float, period: float) -> Alarms:
     """The alarms for a band.
 
     Args:
         band: of a model.
+        largest: largest magnitude of the training effort.
         period: sampling period in s.
     """
     tolerated = min(2.0 * (1.0 - band.level), 0.5)
-    wide = _WIDE * float(np.median(np.add(band.behind, band.ahead)))
-    return Alarms(band, wide, max(1, round(_BLOCK / period)), tolerated, 0.5 / tolerated)
+    return Alarms(band, _WIDE * largest, max(1, round(_BLOCK / period)), tolerated, 0.5 / tolerated)

@@ -31,7 +31,7 @@ FLAGS = {
     "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
     "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",
     "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
-    "WIDE_BAND": "the effort's band is more than twice as wide as usual",
+    "WIDE_BAND": "the effort's band is wider than a quarter of the largest training effort",
     "DRIFT": "the measured effort has lain outside the band for too long",
 }
 _ALARMS = ("WIDE_BAND", "DRIFT")
