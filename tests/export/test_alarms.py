@@ -121,7 +121,7 @@ def watcher() -> tuple[Alarms, Callable[[Array], Array]]:
     def over(misses: Array) -> Array:
         wealth, found = np.zeros(misses.shape[1:]), []
         for block in misses:
-            wealth = alarms.wealth(wealth, block)
+            wealth = alarms.wealth(wealth, block / alarms.block, alarms.missing)
             found.append(wealth)
         return np.array(found)
 
@@ -146,13 +146,43 @@ def test_false_alarms_are_as_rare_as_said(correlation: float) -> None:
     alarms, _ = watcher()
     alarms = replace(alarms, goal=1000.0)
     misses = _misses(alarms, 100, 600, correlation)
-    assert abs(misses.mean() / alarms.block - alarms.tolerated) < 0.003
+    assert abs(misses.mean() / alarms.block - alarms.missing) < 0.003
     wealth, raised = np.zeros(600), 0
     for block in misses:
-        wealth = alarms.wealth(wealth, block)
+        wealth = alarms.wealth(wealth, block / alarms.block, alarms.missing)
         raised += int(np.sum(wealth >= alarms.goal))
         wealth = np.where(wealth >= alarms.goal, 0.0, wealth)
     assert raised <= 60 + 3 * np.sqrt(60)
+
+
+@pytest.mark.parametrize(("correlation", "least", "most"), [(0.0, 0.0, 0.001), (0.9, 0.15, 0.2)])
+def test_blocks_that_lean_by_chance_raise_no_more(correlation: float, least: float, most: float) -> None:
+    """AR(1) residuals, 95 % of them in the band: with long correlation nearly as many blocks lean as may."""
+    alarms, _ = watcher()
+    alarms = replace(alarms, goal=1000.0)
+    rng, runs, blocks = np.random.default_rng(6), 600, 100
+    state, wealth, raised, leaning = rng.normal(size=runs), np.zeros(runs), 0, 0.0
+    for _ in range(blocks):
+        total = np.zeros(runs)
+        for _ in range(alarms.block):
+            state = correlation * state + np.sqrt(1.0 - correlation**2) * rng.normal(size=runs)
+            total += np.clip(state / 1.96, -1.0, 1.0)
+        above = (total / alarms.block > alarms.lean).astype(float)
+        leaning += above.mean() / blocks
+        wealth = alarms.wealth(wealth, above, alarms.leaning)
+        raised += int(np.sum(wealth >= alarms.goal))
+        wealth = np.where(wealth >= alarms.goal, 0.0, wealth)
+    assert least <= leaning <= most
+    assert raised <= 60 + 3 * np.sqrt(60)
+
+
+def test_a_residual_that_leans_inside_the_band_is_a_drift() -> None:
+    made = _single()
+    rows = motion(made, 60 * SHORT)
+    forward = np.where(rows[:, 1] < 0, -1.0, 1.0)
+    for share, told in ((0.3, True), (-0.3, True), (0.1, False)):
+        assert bool(run(made, measuring(made, rows, share * forward))[1][-1] & DRIFT) == told
+    assert not run(made, measuring(made, rows, 0.9 * np.resize([1.0, -1.0], len(rows))))[1][-1] & DRIFT
 
 
 def test_a_drift_is_found_and_its_end_too() -> None:
