@@ -214,7 +214,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         filter_ = _filter(options.derivative, period, slip_unit, coaxial)
         angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
-    alarms = _alarms(model, period) if options.alarms else None
+    alarms = _alarms(model, scale, period) if options.alarms else None
     extra_names, extra_units = extras, tuple("K" if name == TEMPERATURE else "?" for name in extras)
     if alarms:
         extra_names, extra_units = (*extras, "measured"), (*extra_units, model.units.effort or "1")
@@ -261,7 +261,7 @@ def _window(covered: tuple[float, float]) -> Window:
     return Window(covered, margins(covered), (low - room, high + room))
 
 
-def _alarms(model: Model, period: float | None) -> Alarms:
+def _alarms(model: Model, scale: float, period: float | None) -> Alarms:
     if model.band is None:
         raise ExportError(
             "alarms need a band, and the model has none",
@@ -272,7 +272,7 @@ def _alarms(model: Model, period: float | None) -> Alarms:
         raise ExportError(
             "alarms need a sampling period", where=model.name, remedy="Give --period, for example --period 0.001"
         )
-    return alarms_of(model.band, period)
+    return alarms_of(model.band, scale, period)
 
 
 def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, float]:

@@ -29,7 +29,8 @@ from erclutch.export.exported_step import (
     described_step,
 )
 from erclutch.models.alarms import Alarms
-from erclutch.models.band import FOLLOWER, Band, leading
+from erclutch.models.band import FOLLOWER, leading
+from erclutch.models.covered_cells import within
 from erclutch.models.model import settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
@@ -242,11 +243,7 @@ class _Recording:
         value = self.behind(fields, slips, extras)
         effort, limited = self.limited(value)
         flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited}
-        if step.alarms is not None and not self.rest:
-            low, high = self.band(step.alarms.band, effort, fields, slips)
-            flags[WIDE_BAND] = record.less(step.alarms.wide, high - low)
-            counts = record.both(self.good, record.opposite(outside))
-            flags[DRIFT] = self.drifted(step.alarms, low, high, given[-1], counts)
+        flags |= self.alarms(effort, held, given[-1], record.both(self.good, record.opposite(outside)))
         raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
         raised[NON_FINITE] = record.opposite(self.good)
         self._refuse_names()
@@ -449,29 +446,56 @@ class _Recording:
             return self.record.choose(self.going, self.record.operand("earlier", value=(name, rows)), signal)
         return self.record.operand("delay", signal, self.going, value=(name, rows))
 
-    def band(self, band: Band, effort: Any, fields: Sequence[Any], slips: Sequence[Any]) -> tuple[Any, Any]:
-        """Low and high end of the effort's band; the state keeps both for whoever asks."""
-        field, slip = leading(fields, slips)
-        (followed,) = self._stepped(FOLLOWER, {"tau_e": band.settling_s}, field, "_band")
-        low, high = band.ends(effort, slip, band.cell(field, slip, followed))
+    def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any) -> dict[int, Any]:
+        """Whether the band is wide and whether the residual has drifted; the state keeps the ends of the band."""
+        alarms, record, e = self.step.alarms, self.record, self.step.elements
+        if alarms is None or self.rest:
+            return {}
+        field, slip = leading(held[:e], held[e : 2 * e])
+        (followed,) = self._stepped(FOLLOWER, {"tau_e": alarms.band.settling_s}, field, "_band")
+        low, high = alarms.band.ends(effort, slip, alarms.band.cell(field, slip, followed))
         for name, end in (("low", low), ("high", high)):
-            self.record.keep(name, self.record.label(end, name))
-        return low, high
+            record.keep(name, record.label(end, name))
+        side = less_select(slip, 0.0, -1.0, 1.0)
+        drifted = self.drifted(alarms, effort, (low, high), side, measured, good)
+        return {WIDE_BAND: record.less(alarms.wide, high - low), DRIFT: drifted}
 
-    def drifted(self, alarms: Alarms, low: Any, high: Any, measured: Any, counts: Any) -> Any:
-        """Whether measured efforts have lain outside the band for too long; a row may not count."""
-        record = self.record
-        counts = record.both(counts, record.finite(measured))
-        miss = record.either(record.less(measured, low), record.less(high, measured))
-        rows = record.state("drift_rows") + record.choose(counts, 1.0, 0.0)
-        misses = record.state("drift_misses") + record.choose(record.both(counts, miss), 1.0, 0.0)
-        open_ = record.label(record.less(rows, float(alarms.block)), "block_open")
-        before = record.state("drift_wealth")
-        now = record.choose(open_, before, alarms.wealth(before, misses))
-        record.keep("drift_rows", record.choose(open_, rows, 0.0))
-        record.keep("drift_misses", record.choose(open_, misses, 0.0))
-        record.keep("drift_wealth", record.label(now, "wealth"))
-        return record.opposite(record.less(now, alarms.goal))
+    def drifted(self, alarms: Alarms, effort: Any, ends: tuple[Any, Any], side: Any, measured: Any, good: Any) -> Any:
+        """Whether measured efforts have been outside the band, or to one side of the estimate, for too long.
+
+        Args:
+            alarms: numbers of the tests.
+            effort: the estimate.
+            ends: of its band.
+            side: the sign of the slip.
+            measured: effort.
+            good: whether the row may count.
+        """
+        record, (low, high), block = self.record, ends, float(alarms.block)
+        counts = record.both(record.both(good, record.finite(measured)), record.less(low, high))
+        miss = record.both(counts, record.either(record.less(measured, low), record.less(high, measured)))
+        off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)
+        gathered: dict[str, Any] = {}
+        for name, more in (("rows", record.choose(counts, 1.0, 0.0)), ("misses", record.choose(miss, 1.0, 0.0))):
+            gathered[name] = record.state(f"drift_{name}") + more
+        gathered["lean"] = record.state("drift_lean") + record.choose(counts, off, 0.0)
+        open_ = record.label(record.less(gathered["rows"], block), "block_open")
+        for name, total in gathered.items():
+            record.keep(f"drift_{name}", record.choose(open_, total, 0.0))
+        missed, mean = gathered["misses"] * (1.0 / block), gathered["lean"] * (1.0 / block)
+        above, below = (less_select(alarms.lean, x, 1.0, 0.0) for x in (mean, -mean))
+        tests = (
+            ("missing", missed, alarms.missing),
+            ("above", above, alarms.leaning),
+            ("below", below, alarms.leaning),
+        )
+        raised: Any = False
+        for name, share, tolerated in tests:
+            before = record.state(f"drift_{name}")
+            now = record.choose(open_, before, alarms.wealth(before, share, tolerated))
+            record.keep(f"drift_{name}", record.label(now, f"drift_{name}"))
+            raised = record.either(raised, record.opposite(record.less(now, alarms.goal)))
+        return raised
 
     def limited(self, value: Any) -> tuple[Any, Any]:
         """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""

@@ -38,10 +38,12 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) ->
         )
     from erclutch.export import ExportOptions, step_of
 
-    program = step_of(model, ExportOptions(name="live", precision="float64", period=period))
-    if len(program.inputs) != _INPUTS[device]:
+    alarms = model.band is not None
+    program = step_of(model, ExportOptions(name="live", precision="float64", period=period, alarms=alarms))
+    if program.signals != _INPUTS[device]:
+        needed = ", ".join(program.inputs[: program.signals])
         raise SettingError(
-            f"{model.name} has the inputs {', '.join(program.inputs)}; the loop has {_INPUTS[device]}",
+            f"{model.name} has the inputs {needed}; the loop has {_INPUTS[device]}",
             where=str(path),
             remedy="Give a model without further inputs",
         )

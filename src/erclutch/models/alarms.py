@@ -2,13 +2,15 @@
 
 The third alarm, an input far from all training rows, is `Range.far`; every model has it. The two here need a band.
 
-The residual has drifted where measured efforts lie outside the band more often than they may. Rows are gathered in
-blocks, because neighbouring rows miss together. Each block multiplies a wealth::
+Three tests look for a drift: measured efforts lie outside the band too often, or lean to the side of the slip, or to
+the other side. Rows are gathered in blocks, because neighbouring rows err together. A block has a share: that of its
+rows outside the band, or 1 if the mean of its residuals, in half widths of the band and held within one, is beyond a
+limit. Each block multiplies the wealth of a test::
 
-    wealth = max(wealth, 1)(1 + bet(misses / rows - tolerated))
+    wealth = max(wealth, 1)(1 + (share / tolerated - 1) / 2)
 
-While at most the tolerated share of each block is expected to miss, whatever the blocks before did, the wealth reaches
-the goal once in as many blocks as the goal says, on average or more rarely (an e-detector: Shin, Ramdas and Rinaldo,
+While the tolerated share is expected of each block at most, whatever the blocks before did, the wealth reaches the goal
+once in as many blocks as the goal says, on average or more rarely (an e-detector: Shin, Ramdas and Rinaldo,
 doi:10.51387/23-NEJSDS51). The rows of a block may depend on each other in any way. Rows without a measured effort, bad
 rows and rows outside what was trained on do not count.
 """
@@ -18,17 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import within
 
 #: A block's length in s: longer than residuals of a motion at some hertz are alike.
 _BLOCK = 1.0
-#: Times the median over the band's cells that is unusually wide.
-_WIDE = 2.0
-#: Blocks to a false alarm: eleven days.
-_GOAL = 1e6
+#: Share of the largest training effort above which a band is wide.
+_WIDE = 0.25
 
 
 @dataclass(frozen=True)
@@ -37,33 +35,33 @@ class Alarms:
 
     Attributes:
         band: of the model.
-        wide: width of the band above which it is unusually wide, in the effort's unit.
+        wide: width above which the band counts as wide, in the effort's unit.
         block: rows of a block.
-        tolerated: share of misses that a block may have for ever: twice what the band promises.
-        bet: what a miss more or less than tolerated is worth; a block without a miss halves the wealth.
-        goal: wealth that raises the alarm.
+        missing: share of rows outside the band that is tolerated: twice what the band promises.
+        lean: mean residual in half widths above which a block leans.
+        leaning: share of blocks leaning to one side that is tolerated.
+        goal: wealth that raises the alarm; blocks of 1 s take eleven days to it by chance, each of three tests.
     """
 
     band: Band
     wide: float
     block: int
-    tolerated: float
-    bet: float
-    goal: float = _GOAL
+    missing: float
+    lean: float = 0.2
+    leaning: float = 0.2
+    goal: float = 1e6
 
-    def wealth(self, before: Any, misses: Any) -> Any:
+    def wealth(self, before: Any, share: Any, tolerated: float) -> Any:
         """The wealth after a block, elementwise on any operand; no number as it was before counts as 1."""
-        factor = (1.0 - self.bet * self.tolerated) + misses * (self.bet / self.block)
-        return within(within(before, 1.0, self.goal) * factor, 0.0, self.goal)
+        return within(within(before, 1.0, self.goal) * (0.5 + share * (0.5 / tolerated)), 0.0, self.goal)
 
 
-def alarms_of(band: Band, period: float) -> Alarms:
+def alarms_of(band: Band, largest: float, period: float) -> Alarms:
     """The alarms for a band.
 
     Args:
         band: of a model.
+        largest: largest magnitude of the training effort.
         period: sampling period in s.
     """
-    tolerated = min(2.0 * (1.0 - band.level), 0.5)
-    wide = _WIDE * float(np.median(np.add(band.behind, band.ahead)))
-    return Alarms(band, wide, max(1, round(_BLOCK / period)), tolerated, 0.5 / tolerated)
+    return Alarms(band, _WIDE * largest, max(1, round(_BLOCK / period)), min(2.0 * (1.0 - band.level), 0.5))

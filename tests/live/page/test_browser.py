@@ -197,6 +197,8 @@ def test_recording_freezing_and_the_alarm(seen: Seen) -> None:
     page.click("#freeze")
     seen.loop.flags = 1
     seen.until("document.getElementById('coverage').textContent.startsWith('outside')")
+    seen.loop.flags = 96
+    seen.until("/^drift.* wide band$/.test(document.getElementById('coverage').textContent)")
     page.click("#record")
     seen.until("document.getElementById('recording').hidden")
     seen.until("[...document.querySelectorAll('#events .what')].some(e => e.textContent.includes('is complete'))")

@@ -31,8 +31,8 @@ FLAGS = {
     "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
     "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",
     "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
-    "WIDE_BAND": "the effort's band is more than twice as wide as usual",
-    "DRIFT": "the measured effort has lain outside the band for too long",
+    "WIDE_BAND": "the effort's band is wider than a quarter of the largest training effort",
+    "DRIFT": "the measured effort has lain outside the band or to one side of the estimate for too long",
 }
 _ALARMS = ("WIDE_BAND", "DRIFT")
 FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
@@ -275,8 +275,8 @@ def _about_alarms(step: ExportedStep) -> str:
     return f"""
    state->low and state->high are the ends of its band, made to hold {100 * a.band.level:g} % of all measured
    efforts; above {a.wide:.6g} {unit} the band is wide. The last input is the measured effort, NaN where there is none.
-   Blocks of {a.block} rows with more than {100 * a.tolerated:.3g} % of them outside the band raise DRIFT; by chance
-   once in {a.goal:g} blocks."""
+   DRIFT: too many blocks of {a.block} rows had more than {100 * a.missing:.3g} % outside the band, or a mean residual
+   beyond {a.lean:g} half widths of it on one side; by chance once in {a.goal / 3.0:.2g} blocks."""
 
 
 def _macros(inputs: Sequence[str]) -> Iterator[str]:

@@ -52,8 +52,8 @@ static double tracking(const erc_core *core, const wanted_t *wanted) {
 /* Field for a wanted torque: the model's inverse, corrected by what the model says the device now gives. */
 static double torque_field(erc_core *core, double wanted, uint32_t *events) {
     const erc_config *config = &core->config;
-    const double coaxial[4] = {0.0, 0.0, core->theta.speed, core->alpha.speed};
-    const double single[2] = {0.0, core->theta.speed - core->alpha.speed};
+    const double coaxial[5] = {0.0, 0.0, core->theta.speed, core->alpha.speed, 0.0};
+    const double single[3] = {0.0, core->theta.speed - core->alpha.speed, 0.0};
     double forward = 0.0;
     if (core->model.inverse == 0) {
         return 0.0;

@@ -205,8 +205,9 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
-    const double coaxial[4] = {applied[0], applied[1], core->theta.speed, core->alpha.speed};
-    const double single[2] = {applied[0], core->theta.speed - core->alpha.speed};
+    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* only a model with alarms reads it */
+    const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
+    const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};
     double effort = (double)NAN;
     if (core->model.step == 0 || core->state == ERC_STARTING) {
         return 0u;

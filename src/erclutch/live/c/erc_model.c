@@ -23,7 +23,8 @@ erc_model erc_model_load(const char *path, const char *digest, uint32_t device) 
     erc_symbol(library, path, "erc_model_step", &model.step);
     erc_symbol(library, path, "erc_model_inverse", &model.inverse);
     const uint32_t wanted = device == ERC_SINGLE ? 2u : 4u;
-    if (abi() != MODEL_ABI || inputs() != wanted || state_size() > LARGEST_STATE) {
+    const int alarms = inputs() == wanted + 1u; /* its last input is the measured torque */
+    if (abi() != MODEL_ABI || (inputs() != wanted && !alarms) || state_size() > LARGEST_STATE) {
         erc_fail("the model %s has interface %u, %u inputs and %u bytes of state; the loop takes %u, %u and %u", path,
                  abi(), inputs(), state_size(), MODEL_ABI, wanted, LARGEST_STATE);
     }
@@ -31,7 +32,7 @@ erc_model erc_model_load(const char *path, const char *digest, uint32_t device) 
         erc_fail("the model %s has digest %s, not %s", path, own_digest(), digest);
     }
     /* Once now, so that its pages are there when time counts. */
-    const double still[4] = {0.0, 0.0, 0.0, 0.0};
+    const double still[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
     double effort = 0.0;
     reset(memory);
     (void)model.step(memory, still, &effort);

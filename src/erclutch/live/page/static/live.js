@@ -4,6 +4,8 @@ import { Charts, element, signed } from "./charts.js";
 import { Picture } from "./picture.js";
 import { Store } from "./store.js";
 
+const WIDE_BAND = 32, DRIFT = 64; // of the flags of the model's step
+
 const $ = id => document.getElementById(id);
 const write = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
 const store = new Store();
@@ -197,14 +199,16 @@ function paint(now) {
 
 function numbers() {
   charts.label();
-  const { rms, outside } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
+  const { rms, outside, flags } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
   write("clock", `${store.now.toFixed(1)} s`);
   write("torque", Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter");
   write("estimate", Number.isFinite(estimate) ? `${signed(estimate, 3)} N m` : "no model");
   write("rms", Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–");
   const modelled = Number.isFinite(estimate);
-  write("coverage", !modelled ? "–" : outside ? `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s` : "inside");
-  $("coverage").dataset.level = !modelled ? "none" : outside ? "bad" : "good";
+  const drift = (flags & DRIFT) !== 0, wide = (flags & WIDE_BAND) !== 0;
+  const alarms = [drift && "drift", outside && `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s`, wide && "wide band"].filter(Boolean);
+  write("coverage", !modelled ? "–" : alarms.join(", ") || "inside");
+  $("coverage").dataset.level = !modelled ? "none" : alarms.length ? "bad" : "good";
 }
 
 // --- controls --------------------------------------------------------------------------------------------------------

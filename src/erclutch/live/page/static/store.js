@@ -96,7 +96,7 @@ export class Store {
     return { data: [times, ...lines], outside };
   }
 
-  // Root mean square of the residual and share of samples outside the training range over the last second.
+  // Root mean square of the residual and share of samples far from training rows over the last second; flags of the newest.
   lastSecond() {
     const a = this.row(this.now - 1);
     let sum = 0, count = 0, outside = 0;
@@ -105,6 +105,6 @@ export class Store {
       if (value === value) { sum += value * value; count += 1; }
       outside += this.flags[i] & 1;
     }
-    return { rms: count ? Math.sqrt(sum / count) : NaN, outside: this.size > a ? outside / (this.size - a) : 0 };
+    return { rms: count ? Math.sqrt(sum / count) : NaN, outside: this.size > a ? outside / (this.size - a) : 0, flags: this.size ? this.flags[this.size - 1] : 0 };
   }
 }
