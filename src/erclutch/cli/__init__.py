@@ -23,6 +23,8 @@ _COMMANDS = {
     "inspect": "Show what is in a log and what each column is taken for.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
     "report": "Write the report of a run: one HTML file, or a PDF for print.",
+    "predict": "Write the effort of a kept model for each row of a log, with its band.",
+    "score": "Score the models of a run on another log.",
     "compare": "Compare runs on the rows that all of them held out.",
     "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
     "fit-large": "Fit models without memory to logs larger than memory, block by block.",

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.errors import LogError, MappingError
+from erclutch.errors import LogError, MappingError, SettingError
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap
     from erclutch.logs.dataset import Dataset
+    from erclutch.models.model import Model
+    from erclutch.runs.run_folder import Run
     from erclutch.signals.recording import Recording
     from erclutch.signals.speed import Derivative
 
@@ -135,9 +137,29 @@ class LogOptions:
 
         return build_dataset(recordings, device=self.device, derivative=self.filter())
 
+    def _given(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
+
+    def like(self, run: Run | None, model: Model) -> LogOptions:
+        """What was given over how the run's own logs were read; the device is the model's."""
+        own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
+        if self.time is not None or self.rate is not None:
+            own = {key: value for key, value in own.items() if key not in ("time", "rate")}
+        lists = {key: tuple(own[key]) for key in ("input", "constant") if key in own}
+        paths = {key: Path(own[key]) for key in ("map",) if key in own}
+        device: _Device = model.structure.device
+        return replace(self, **{**own, **lists, **paths, **self._given(), "device": device})
+
+    def without_effort(self, unit: str) -> LogOptions:
+        """The same for logs of which the effort is not asked for: a constant stands for it."""
+        signal = "T" if self.device == "coaxial" else "effort"
+        zero = f"{signal}=0 {unit.replace('?', '')}".strip()
+        kept = tuple(each for each in self.constant if each.partition("=")[0].strip() != signal)
+        return replace(self, effort=None, t=None, constant=(*kept, zero))
+
     def to_dict(self) -> dict[str, object]:
         """What was given, as JSON values."""
-        given = {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
+        given = self._given()
         return {key: str(value) if isinstance(value, Path) else value for key, value in given.items()}
 
 
@@ -163,3 +185,21 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             raise LogError("the folder holds no log", where=str(path), remedy=remedy)
         files.extend(inside)
     return files
+
+
+def opened(path: Path, name: str | None) -> tuple[Run | None, Model]:
+    """The model of a file, or one of a run with the run: that with the name, or the recommended one.
+
+    Raises:
+        RunError: no run, no model, or a model's file that is not as it was written.
+        SettingError: a name beside a file.
+    """
+    from erclutch.models.load import load_model
+    from erclutch.runs.run_folder import read_run
+
+    if path.is_dir():
+        run = read_run(path)
+        return run, run.model(name)
+    if name is not None:
+        raise SettingError("--name needs the folder of a run", where=str(path), remedy="Give the run, or leave it out")
+    return None, load_model(path)

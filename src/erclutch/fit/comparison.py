@@ -21,6 +21,7 @@ from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.past_samples import past_finding, past_rows
+from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import (
     TOLERATED,
     BandedFigure,
@@ -33,6 +34,7 @@ from erclutch.fit.scoring import (
     score,
 )
 from erclutch.logs.dataset import Dataset, hold_out, time_folds
+from erclutch.models.band import Band
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
 from erclutch.models.laws.yield_stress import CONSTANT
@@ -108,6 +110,7 @@ class RankedModel:
         excess: how much larger the test RMSE is than the best model's, as a share, both on the same blocks.
         sound: whether it converged and the data identify all that it says; only such a model is recommended.
         notes: what to worry about with this model.
+        band: how the model's band does on the rows held out; None where it has none.
     """
 
     outcome: AnyOutcome
@@ -119,6 +122,7 @@ class RankedModel:
     excess: BandedFigure
     sound: bool
     notes: tuple[str, ...]
+    band: HeldBand | None = None
 
     @property
     def name(self) -> str:
@@ -205,7 +209,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         networks += _networks_with_memory(networks, laws)
     corrected = _fit_residuals(train, residuals, laws, chosen, report)
     outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
-    entries = _score_all(data, train, test, outcomes, settings)
+    entries = _with_bands(data, test, _score_all(data, train, test, outcomes, settings))
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
     best, recommended = recommend(
@@ -214,7 +218,8 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         {e.name: e.outcome.parameters for e in entries},
         {e.name for e in entries if e.sound},
     )
-    taken = next(e for e in entries if e.name == recommended)
+    at = next(i for i, e in enumerate(entries) if e.name == recommended)
+    taken = entries[at] = _with_sensor(data, test, entries[at])
     findings += _memory_left(data, taken)
     findings += log_differences(data, taken.predicted)
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
@@ -501,6 +506,29 @@ def _score_all(
             )
         )
     return sorted(entries, key=lambda e: e.test.rmse.value)
+
+
+def _with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[RankedModel]) -> list[RankedModel]:
+    """The models with bands that are calibrated on the training rows and judged on those held out."""
+    errors = [data.effort - entry.predicted for entry in entries]
+    found = calibrated(data, ~test, errors, [entry.outcome.parameters for entry in entries])
+    return [
+        entry if pair is None else _with_band(entry, pair[0], judged(data, test, entry.predicted, *pair))
+        for entry, pair in zip(entries, found, strict=True)
+    ]
+
+
+def _with_band(entry: RankedModel, band: Band, figures: HeldBand) -> RankedModel:
+    outcome: Any = entry.outcome
+    return replace(entry, outcome=replace(outcome, model=replace(outcome.model, band=band)), band=figures)
+
+
+def _with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> RankedModel:
+    """The model with what its band holds if a sensor teaches it."""
+    band = entry.outcome.model.band
+    if band is None or entry.band is None:
+        return entry
+    return replace(entry, band=judged(data, test, entry.predicted, band, entry.band.plain, sensor=True))
 
 
 def _judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:

@@ -191,6 +191,7 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
             "excess_over_best": entry.excess.to_list(),
             "criteria": entry.criteria,
             "folds_rmse": list(entry.folds),
+            **({} if entry.band is None else {"band": asdict(entry.band)}),
             "fit": fit,
             "notes": list(entry.notes),
         }

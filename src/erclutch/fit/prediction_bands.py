@@ -1,0 +1,240 @@
+"""Prediction bands are calibrated on training rows and judged on rows held out (conformal, bin by bin: Mondrian).
+
+The rows of a cell of `models.band` give its half widths: quantiles of measured less estimated effort (Vovk, Gammerman
+and Shafer 2005, doi 10.1007/b106715, chapter 4.5). Neighbouring rows are alike: large errors come in clumps, which
+count as one row each, and a cell needs enough of them, else it borrows from the cells around it. The model was fitted
+to the same rows, so errors are widened as Akaike's final prediction error says for that many parameters (1970,
+doi 10.1007/BF02506337). `studies/bands.py` tries all this on fresh logs of a known source.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.intervals import correlated_rows
+from erclutch.logs.dataset import Dataset
+from erclutch.models.adaptive_band import adapted
+from erclutch.models.band import MOST_EDGES, Band, leading
+from erclutch.signals.array import Array, Mask
+
+LEVEL = 0.95
+#: Share of the field's span from its lag at which the field is switching, and the grid on which its edges lie.
+_SWITCHING, _GRID = 0.05, 8
+#: Independent rows that a cell needs for quantiles of its own.
+_ENOUGH = 100
+#: Settling times: the longest of those whose bands are as narrow as the narrowest, but for this share; each part of
+#: the rows, switching or not, has at least such a share of all.
+_AS_NARROW, _LEAST = 0.02, 0.1
+_LONGEST_S = 1.0
+_MOST_ROWS = 20_000
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What a band holds.
+
+    Attributes:
+        rows: on which it is judged.
+        share: of these rows that lie inside.
+        worst: the smallest share over the pieces; `pieces`.
+        where: the piece with the smallest share.
+        width: mean of high less low end, in the effort's unit.
+    """
+
+    rows: int
+    share: float
+    worst: float
+    where: str
+    width: float
+
+
+@dataclass(frozen=True)
+class HeldBand:
+    """How the band of a model does on the rows held out.
+
+    Attributes:
+        held: without a sensor.
+        plain: mean width of the plain band of the same calibration rows: one half width for all rows.
+        with_sensor: what the band holds if it learns from the measured effort of past rows; None: not tried.
+    """
+
+    held: Coverage
+    plain: float
+    with_sensor: Coverage | None = None
+
+
+def calibrated(
+    data: Dataset, train: Mask, errors: Sequence[Array], parameters: Sequence[int]
+) -> list[tuple[Band, float] | None]:
+    """The band of each model and the width of its plain band; None where an error is not finite.
+
+    Args:
+        data: all rows.
+        train: the rows to calibrate on, to which the models were fitted, shape (n,).
+        errors: measured less estimated effort of each model, each (n,).
+        parameters: number of parameters of each model.
+    """
+    field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    every = -(-int(train.sum()) // _MOST_ROWS)
+    known = np.flatnonzero(train)[::every]
+    cells = [
+        _Cells(band, band.cells(data.elements, data.clock)[known].astype(np.intp))
+        for band in _empty_bands(data, field[known], np.abs(slip[known]))
+    ]
+    usable = [each for each in cells if _LEAST <= each.switching <= 1.0 - _LEAST] or cells[:1]
+    found: list[tuple[Band, float] | None] = []
+    for error, count in zip(errors, parameters, strict=True):
+        if not np.all(np.isfinite(error)):
+            found.append(None)
+            continue
+        wider = _widened(train.sum() / correlated_rows(error[train]), count)
+        directed = wider * np.where(slip < 0.0, -error, error)[known]
+        own = _Errors(directed, max(_alike(error[train]) / every, 1.0))
+        found.append((_narrowest(usable, own), own.plain))
+    return found
+
+
+def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
+    """What a band, low and high end each (n,), holds on some rows."""
+    inside = (ends[0] <= data.effort) & (data.effort <= ends[1])
+    shares = {name: float(np.mean(inside[piece])) for name, piece in pieces(data, rows)}
+    where = min(shares, key=lambda name: shares[name])
+    width = float(np.mean((ends[1] - ends[0])[rows]))
+    return Coverage(int(rows.sum()), float(np.mean(inside[rows])), shares[where], where, width)
+
+
+def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
+    """Logs, or seconds where the rows are of one log, with the places of their rows; at least half as many as usual."""
+    at = np.flatnonzero(rows)
+    number = np.searchsorted([stop for _, stop in data.source_rows], at, side="right")
+    several = bool(np.ptp(number))
+    if not several:
+        number = (np.arange(at.size) * data.period).astype(np.intp)
+    groups = [at[number == k] for k in np.unique(number)]
+    began = [f"the second from {data.clock.time[group[0]]:.4g} s on" for group in groups]
+    names = [data.sources[k] for k in np.unique(number)] if several else began
+    few = 0.5 * float(np.median([group.size for group in groups]))
+    return [(name, group) for name, group in zip(names, groups, strict=True) if group.size >= few]
+
+
+def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float, *, sensor: bool = False) -> HeldBand:
+    """How a band does on the rows held out, around the effort of all rows, shape (n,).
+
+    Args:
+        data: all rows.
+        test: the rows held out, shape (n,).
+        predicted: estimated effort, shape (n,).
+        band: of the model.
+        plain: width of its plain band.
+        sensor: also try it with a sensor.
+    """
+    ends = band.around(predicted, data.elements, data.clock)
+    taught = adapted(band, ends, predicted, data.effort, data.clock) if sensor else None
+    return HeldBand(coverage(data, ends, test), plain, None if taught is None else coverage(data, taught, test))
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Errors of a model in the direction of the slip on the calibration rows, (n,), and how many are as one."""
+
+    directed: Array
+    per_row: float
+
+    @property
+    def plain(self) -> float:
+        """Width of the band with one half width."""
+        return 2.0 * _ends(np.abs(self.directed), LEVEL, self.per_row)[1]
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """A band without widths, and the cell of each calibration row, shape (n,)."""
+
+    empty: Band
+    at: NDArray[np.intp]
+
+    @property
+    def switching(self) -> float:
+        """Share of the rows in which the field is switching."""
+        _, fields, slips = self.empty.shape
+        return float(np.mean(self.at >= fields * slips))
+
+    def filled(self, errors: _Errors) -> tuple[Band, float]:
+        """The band, and its mean width over the rows."""
+        behind, ahead = _half_widths(errors, self.at, self.empty.shape)
+        band = replace(self.empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
+        return band, float(np.mean((behind + ahead)[self.at]))
+
+
+def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> Band:
+    """The band with the longest settling time among those that are as narrow as the narrowest."""
+    found = [each.filled(errors) for each in cells]
+    least = min(width for _, width in found)
+    return [band for band, width in found if width <= (1.0 + _AS_NARROW) * least][-1]
+
+
+def _alike(error: Array) -> float:
+    """How many rows carry the information of one independent row on how often the error is large."""
+    size = np.abs(error)
+    return correlated_rows((size > np.quantile(size, LEVEL)).astype(np.float64))
+
+
+def _widened(independent: float, parameters: int) -> float:
+    """How much larger errors are on new rows than on those that so many parameters were fitted to; at most sqrt(3)."""
+    rows = max(independent, 2.0 * parameters, 1.0)
+    return float(np.sqrt((rows + parameters) / (rows - parameters)))
+
+
+def _empty_bands(data: Dataset, field: Array, slip: Array) -> Iterator[Band]:
+    """Bands without widths for magnitudes of field and slip, from the shortest settling time to the longest."""
+    parts = np.arange(1, MOST_EDGES + 1) / (MOST_EDGES + 1)
+    low, span = float(field.min()), float(np.ptp(field))
+    # On a grid that begins half a step above zero: a command of few levels and some noise is not cut through a level.
+    steps = np.minimum(np.floor((np.quantile(field, parts) - low) / (span or 1.0) * _GRID), _GRID - 1)
+    fields = np.unique(low + (steps + 0.5) / _GRID * span) if span else np.zeros(0)
+    slips = np.unique(np.quantile(slip, parts))
+    edges = tuple(fields.tolist()), tuple(slips[slips > 0].tolist())
+    threshold = _SWITCHING * (span or float(field.max()) or 1.0)
+    settling = 2.0 * data.period
+    while settling <= _LONGEST_S or settling == 2.0 * data.period:
+        yield Band(LEVEL, settling, threshold, *edges, (), ())
+        settling *= 2.0
+
+
+def _half_widths(errors: _Errors, at: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:
+    """Half widths against and in the direction of the slip, one a cell."""
+    cells = int(np.prod(shape))
+    place = np.array(np.unravel_index(np.arange(cells), shape)).T
+    order = np.argsort(at, kind="stable")
+    rows = np.split(errors.directed[order], np.searchsorted(at[order], np.arange(1, cells)))
+    widths = np.empty((2, cells))
+    for cell in range(cells):
+        own = errors.directed
+        for near in _neighbours(place, cell):
+            own = np.concatenate([rows[i] for i in np.flatnonzero(near)])
+            if own.size >= _ENOUGH * errors.per_row:
+                break
+        low, high = _ends(own, 0.5 * (1.0 + LEVEL), errors.per_row)
+        widths[:, cell] = max(-low, 0.0), max(high, 0.0)
+    return widths[0], widths[1]
+
+
+def _neighbours(place: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_]]:
+    """The cell alone; with those of neighbouring slips; all slips; all fields too; all cells."""
+    away = np.abs(place - place[cell])
+    yield (away == 0).all(axis=1)
+    yield (away[:, :2] == 0).all(axis=1) & (away[:, 2] <= 1)
+    yield (away[:, :2] == 0).all(axis=1)
+    yield away[:, 0] == 0
+    yield np.ones(len(place), np.bool_)
+
+
+def _ends(errors: Array, share: float, per_row: float) -> tuple[float, float]:
+    """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
+    ordered, n = np.sort(errors), errors.size
+    above = min(int(np.ceil(share * (n + per_row))), n)
+    return float(ordered[n - above]), float(ordered[above - 1])
