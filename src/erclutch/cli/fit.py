@@ -160,5 +160,7 @@ def print_comparison(comparison: Comparison) -> None:
     terminal.tell(ranking_table.verdict(comparison), "bold")
     if moving := ranking_table.at_rest(comparison):
         terminal.tell(moving)
+    for line in ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort):
+        terminal.tell(line)
     screen.print()
     screen.print(ranking_table.parameters(comparison.entry(comparison.recommended).outcome))

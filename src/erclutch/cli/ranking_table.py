@@ -35,6 +35,7 @@ def ranking(comparison: Comparison, width: int) -> Table:
         "par.": [str(e.outcome.parameters) for e in comparison.entries],
         with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in comparison.entries],
         "95 % band": [_band(e.test.rmse) for e in comparison.entries],
+        **({"by log": [_by_log(e) for e in comparison.entries]} if any(e.by_log for e in comparison.entries) else {}),
         "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in comparison.entries],
         "of std": [f"{100 * e.test.share.value:.1f} %" for e in comparison.entries],
         "R2": [f"{e.test.r2.value:.3f}" for e in comparison.entries],
@@ -48,6 +49,34 @@ def ranking(comparison: Comparison, width: int) -> Table:
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
     title = "Models on the rows held out (* recommended; bands: for more rows of the same logs, not for other logs)"
     return narrowed(title, cells, less_needed, width, left=2)
+
+
+def _by_log(entry: RankedModel) -> str:
+    return "" if entry.by_log is None else f"{number(entry.by_log[0], 3)} - {number(entry.by_log[1], 3)}"
+
+
+def prediction(entry: RankedModel, unit: str) -> list[str]:
+    """What the band of a model holds, and what its figures say of other logs."""
+    said: list[str] = []
+    if entry.band is not None:
+        held, unit = entry.band.held, unit.replace("?", "")
+        over = f", {held.width / entry.band.plain:.0%} of one width for all rows" if entry.band.plain else ""
+        said.append(
+            f"Its 95 % prediction band holds {held.share:.1%} of the rows held out ({held.worst:.1%} in {held.where}); "
+            f"mean width {number(held.width, 3)} {unit}{over}."
+        )
+        taught = entry.band.with_sensor
+        if taught is not None:
+            said[0] += f" With a torque sensor: {taught.share:.1%}, {number(taught.width, 3)} {unit}."
+    if entry.by_log is None:
+        said.append("One log was held out: nothing here says how far another motion is off.")
+    else:
+        low, high, logs = entry.by_log
+        said.append(
+            f"By log its RMSE is {number(low, 3)} to {number(high, 3)} {unit} ({logs} logs): for a further log like "
+            f"these the RMSE lies between with a chance of {(logs - 1) / (logs + 1):.0%}."
+        )
+    return said
 
 
 def verdict(comparison: Comparison) -> str:

@@ -111,6 +111,7 @@ class RankedModel:
         sound: whether it converged and the data identify all that it says; only such a model is recommended.
         notes: what to worry about with this model.
         band: how the model's band does on the rows held out; None where it has none.
+        by_log: smallest and largest RMSE over the logs with rows held out, and their number; None for one log.
     """
 
     outcome: AnyOutcome
@@ -123,6 +124,7 @@ class RankedModel:
     sound: bool
     notes: tuple[str, ...]
     band: HeldBand | None = None
+    by_log: tuple[float, float, int] | None = None
 
     @property
     def name(self) -> str:
@@ -513,14 +515,21 @@ def _with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[Ranked
     errors = [data.effort - entry.predicted for entry in entries]
     found = calibrated(data, ~test, errors, [entry.outcome.parameters for entry in entries])
     return [
-        entry if pair is None else _with_band(entry, pair[0], judged(data, test, entry.predicted, *pair))
+        entry if pair is None else _with_band(data, test, entry, pair[0], judged(data, test, entry.predicted, *pair))
         for entry, pair in zip(entries, found, strict=True)
     ]
 
 
-def _with_band(entry: RankedModel, band: Band, figures: HeldBand) -> RankedModel:
+def _with_band(
+    data: Dataset, test: NDArray[np.bool_], entry: RankedModel, band: Band, figures: HeldBand
+) -> RankedModel:
     outcome: Any = entry.outcome
-    return replace(entry, outcome=replace(outcome, model=replace(outcome.model, band=band)), band=figures)
+    error = data.effort - entry.predicted
+    logs = [rows[test[rows]] for rows in (np.arange(a, b) for a, b in data.source_rows)]
+    errors = [float(np.sqrt(np.mean(error[rows] ** 2))) for rows in logs if rows.size]
+    by_log = (min(errors), max(errors), len(errors)) if len(errors) > 1 else None
+    banded = replace(outcome, model=replace(outcome.model, band=band))
+    return replace(entry, outcome=banded, band=figures, by_log=by_log)
 
 
 def _with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> RankedModel:

@@ -110,15 +110,16 @@ def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
 def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
     """Logs, or seconds where the rows are of one log, with the places of their rows; at least half as many as usual."""
     at = np.flatnonzero(rows)
-    number = np.searchsorted([stop for _, stop in data.source_rows], at, side="right")
-    several = bool(np.ptp(number))
-    if not several:
-        number = (np.arange(at.size) * data.period).astype(np.intp)
-    groups = [at[number == k] for k in np.unique(number)]
-    began = [f"the second from {data.clock.time[group[0]]:.4g} s on" for group in groups]
-    names = [data.sources[k] for k in np.unique(number)] if several else began
-    few = 0.5 * float(np.median([group.size for group in groups]))
-    return [(name, group) for name, group in zip(names, groups, strict=True) if group.size >= few]
+    log = np.searchsorted([stop for _, stop in data.source_rows], at, side="right")
+    second = (np.arange(at.size) * data.period).astype(np.intp)
+    number = log if np.ptp(log) else second
+    found: list[tuple[str, NDArray[np.intp]]] = []
+    for k in np.unique(number):
+        piece = at[number == k]
+        when = f"the second from {data.clock.time[piece[0]]:.4g} s on"
+        found.append((str(data.sources[int(k)]) if np.ptp(log) else when, piece))
+    few = 0.5 * float(np.median([piece.size for _, piece in found]))
+    return [(name, piece) for name, piece in found if piece.size >= few]
 
 
 def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float, *, sensor: bool = False) -> HeldBand:

@@ -192,6 +192,7 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
             "criteria": entry.criteria,
             "folds_rmse": list(entry.folds),
             **({} if entry.band is None else {"band": asdict(entry.band)}),
+            **({} if entry.by_log is None else {"rmse_by_log": list(entry.by_log)}),
             "fit": fit,
             "notes": list(entry.notes),
         }

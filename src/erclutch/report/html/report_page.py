@@ -12,6 +12,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from erclutch.report.html.band_section import BAND
 from erclutch.report.html.dynamics_section import DYNAMICS
 from erclutch.report.html.parameters_section import PARAMETERS
 from erclutch.report.html.picture_sections import ERROR_MAP, FLOW_CURVES, LOOPS, PARITY, RESIDUAL
@@ -27,7 +28,7 @@ from erclutch.report.plots.svg_painter import svg
 
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
-    *(VERDICT, RANKING, TRACES, ERROR_MAP, PARITY),
+    *(VERDICT, RANKING, TRACES, BAND, ERROR_MAP, PARITY),
     *(RESIDUAL, FLOW_CURVES, LOOPS, DYNAMICS, PARAMETERS, PROVENANCE),
 )
 

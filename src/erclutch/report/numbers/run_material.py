@@ -28,6 +28,7 @@ from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_s
 from erclutch.report.numbers.windows import Windows, windows
 from erclutch.runs.run_folder import Run
 from erclutch.runs.run_rows import RunRows, read_rows
+from erclutch.signals.array import Array
 
 Role = Literal["recommended", "best", "baseline"]
 
@@ -148,6 +149,12 @@ class Material:
     def models(self) -> Mapping[str, Model]:
         """All models of the run, read from their files."""
         return {name: self.run.model(name) for name in self.run.names}
+
+    @cached_property
+    def band_ends(self) -> tuple[Array, Array] | None:
+        """Low and high end of the recommended model's band over all rows; None where it has none."""
+        band, data = self.models[self.recommended].band, self.rows.data
+        return None if band is None else band.around(self.rows.predicted[self.recommended], data.elements, data.clock)
 
     @cached_property
     def laws(self) -> Mapping[str, TorqueModel]:

@@ -99,6 +99,8 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
             axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
         case NamedBars():
             _named_bars(axis, mark)
+        case Band() if mark.x is not None:
+            axis.fill_between(mark.x, mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
         case Band():
             axis.axhspan(mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
         case ReferenceLine(axis="x"):

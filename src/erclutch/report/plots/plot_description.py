@@ -107,11 +107,12 @@ class NamedBars:
 
 @dataclass(frozen=True)
 class Band:
-    """A band between two values of y."""
+    """A band between two values of y; with ``x`` between two curves, all of shape (n,)."""
 
-    low: float
-    high: float
+    low: float | Array
+    high: float | Array
     style: str = "white"
+    x: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -213,6 +214,8 @@ def _extent(mark: Mark) -> tuple[Array, Array]:
             return np.append(mark.high, 0.0), np.array([-0.6, len(mark.names) - 0.4])
         case Cells():
             return mark.x_edges, mark.y_edges
+        case Band(x=x) if x is not None:
+            return x, np.concatenate([np.atleast_1d(mark.low), np.atleast_1d(mark.high)])
         case Band() | ReferenceLine():
             return none, none
 

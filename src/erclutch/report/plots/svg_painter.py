@@ -104,8 +104,13 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
             return _named_bars(mark, x, y)
         case Cells():
             return _cells(mark, x, y)
+        case Band() if mark.x is not None:
+            across, ends = x.at(mark.x), (y.at(np.asarray(end, np.float64)) for end in (mark.high, mark.low))
+            there, back = (np.column_stack([across, end]).tolist() for end in ends)
+            path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there, *back[::-1]])
+            return f'<path class="{mark.style}" d="M{path}Z"/>'
         case Band():
-            top, bottom = y.at(np.array([mark.high, mark.low]))
+            top, bottom = y.at(np.array([mark.high, mark.low], np.float64))
             place = f'x="{x.first}" y="{top:.1f}" width="{x.last - x.first:.1f}" height="{bottom - top:.1f}"'
             return f'<rect class="{mark.style}" {place}/>'
         case ReferenceLine(axis="x"):

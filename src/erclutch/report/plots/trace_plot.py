@@ -6,7 +6,7 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import Axis, Band, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
 
 
 def describe_trace(material: Material, *, start: float | None = None, seconds: float | None = None) -> Plot:
@@ -31,11 +31,17 @@ def describe_trace(material: Material, *, start: float | None = None, seconds: f
         Line(time, e.field[at] * field.factor, style, material.element_name(i), dashed=i > 0)
         for i, (e, style) in enumerate(zip(data.elements, ("series0", "series6"), strict=False))
     ]
+    ends = material.band_ends
+    shade: list[Mark] = []
+    if ends is not None:
+        shade.append(Band(ends[0][at] * effort.factor, ends[1][at] * effort.factor, x=time))
     x = Axis("time", "s", float(time[0]), float(time[-1]))
     word = material.word
     return Plot(
         [
-            Panel(x, Axis(word, effort.unit), [measured, *estimates], f"Measured and estimated {word}.", share=2.2),
+            Panel(
+                x, Axis(word, effort.unit), [*shade, measured, *estimates], f"Measured and estimated {word}.", share=2.2
+            ),
             Panel(x, Axis("residual", effort.unit), [ReferenceLine(0.0), *residuals], "Measured less estimated."),
             Panel(x, Axis("field", field.unit), commands, "The command.", share=0.8),
         ],
