@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
@@ -132,6 +132,16 @@ class LogOptions:
         from erclutch.logs.dataset import build_dataset
 
         return build_dataset(recordings, device=self.device, derivative=self.filter())
+
+    def over(self, kept: Mapping[str, Any], device: str) -> LogOptions:
+        """These options where they were given, else those that a run kept."""
+        known = {f.name for f in fields(self)}
+        values = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in kept.items() if key in known
+        }
+        given = {key: getattr(self, key) for key in self.to_dict()}
+        path = {"map": Path(values["map"])} if "map" in values else {}
+        return LogOptions(**{**values, **path, "device": device, **given})
 
     def to_dict(self) -> dict[str, object]:
         """What was given, as JSON values."""

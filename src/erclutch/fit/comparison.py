@@ -108,6 +108,7 @@ class RankedModel:
         excess: how much larger the test RMSE is than the best model's, as a share, both on the same blocks.
         sound: whether it converged and the data identify all that it says; only such a model is recommended.
         notes: what to worry about with this model.
+        label: its name here, where two entries are of one model.
     """
 
     outcome: AnyOutcome
@@ -119,11 +120,12 @@ class RankedModel:
     excess: BandedFigure
     sound: bool
     notes: tuple[str, ...]
+    label: str = ""
 
     @property
     def name(self) -> str:
         """The model's name."""
-        return self.outcome.model.name
+        return self.label or self.outcome.model.name
 
 
 @dataclass(frozen=True)
@@ -137,6 +139,7 @@ class Comparison:
         findings: what the checks saw.
         entries: best test error first.
         best, recommended: names.
+        recalibration: of a kept model to these data: what was done, as JSON values; None: all models are new.
     """
 
     data: Dataset
@@ -146,6 +149,7 @@ class Comparison:
     entries: tuple[RankedModel, ...]
     best: str
     recommended: str
+    recalibration: Mapping[str, Any] | None = None
 
     def entry(self, name: str) -> RankedModel:
         """The entry of a model by name.
@@ -205,7 +209,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         networks += _networks_with_memory(networks, laws)
     corrected = _fit_residuals(train, residuals, laws, chosen, report)
     outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
-    entries = _score_all(data, train, test, outcomes, settings)
+    entries = scored(data, train, test, outcomes, settings)
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
     best, recommended = recommend(
@@ -475,9 +479,10 @@ def _second_time_constant(
     return [two] if criteria[1] < criteria[0] - _EVIDENCE else []
 
 
-def _score_all(
+def scored(
     data: Dataset, train: Dataset, test: NDArray[np.bool_], outcomes: Sequence[AnyOutcome], settings: Settings
 ) -> list[RankedModel]:
+    """Outcomes with their figures, best test error first."""
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - p for p in predictions]
     sound = [e for e in errors if np.all(np.isfinite(e))] or [data.effort]
