@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from erclutch.fit.flow_curve import FlowCurve, fit_flow_curve
     from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
     from erclutch.fit.networks.fit_network import fit_network
+    from erclutch.fit.recalibration import Recalibration, recalibrate
     from erclutch.fit.scoring import score
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
     from erclutch.logs.dataset import Dataset, build_dataset, hold_out
@@ -42,6 +43,7 @@ _HOMES = {
     "logs.dataset": ("Dataset", "build_dataset", "hold_out"),
     "signals.speed": ("Derivative",),
     "errors": ("ErclutchError",),
+    "fit.recalibration": ("Recalibration", "recalibrate"),
     "fit.scoring": ("score",),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
     "fit.flow_curve": ("FlowCurve", "fit_flow_curve"),
@@ -69,6 +71,7 @@ __all__ = [
     "LargeFit",
     "NetworkModel",
     "NetworkStructure",
+    "Recalibration",
     "Recording",
     "Settings",
     "Structure",
@@ -87,6 +90,7 @@ __all__ = [
     "read",
     "read_run",
     "read_table",
+    "recalibrate",
     "recording_from_arrays",
     "score",
     "write_run",

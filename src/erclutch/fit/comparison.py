@@ -112,6 +112,7 @@ class RankedModel:
         notes: what to worry about with this model.
         band: how the model's band does on the rows held out; None where it has none.
         by_log: smallest and largest RMSE over the logs with rows held out, and their number; None for one log.
+        label: its name here, where two entries are of one model.
     """
 
     outcome: AnyOutcome
@@ -125,11 +126,12 @@ class RankedModel:
     notes: tuple[str, ...]
     band: HeldBand | None = None
     by_log: tuple[float, float, int] | None = None
+    label: str = ""
 
     @property
     def name(self) -> str:
         """The model's name."""
-        return self.outcome.model.name
+        return self.label or self.outcome.model.name
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ class Comparison:
         findings: what the checks saw.
         entries: best test error first.
         best, recommended: names.
+        recalibration: of a kept model to these data: what was done, as JSON values; None: all models are new.
     """
 
     data: Dataset
@@ -152,6 +155,7 @@ class Comparison:
     entries: tuple[RankedModel, ...]
     best: str
     recommended: str
+    recalibration: Mapping[str, Any] | None = None
 
     def entry(self, name: str) -> RankedModel:
         """The entry of a model by name.
@@ -211,7 +215,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         networks += _networks_with_memory(networks, laws)
     corrected = _fit_residuals(train, residuals, laws, chosen, report)
     outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
-    entries = _with_bands(data, test, _score_all(data, train, test, outcomes, settings))
+    entries = _with_bands(data, test, scored(data, train, test, outcomes, settings))
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
     best, recommended = recommend(
@@ -482,9 +486,10 @@ def _second_time_constant(
     return [two] if criteria[1] < criteria[0] - _EVIDENCE else []
 
 
-def _score_all(
+def scored(
     data: Dataset, train: Dataset, test: NDArray[np.bool_], outcomes: Sequence[AnyOutcome], settings: Settings
 ) -> list[RankedModel]:
+    """Outcomes with their figures, best test error first."""
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - p for p in predictions]
     sound = [e for e in errors if np.all(np.isfinite(e))] or [data.effort]

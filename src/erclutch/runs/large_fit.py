@@ -304,7 +304,7 @@ def write_large(out: str | Path, result: LargeFit, *, force: bool = False) -> Pa
     with whole_folder(target, unwritable) as folder:
         body = result.to_dict()
         write_json(folder / MARKER, {**body, "digest": digest_of(body)})
-        write_models(folder, [entry.outcome.model for entry in result.entries])
+        write_models(folder, {entry.name: entry.outcome.model for entry in result.entries})
     return target
 
 

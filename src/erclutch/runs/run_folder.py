@@ -36,6 +36,7 @@ from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
+    from erclutch.fit.outcome import FitOutcome
 
 RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
@@ -103,7 +104,7 @@ def may_write(folder: str | Path, force: bool = False, marker: str = "run.json")
 
 
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
-    write_models(folder, [entry.outcome.model for entry in comparison.entries])
+    write_models(folder, {entry.name: entry.outcome.model for entry in comparison.entries})
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
     # What `fit --json` prints, and what keeps the folder together.
@@ -111,11 +112,11 @@ def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None
     write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
 
 
-def write_models(folder: Path, models: Sequence[Model]) -> None:
+def write_models(folder: Path, models: Mapping[str, Model]) -> None:
     """Write each model as models/NAME.json."""
     (folder / "models").mkdir()
-    for model in models:
-        write_json(folder / "models" / f"{file_name(model.name)}.json", model.to_dict())
+    for name, model in models.items():
+        write_json(folder / "models" / f"{file_name(name)}.json", model.to_dict())
 
 
 def file_digest(path: Path) -> str:
@@ -161,6 +162,7 @@ def run_to_dict(
         "ranking": [_entry_to_dict(e) for e in comparison.entries],
         "best": comparison.best,
         "recommended": comparison.recommended,
+        **({} if comparison.recalibration is None else {"recalibration": dict(comparison.recalibration)}),
     }
 
 
@@ -179,6 +181,7 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
     return _finite(
         {
             "name": entry.name,
+            **({"model": entry.outcome.model.name} if entry.label else {}),
             "file": f"models/{file_name(entry.name)}.json",
             "model_digest": entry.outcome.model.to_dict()["digest"],
             "title": entry.outcome.model.title,
@@ -316,6 +319,32 @@ class Run:
         if model.to_dict()["digest"] != entry["model_digest"]:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
+
+
+def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
+    """A model of a run as the outcome of its fit; None: the recommended one.
+
+    Raises:
+        RunError: as `Run.model`.
+    """
+    from erclutch.fit.outcome import Estimate, FitOutcome
+
+    model, entry = run.model(name), run.entry(name or str(run.body["recommended"]))
+    kept = {
+        key: value for key, value in entry["fit"].items() if key not in ("converged", "parameters", "bandwidth_rows")
+    }
+    ends = {"low": -np.inf, "high": np.inf}
+    estimates = (
+        {**p, **{end: far if p[end] is None else p[end] for end, far in ends.items()}}
+        for p in entry["fit"]["parameters"]
+    )
+    return FitOutcome(
+        model=model,
+        estimates=tuple(Estimate(**p) for p in estimates),
+        bandwidth=entry["fit"]["bandwidth_rows"],
+        train_cost=entry["train"]["mse"][0] * entry["fit"]["train_rows"],
+        **kept | {"condition": np.inf if kept["condition"] is None else kept["condition"]},
+    )
 
 
 def read_run(folder: str | Path) -> Run:

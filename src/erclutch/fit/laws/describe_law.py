@@ -78,7 +78,7 @@ def described(
         stop=found.stop,
         iterations=found.iterations,
         estimates=estimates,
-        paper_form=_paper_form(model, estimates),
+        paper_form=paper_form(model, estimates),
         rank=spread.rank,
         unknowns=spread.errors.size,
         condition=spread.condition,
@@ -120,7 +120,7 @@ def _gain_estimates(
     return estimates
 
 
-def _paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, float]:
+def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, float]:
     """Published symbols in the data's units, an element at a time."""
     if model.structure.law.paper_form is None:
         return {}

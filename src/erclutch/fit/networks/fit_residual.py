@@ -65,7 +65,9 @@ def fit_residual(
     inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
     target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
     found = target.network(np.ones(data.rows, np.bool_))
-    whole = target.bounded(_times(found.model, _share(target)), inputs)
+    share = _share(target)
+    kept = output_times(replace(found.model, about={**found.model.about, "share": f"{share:.6g}"}), share)
+    whole = target.bounded(kept, inputs)
     left = missed - whole.of_inputs(inputs, exactly=False)
     return FitOutcome(
         model=ResidualModel(law.model, whole),
@@ -125,9 +127,8 @@ def _share(target: _Target) -> float:
     return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0
 
 
-def _times(network: NetworkModel, share: float) -> NetworkModel:
-    """A network whose output is multiplied by a share."""
+def output_times(network: NetworkModel, factor: float, offset: float = 0.0) -> NetworkModel:
+    """A network whose output is multiplied by a factor, and a constant effort more."""
     scaling = network.scaling
-    effort = {"effort_offset": share * scaling.effort_offset, "effort_scale": share * scaling.effort_scale}
-    about = {**network.about, "share": f"{share:.6g}"}
-    return replace(network, scaling=replace(scaling, **effort), about=about)
+    effort = {"effort_offset": factor * scaling.effort_offset + offset, "effort_scale": factor * scaling.effort_scale}
+    return replace(network, scaling=replace(scaling, **effort))

@@ -148,6 +148,12 @@ class NetworkModel(SharedAnswers):
         forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
         return forward(self.weights, x, exactly=exactly) * self.scaling.effort_scale + self.scaling.effort_offset
 
+    def last_layer(self, x: Array) -> Array:
+        """What the neurons of the last layer say to normalised inputs (inputs, n), shape (neurons, n), for fits."""
+        if self.structure.kind == "rbfn":
+            return gaussians(self.weights["centres"], self.weights["spreads"], x)
+        return _last_hidden(self.weights, x, exactly=False)
+
     def rounded_effort(self, inputs: NDArray[Any], precision: Precision) -> NDArray[Any]:
         """Effort from all inputs as they are (inputs, n), shape (n,), with every operation rounded to a precision."""
         to, dtype = self.scaling, precision.dtype
@@ -235,15 +241,20 @@ def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool 
 
     Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
     """
-    tanh = _functions(x)["tanh"] if exactly else np.tanh
     tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
+    a, w_out = _last_hidden(tables, x, exactly=exactly), tables["W_out"][0]
+    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
+
+
+def _last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) -> NDArray[Any]:
+    """Outputs of the last hidden layer of an FNN, shape (neurons, n)."""
+    tanh = _functions(x)["tanh"] if exactly else np.tanh
     a, layer = x, 1
     while f"W{layer}" in tables:
         w, b = tables[f"W{layer}"], tables[f"b{layer}"]
         a = tanh(_affine(w, a, b) if exactly else w @ a + b[:, None])
         layer += 1
-    w_out = tables["W_out"][0]
-    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
+    return a
 
 
 def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:

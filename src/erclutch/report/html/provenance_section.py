@@ -67,9 +67,15 @@ def command_of(body: Mapping[str, Any]) -> str:
     """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
     if body["reading"] is None:
         return ""
-    words = ["erclutch", "fit", *(str(log["name"]) for log in body["logs"])]
+    again: Mapping[str, Any] | None = body.get("recalibration")
+    words = ["erclutch", *(["fit"] if again is None else ["recalibrate", str(again["run"])])]
+    words += [str(log["name"]) for log in body["logs"]]
     for key, value in body["reading"].items():
         words += _option(_SHORT.get(str(key), str(key).replace("_", "-")), value)
+    if again is not None:
+        for key in ("model", "share", "stretches"):
+            words += _option(key, again[key])
+        return shlex.join([*words, "--out", "RUN"])
     settings = body["settings"]
     usual = Settings().to_dict()
     for key in dict.fromkeys(("models", "test", *usual)):

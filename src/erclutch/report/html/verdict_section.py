@@ -75,6 +75,8 @@ def choice(material: Material) -> str:
     """Why this model, in a sentence."""
     best, chosen = (material.run.entry(material.body[key]) for key in ("best", "recommended"))
     more = chosen["excess_over_best"]
+    if "recalibration" in material.body:
+        return str(material.body["recalibration"]["verdict"])
     if len(material.run.names) == 1:
         return "It is the only model that was fitted, so there is nothing to recommend it over."
     if not chosen["sound"]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from erclutch.models.networks import is_network
 from erclutch.models.stages import NONE, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 
@@ -31,7 +32,7 @@ class StageGain:
 
 def stage_names(entry: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the stages of a model, from its entry in run.json."""
-    return tuple(name for name in _name(entry).split("+")[1:] if name != NONE)
+    return tuple(name for name in _name(entry).split("+")[1:] if name != NONE and not is_network(name))
 
 
 def stages_in(entry: Mapping[str, Any]) -> tuple[Stage, ...]:

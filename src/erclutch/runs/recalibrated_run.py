@@ -1,0 +1,120 @@
+"""A recalibration becomes a run: the base and the adapted model, ranked on the rows of the new log that neither saw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.fit.comparison import Comparison, Settings, scored
+from erclutch.fit.intervals import as_json
+from erclutch.fit.laws.describe_law import paper_form
+from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
+from erclutch.logs.dataset import Dataset, constant_stretches
+from erclutch.models.law_model import TorqueModel, in_user_units
+from erclutch.runs.run_folder import Run, outcome_of
+from erclutch.signals.array import Mask
+
+#: What an adapted model's name ends in, beside its base.
+LABEL = "@recalibrated"
+
+
+def recalibrated(
+    run: Run, data: Dataset, *, model: str | None = None, share: float = 0.7, stretches: int = 1
+) -> Comparison:
+    """Adapt a model of a run to a share of a new log's rows; the rest judges.
+
+    Args:
+        run: with the base.
+        data: the new log.
+        model: name of the base; None: the recommended model.
+        share: of the rows of each log that the adaptation sees.
+        stretches: into which the share is divided, spread over each log; 1: the first rows.
+
+    Raises:
+        SettingError: a share or a number of stretches that cannot be.
+        ErclutchError: as `recalibrate`.
+    """
+    outcome = outcome_of(run, model)
+    base = outcome.model
+    seen = _seen(data, share, stretches)
+    result = recalibrate(base, data, seen)
+    outcomes = [outcome] if result.way == AS_IT_IS else [outcome, _adapted(outcome, result)]
+    settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
+    entries = scored(data, data.picked(seen), ~seen, outcomes, settings)
+    entries = [
+        replace(e, folds=result.folds[AS_IT_IS])
+        if e.outcome is outcome
+        else replace(e, folds=result.folds[result.way], label=base.name + LABEL)
+        for e in entries
+    ]
+    rmse = {e.name: e.test.rmse.value for e in entries}
+    change = rmse.get(base.name + LABEL, np.inf) / (rmse[base.name] or 1.0) - 1.0
+    if result.way == AS_IT_IS:
+        verdict = f"The base is kept: {result.reason}."
+    elif change < 0.0:
+        verdict = f"Recalibrated, {result.reason}. On the rows that neither saw it errs by {-change:.1%} less."
+    else:
+        verdict = f"The base is kept: on the rows that neither saw, {base.name + LABEL} errs by {change:.1%} more."
+    best = entries[0].name
+    about = {
+        "run": run.folder.name,
+        "run_digest": run.body["digest"],
+        "model": model or str(run.body["recommended"]),
+        "share": share,
+        "stretches": stretches,
+        "way": result.way,
+        "numbers": {name: [*map(as_json, values)] for name, values in result.numbers.items()},
+        "unseen_blocks_rmse": {name: [*map(as_json, values)] for name, values in result.folds.items()},
+        "verdict": verdict,
+    }
+    settings = replace(settings, blocks=len(result.folds[AS_IT_IS]))
+    return Comparison(data, ~seen, settings, (), tuple(entries), best, best, about)
+
+
+def _seen(data: Dataset, share: float, stretches: int) -> Mask:
+    """The rows that the adaptation sees: the first share of each part of each log."""
+    if not 0.0 < share <= 0.9 or not 1 <= stretches <= 1000:
+        raise SettingError(
+            f"--share {share} --stretches {stretches}",
+            remedy="Give a share above 0 and up to 0.9, and 1 to 1000 stretches",
+        )
+    seen = np.zeros(data.rows, np.bool_)
+    for log in data.source_rows:
+        for start, stop in constant_stretches(data, *log) or [log]:
+            for at in np.linspace(start, stop, stretches, endpoint=False).astype(int):
+                seen[at : at + max(1, round(share * (stop - start) / stretches))] = True
+    return seen
+
+
+def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
+    """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
+    law = getattr(result.model, "law", result.model)
+    if not isinstance(law, TorqueModel):
+        return replace(base, model=result.model)
+    estimates = [*base.estimates]
+    if OFFSET in law.gains and OFFSET not in {e.name for e in estimates}:
+        estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))
+    moved = tuple(_moved(e, law, result.numbers) for e in estimates)
+    return replace(base, model=result.model, estimates=moved, paper_form=paper_form(law, moved))
+
+
+def _moved(estimate: Estimate, law: TorqueModel, numbers: Mapping[str, tuple[float, float, float]]) -> Estimate:
+    """An estimate of the base with the adapted model's value and the interval that the new rows give."""
+    parameters = {p.name: p for p in (*law.structure.gains(), *law.structure.shapes(law.period))}
+    name, value = estimate.name, {**law.shape, **law.gains}[estimate.name]
+    if name in numbers:
+        logarithmic = getattr(parameters[name], "scale", "") == "log"
+        low, high = (float(np.exp(v)) if logarithmic else v for v in numbers[name][1:])
+    elif name in law.gains and numbers.get(GAIN, (0.0,))[0]:
+        low, high = (value * end / numbers[GAIN][0] for end in numbers[GAIN][1:])
+    else:
+        return estimate
+    extra = getattr(parameters[name], "extra", None)
+    times = in_user_units(1.0, parameters[name].dimension, law.reference)
+    value, low, high = (v * times / (1.0 if extra is None else law.reference.extras[extra]) for v in (value, low, high))
+    return replace(estimate, value=value, low=min(low, high), high=max(low, high), at_bound=None)
