@@ -215,7 +215,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         networks += _networks_with_memory(networks, laws)
     corrected = _fit_residuals(train, residuals, laws, chosen, report)
     outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
-    entries = _with_bands(data, test, scored(data, train, test, outcomes, settings))
+    entries = with_bands(data, test, scored(data, train, test, outcomes, settings))
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
     best, recommended = recommend(
@@ -515,7 +515,7 @@ def scored(
     return sorted(entries, key=lambda e: e.test.rmse.value)
 
 
-def _with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[RankedModel]) -> list[RankedModel]:
+def with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[RankedModel]) -> list[RankedModel]:
     """The models with bands that are calibrated on the training rows and judged on those held out."""
     errors = [data.effort - entry.predicted for entry in entries]
     found = calibrated(data, ~test, errors, [entry.outcome.parameters for entry in entries])

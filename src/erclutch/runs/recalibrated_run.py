@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.fit.comparison import Comparison, Settings, scored
+from erclutch.fit.comparison import Comparison, Settings, scored, with_bands
 from erclutch.fit.intervals import as_json
 from erclutch.fit.laws.describe_law import paper_form
 from erclutch.fit.outcome import Estimate, FitOutcome
@@ -49,7 +49,7 @@ def recalibrated(
     entries = [
         replace(e, folds=result.folds[AS_IT_IS])
         if e.outcome is outcome
-        else replace(e, folds=result.folds[result.way], label=base.name + LABEL)
+        else replace(with_bands(data, ~seen, [e])[0], folds=result.folds[result.way], label=base.name + LABEL)
         for e in entries
     ]
     rmse = {e.name: e.test.rmse.value for e in entries}
