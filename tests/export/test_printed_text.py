@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import pytest
 
@@ -10,6 +11,8 @@ from erclutch.export.c.c_printer import table
 from erclutch.export.exported_step import ExportOptions
 from erclutch.export.matlab_function import step_function
 from erclutch.export.step_record import step_of, step_record
+from erclutch.export.targets import mujoco
+from erclutch.export.targets.c import check_source
 from erclutch.models.model import Model
 
 
@@ -33,3 +36,16 @@ def test_a_network_in_matlab_uses_only_names_that_it_made(models: dict[str, Mode
         assert not missing, line
         known.add(made)
     assert {"a1", "a", "y"} <= known
+
+
+def test_a_control_of_mujoco_has_the_range_of_the_field(models: dict[str, Model]) -> None:
+    for name in ("bingham, single", "fnn-16, coaxial"):
+        program = step_of(models[name])
+        assert mujoco._control_range(program) == program.field.range
+        assert program.field.range[0] < program.field.range[1]
+
+
+@pytest.mark.parametrize(("precision", "word"), [("float32", "PRIx32"), ("float64", "PRIx64")])
+def test_the_check_prints_words_of_its_precision(models: dict[str, Model], precision: Any, word: str) -> None:
+    printed = check_source(step_of(models["bingham, single"], ExportOptions(precision=precision)))
+    assert set(re.findall(r"PRIx\d+", printed)) - {"PRIx8"} == {word}
