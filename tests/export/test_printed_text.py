@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -38,11 +39,14 @@ def test_a_network_in_matlab_uses_only_names_that_it_made(models: dict[str, Mode
     assert {"a1", "a", "y"} <= known
 
 
-def test_a_control_of_mujoco_has_the_range_of_the_field(models: dict[str, Model]) -> None:
-    for name in ("bingham, single", "fnn-16, coaxial"):
-        program = step_of(models[name])
-        assert mujoco._control_range(program) == program.field.range
-        assert program.field.range[0] < program.field.range[1]
+def test_a_control_of_mujoco_has_some_width(models: dict[str, Model]) -> None:
+    program = step_of(models["bingham, single"])
+    assert mujoco._control_range(program) == program.field.range
+    low, high = program.field.range
+    one_field = replace(program, field=replace(program.field, range=(high, high)))
+    wide = replace(one_field, search=replace(program.search, plus=2.0 * high))
+    assert low < high
+    assert mujoco._control_range(wide) == (high, 2.0 * high)
 
 
 @pytest.mark.parametrize(("precision", "word"), [("float32", "PRIx32"), ("float64", "PRIx64")])
