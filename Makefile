@@ -99,6 +99,7 @@ figures: $(READY) ## figures that pages cite, printed again; says what moved (on
 # What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
 TEST_TOOLS = pytest pytest-xdist hypothesis fmpy
 
+# An old package that calls what a new one has deprecated is none of our faults: such a warning is no error here.
 .PHONY: test-oldest test-newest
 test-oldest: RESOLUTION = lowest-direct
 test-oldest: ## the fast tests with the oldest packages that pyproject.toml allows
@@ -110,7 +111,8 @@ test-oldest test-newest: $(READY) .venv-lock/bin/uv
 	@.venv-lock/bin/uv --no-config pip compile --quiet --python .venv-$@/bin/python $(PIP_FLAGS) --all-extras \
 	  --resolution $(RESOLUTION) --no-emit-index-url --output-file build/$@.txt pyproject.toml
 	@.venv-lock/bin/uv --no-config pip install --quiet --python .venv-$@/bin/python $(PIP_FLAGS) -r build/$@.txt $(TEST_TOOLS)
-	@PYTHONPATH=src .venv-$@/bin/python -m pytest -n auto --dist loadgroup -m "not slow" $(PYTEST_FLAGS) $(TESTS)
+	@PYTHONPATH=src .venv-$@/bin/python -m pytest -n auto --dist loadgroup -m "not slow" -W default::DeprecationWarning \
+	  $(PYTEST_FLAGS) $(TESTS)
 
 .PHONY: hooks
 hooks: $(READY) ## run the checks at each git commit

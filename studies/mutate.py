@@ -147,8 +147,8 @@ def _values(node: ast.AST) -> Iterator[tuple[str, Callable[[], None]]]:
 
 def _dropped(node: ast.AST) -> Iterator[tuple[ast.stmt, str, Callable[[], None]]]:
     for field in ("body", "orelse", "finalbody"):
-        body = getattr(node, field, None)
-        for place, statement in enumerate(body if isinstance(body, list) else ()):
+        body: Any = getattr(node, field, None)
+        for place, statement in enumerate(body if isinstance(body, list) else []):
             call = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call)
             if call or isinstance(statement, ast.AugAssign | ast.Raise):
                 yield statement, "statement dropped", _replaced(body, place, ast.Pass())

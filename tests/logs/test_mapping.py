@@ -328,3 +328,14 @@ def test_a_constant_field_of_a_pair_is_a_plain_number_or_unknown(
     recording = read(log(columns), {"constants": {"E1": number, "E2": "0"}}, device="coaxial")
     assert recording.units["E1"] == unit
     assert np.array_equal(recording.signals["E1"], np.full(20, float(number)))
+
+
+def test_a_constant_rate_in_the_log_is_its_clock(log: Callable[..., Path], rows: Rows) -> None:
+    columns = {name: values for name, values in rows.items() if name != "t"}
+    path = log(columns)
+    first, *rest = path.read_text(encoding="utf-8").splitlines()[1:]
+    lines = [",".join([*columns, "fs"]), f"{first},250.0", *(f"{line}," for line in rest)]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    recording = read(path, LABELS)
+    assert recording.constants == {"fs": 250.0}
+    assert recording.period == 0.004

@@ -1,0 +1,81 @@
+"""The counts of `studies/mutate.py`: which mutants there are, which are drawn, what the summary says of them."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def load() -> Any:
+    spec = importlib.util.spec_from_file_location("studies_mutate", ROOT / "studies" / "mutate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+STUDY = load()
+
+
+def mutants(folder: Path, source: str, suffix: str = ".py") -> list[str]:
+    path = folder / f"module{suffix}"
+    path.write_text(source, encoding="utf-8")
+    return [STUDY.mutated(path, number) for number in range(len(STUDY.sites(path)))]
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("x = a < b", {"x = a <= b", "x = a >= b"}),
+        ("x = a - 2", {"x = a + 2", "x = a - 3"}),
+        ("x = a and not b", {"x = a or not b"}),
+        ("x = -a * 0.5", {"x = +a * 0.5", "x = -a / 0.5", "x = -a * 1.0"}),
+        ("def f():\n    return x", {"def f():\n    return None"}),
+        ("if a:\n    f(a)", {"if not a:\n    f(a)", "if a:\n    pass"}),
+        ("x += y", {"pass", "x -= y"}),
+        ("if a:\n    raise E(f'{a + 1}')", {"if not a:\n    raise E(f'{a + 1}')", "if a:\n    pass"}),
+    ],
+)
+def test_each_defect_is_made(tmp_path: Path, source: str, expected: set[str]) -> None:
+    made = mutants(tmp_path, source)
+    assert set(made) == expected
+    assert len(made) == len(expected)
+
+
+def test_words_and_types_are_left_alone(tmp_path: Path) -> None:
+    source = (
+        '"""Doc: 1 + 1."""\nx: Literal[3]\n\n@cache(4)\ndef f(a: T[1]) -> U[2]:\n'
+        '    zip(a, strict=True)\n    b = f"{a + 1}"\n'
+    )
+    assert len(mutants(tmp_path, source)) == 1  # the call, dropped
+
+
+def test_c_is_changed_outside_comments(tmp_path: Path) -> None:
+    source = "#define A (1 + 2)\n/* a < b\n c > d */\nint x = a && *b; // e + f\n"
+    assert mutants(tmp_path, source, ".c") == [source.replace("&&", "||")]
+
+
+def test_a_longer_sample_begins_with_the_shorter_one() -> None:
+    long = STUDY.sample(ROOT, ["signals", "live"], seed=3, count=20)
+    assert STUDY.sample(ROOT, ["signals", "live"], seed=3, count=8) == long[:8]
+    assert long != STUDY.sample(ROOT, ["signals", "live"], seed=4, count=20)
+    assert {mutant["room"] for mutant in long} == {"signals", "live"}
+
+
+def test_a_judged_survivor_counts_neither_way() -> None:
+    places = [{"file": "a.py", "line": n, "what": "Lt -> LtE", "code": f"x < {n}"} for n in range(4)]
+    said = ["killed: t", "killed: t", "survived", "survived"]
+    outcomes = [{**place, "outcome": outcome} for place, outcome in zip(places, said, strict=True)]
+    judged = [{"file": "a.py", "code": "x < 2", "what": "Lt -> LtE", "reason": "a tie has no meaning"}]
+    told = STUDY.summary(outcomes, judged)
+    assert "4 mutants: 2 killed, 1 without effect or promise, 1 survived; 2 of 3" in told
+    assert "a.py:3: Lt -> LtE in `x < 3`: SURVIVED" in told
+    assert "x < 2`: a tie has no meaning" in told
