@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -16,6 +17,8 @@ CORE = ("core", "control", "interlock", "sensors")
 
 def went_through(folder: Path, sources: Path = SOURCES) -> tuple[str, list[int]]:
     """What the harness prints, and its counts: pairs, steps, promises that were broken."""
+    if shutil.which("gcc") is None:
+        pytest.skip("apt install gcc libc6-dev")
     files = [HERE / "failsafe.c", *(sources / f"erc_{name}.c" for name in CORE)]
     words = ["gcc", "-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror", "-I", str(sources)]
     subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / "failsafe")], check=True)
