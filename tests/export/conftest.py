@@ -110,7 +110,7 @@ def _true_range(model: Any) -> Any:
     rng, rows = np.random.default_rng(3), 2000
     fields = apart(model, rng.uniform(sides(model)[2], LARGEST, rows))
     slips = [rng.uniform(-30.1, 30.1, rows) for _ in fields]
-    extras = [rng.uniform(*covered, rows) for covered in model.extras.values()]
+    extras = [rng.uniform(low, high, rows) for low, high in model.extras.values()]
     effort = model.steady(fields, slips, extras)
     return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
 

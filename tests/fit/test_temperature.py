@@ -32,7 +32,7 @@ def log(
     stages: str = "arrhenius+softening", law: str = "bingham", noise: float = 5.0, device: Any = "single"
 ) -> Dataset:
     """A made-up device that warms up by 45 K; without stages its effort does not feel it."""
-    rng, t = np.random.default_rng(3), np.arange(ROWS) * 1e-3
+    rng, t = np.random.default_rng(3), np.arange(float(ROWS)) * 1e-3
     warm = 293.0 + 45.0 * (1.0 - np.exp(-t)) + 2.0 * np.sin(9.0 * t)
     field = np.repeat(rng.choice([0.0, 0.5, 1.0, 1.5, 2.0], ROWS // 40), 40)
     slip = 0.3 * np.sin(14.5 * t) + 0.1 * np.sin(32.0 * t + 1.0)
