@@ -108,10 +108,15 @@ def test_folds_are_fits_on_the_other_blocks(data: Dataset) -> None:
         assert np.isclose(rmse, np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2)))
 
 
-def test_a_model_that_is_not_sound_is_not_recommended(data: Dataset) -> None:
-    found = compare(data, Settings(models=("quadratic", "rbfm-60"), lag="none"))
-    assert not found.entry("rbfm-60").sound
-    assert found.recommended == "quadratic"
+@pytest.fixture(scope="module")
+def with_many_kernels(data: Dataset) -> Comparison:
+    return compare(data, Settings(models=("quadratic", "rbfm-60"), lag="none"))
+
+
+@pytest.mark.slow
+def test_a_model_that_is_not_sound_is_not_recommended(with_many_kernels: Comparison) -> None:
+    assert not with_many_kernels.entry("rbfm-60").sound
+    assert with_many_kernels.recommended == "quadratic"
 
 
 def test_richer_models_never_fit_the_training_rows_worse(compared: Comparison) -> None:
@@ -185,6 +190,7 @@ def test_logs_that_are_held_out_by_name(data: Dataset) -> None:
     assert np.flatnonzero(found.test).tolist() == list(range(2 * n, 3 * n))
 
 
+@pytest.mark.slow
 def test_separate_time_constants_where_the_log_has_them() -> None:
     n = 12_000
     rng = np.random.default_rng(5)
@@ -268,11 +274,11 @@ def test_an_entry_that_is_not_there(compared: Comparison) -> None:
         compared.entry("rbfm-5")
 
 
-def test_notes_name_bounds_and_what_is_not_identified(data: Dataset) -> None:
-    found = compare(data, Settings(models=("rbfm-60",), lag="none"))
-    outcome = found.entries[0].outcome
-    assert outcome.rank < outcome.unknowns
-    assert any("not identified" in note or "trade off" in note for note in found.entries[0].notes)
+@pytest.mark.slow
+def test_notes_name_bounds_and_what_is_not_identified(with_many_kernels: Comparison) -> None:
+    entry = with_many_kernels.entry("rbfm-60")
+    assert entry.outcome.rank < entry.outcome.unknowns
+    assert any("not identified" in note or "trade off" in note for note in entry.notes)
 
 
 def test_rows_held_out_at_one_field_recommend_no_switch() -> None:

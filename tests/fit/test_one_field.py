@@ -70,6 +70,7 @@ def test_the_findings_say_what_the_model_cannot_know(compared: Comparison) -> No
     assert "cannot know the effort at any other field" in finding.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", [0.0, -2.0])
 def test_any_field_will_do(field: float) -> None:
     found = compare(one_field(field, rows=3000), Settings(models=("bingham", "fnn-4"), workers=1))

@@ -101,9 +101,11 @@ def run(environment: Environment, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 def test_each_example_passes_its_own_tests(environment: Environment) -> None:
+    words = ("-m", "pytest", "-v", "-p", "no:cacheprovider", "--import-mode=importlib")
+    done = environment.run(*words, *EXAMPLES)
+    assert done.returncode == 0, done.stdout + done.stderr
     for package in EXAMPLES:
-        done = environment.run("-m", "pytest", "-q", "-p", "no:cacheprovider", package)
-        assert done.returncode == 0, done.stdout + done.stderr
+        assert f"{package.name}/" in done.stdout, "it has no test"
 
 
 def test_lists_name_package_and_version(environment: Environment) -> None:

@@ -176,6 +176,7 @@ def test_means_over_the_spool_are_those_of_numpy_to_the_last_bit(long: Path) -> 
     assert found == [float(np.mean(data.effort)), float(np.mean(data.elements[0].slip ** 2))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fnn-4", "rbfn-8", "rbfn-6/kmeans", "rbfn-4/refined"])
 def test_networks_get_the_weights_of_a_fit_in_memory(long: Path, name: str) -> None:
     network = network_from_name(name, COAXIAL)
