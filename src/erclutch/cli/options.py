@@ -135,13 +135,13 @@ class LogOptions:
 
     def over(self, kept: Mapping[str, Any], device: str) -> LogOptions:
         """These options where they were given, else those that a run kept."""
-        known = {f.name for f in fields(self)}
-        values = {
-            key: tuple(value) if isinstance(value, list) else value for key, value in kept.items() if key in known
-        }
+        values: dict[str, Any] = {f.name: kept[f.name] for f in fields(self) if f.name in kept}
+        for name in ("input", "constant"):
+            values[name] = tuple(values.get(name, ()))
+        if "map" in values:
+            values["map"] = Path(values["map"])
         given = {key: getattr(self, key) for key in self.to_dict()}
-        path = {"map": Path(values["map"])} if "map" in values else {}
-        return LogOptions(**{**values, **path, "device": device, **given})
+        return LogOptions(**values | {"device": device} | given)
 
     def to_dict(self) -> dict[str, object]:
         """What was given, as JSON values."""

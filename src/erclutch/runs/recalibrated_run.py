@@ -93,9 +93,9 @@ def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:
 
 def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
-    law = getattr(result.model, "law", result.model)
-    if not isinstance(law, TorqueModel):
+    if not base.estimates:  # a network
         return replace(base, model=result.model)
+    law: TorqueModel = getattr(result.model, "law", result.model)
     estimates = [*base.estimates]
     if OFFSET in law.gains and OFFSET not in {e.name for e in estimates}:
         estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))
