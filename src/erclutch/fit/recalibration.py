@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TypeGuard, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -266,21 +266,25 @@ def _ways(model: _AnyModel, data: Dataset, rows: Rows, effort: Array) -> Iterato
         added = model.added(data.elements, data.clock, data.extras, exactly=False)[rows]
         yield _with_network(_gains("gains", model.law, data, rows), model, added)
         yield _with_network(_gains(_FREE, model.law, data, rows), model, added)
-    elif isinstance(model, TorqueModel):
+    elif _is_law(model):
         yield _gains("gains", model, data, rows)
         yield _gains(_FREE, model, data, rows)
         if model.shape:
             yield _all_numbers(model, data, rows)
     elif not stages_at(model.structure.dynamics, "effort"):
-        yield _output_layer(model, data, rows)
+        yield _output_layer(cast(NetworkModel, model), data, rows)
+
+
+def _is_law(model: _AnyModel) -> TypeGuard[TorqueModel]:
+    return isinstance(model, TorqueModel)
 
 
 def _scaled(model: _AnyModel, factor: float, offset: float) -> _AnyModel:
     """A model with its effort times a factor, and a constant effort more."""
     if model.correction is not None:
         return _joined(model, cast(TorqueModel, _scaled(model.law, factor, offset)), factor)
-    if isinstance(model, NetworkModel):
-        return output_times(model, factor, offset)
+    if not _is_law(model):
+        return output_times(cast(NetworkModel, model), factor, offset)
     gains = {name: factor * gain for name, gain in model.gains.items()}
     return _with_gains(model, gains | ({OFFSET: gains.get(OFFSET, 0.0) + offset} if offset else {}))
 
@@ -329,7 +333,7 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> _Way:
     shapes, gains = law.structure.shapes(law.period), _gains(_FREE, law, data, rows)
     u, low, high = (
         coordinates(shapes, values)
-        for values in (law.shape.values(), [s.lower for s in shapes], [s.upper for s in shapes])
+        for values in ([*law.shape.values()], [s.lower for s in shapes], [s.upper for s in shapes])
     )
     reach = [1.0 if s.scale == "log" else 0.5 * (s.scanned[1] - s.scanned[0]) for s in shapes]
     numbers = [_Number(s.name, *each) for s, *each in zip(shapes, u, reach, low, high, strict=True)]

@@ -41,7 +41,7 @@ def recalibrated(
     """
     outcome = outcome_of(run, model)
     base = outcome.model
-    seen = _seen(data, share, stretches)
+    seen = seen_rows(data, share, stretches)
     result = recalibrate(base, data, seen)
     outcomes = [outcome] if result.way == AS_IT_IS else [outcome, _adapted(outcome, result)]
     settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
@@ -76,7 +76,7 @@ def recalibrated(
     return Comparison(data, ~seen, settings, (), tuple(entries), best, best, about)
 
 
-def _seen(data: Dataset, share: float, stretches: int) -> Mask:
+def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:
     """The rows that the adaptation sees: the first share of each part of each log."""
     if not 0.0 < share <= 0.9 or not 1 <= stretches <= 1000:
         raise SettingError(
@@ -93,9 +93,9 @@ def _seen(data: Dataset, share: float, stretches: int) -> Mask:
 
 def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
-    law = getattr(result.model, "law", result.model)
-    if not isinstance(law, TorqueModel):
+    if not base.estimates:  # a network
         return replace(base, model=result.model)
+    law: TorqueModel = getattr(result.model, "law", result.model)
     estimates = [*base.estimates]
     if OFFSET in law.gains and OFFSET not in {e.name for e in estimates}:
         estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))

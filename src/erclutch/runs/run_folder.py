@@ -330,20 +330,22 @@ def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
     from erclutch.fit.outcome import Estimate, FitOutcome
 
     model, entry = run.model(name), run.entry(name or str(run.body["recommended"]))
-    kept = {
-        key: value for key, value in entry["fit"].items() if key not in ("converged", "parameters", "bandwidth_rows")
+    fit: dict[str, Any] = entry["fit"]
+    kept: dict[str, Any] = {
+        key: fit[key] for key in ("stop", "iterations", "paper_form", "rank", "unknowns", "weights")
     }
-    ends = {"low": -np.inf, "high": np.inf}
-    estimates = (
-        {**p, **{end: far if p[end] is None else p[end] for end, far in ends.items()}}
-        for p in entry["fit"]["parameters"]
-    )
-    return FitOutcome(
+    numbers: list[dict[str, Any]] = [dict(number) for number in fit["parameters"]]
+    for number in numbers:
+        ends = {"low": -np.inf, "high": np.inf}
+        number.update({end: far for end, far in ends.items() if number[end] is None})
+    return FitOutcome[Any](
         model=model,
-        estimates=tuple(Estimate(**p) for p in estimates),
-        bandwidth=entry["fit"]["bandwidth_rows"],
-        train_cost=entry["train"]["mse"][0] * entry["fit"]["train_rows"],
-        **kept | {"condition": np.inf if kept["condition"] is None else kept["condition"]},
+        estimates=tuple(Estimate(**number) for number in numbers),
+        condition=np.inf if fit["condition"] is None else fit["condition"],
+        bandwidth=fit["bandwidth_rows"],
+        train_cost=(entry["train"]["mse"][0] or 0.0) * fit["train_rows"],
+        train_rows=fit["train_rows"],
+        **kept,
     )
 
 
