@@ -11,6 +11,7 @@ PIP_FLAGS ?= --only-binary=:all:
 PYTEST_FLAGS ?=
 LOCK_FLAGS ?=
 UV_VERSION = 0.13.8
+CYCLONEDX_VERSION = 11.12.0
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -86,6 +87,27 @@ docs: $(READY) ## the documentation site, into build/docs
 .PHONY: check
 check: lint types arrows docs test-all ## lint, types, arrows, documentation and all tests
 
+# Not in CI: each of these takes as long as the fast tests, or longer. Before a release they are run once.
+.PHONY: mutate
+mutate: $(READY) ## how many small defects the tests of a room see (other samples: MUTATE_FLAGS="--seed 2 --count 20")
+	@$(BIN)/python studies/mutate.py $(MUTATE_FLAGS)
+
+# What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
+TEST_TOOLS = pytest pytest-xdist hypothesis fmpy
+
+.PHONY: test-oldest test-newest
+test-oldest: RESOLUTION = lowest-direct
+test-oldest: ## the fast tests with the oldest packages that pyproject.toml allows
+test-newest: RESOLUTION = highest
+test-newest: ## the fast tests with the newest packages that there are
+test-oldest test-newest: $(READY) .venv-lock/bin/uv
+	@.venv-lock/bin/uv --no-config venv --quiet --clear --python $(BIN)/python .venv-$@
+	@mkdir -p build
+	@.venv-lock/bin/uv --no-config pip compile --quiet --python .venv-$@/bin/python $(PIP_FLAGS) --all-extras \
+	  --resolution $(RESOLUTION) --no-emit-index-url --output-file build/$@.txt pyproject.toml
+	@.venv-lock/bin/uv --no-config pip install --quiet --python .venv-$@/bin/python $(PIP_FLAGS) -r build/$@.txt $(TEST_TOOLS)
+	@PYTHONPATH=src .venv-$@/bin/python -m pytest -n auto --dist loadgroup -m "not slow" $(PYTEST_FLAGS) $(TESTS)
+
 .PHONY: hooks
 hooks: $(READY) ## run the checks at each git commit
 	@$(BIN)/pre-commit install
@@ -118,17 +140,36 @@ $(READY): $(LOCKED) pyproject.toml src/erclutch/_version.py
 	@$(PIP) install --no-deps --no-build-isolation --no-index --editable .
 	@touch $@
 
-# uv resolves for all systems and Python versions at once; nothing else uses it.
-.PHONY: lock
-lock: $(READY) ## requirements.lock anew from pyproject.toml (newest of all: LOCK_FLAGS=--upgrade)
+# uv resolves for all systems and Python versions at once.
+.venv-lock/bin/uv: $(READY) Makefile
 	@$(BIN)/python -m venv --clear .venv-lock
 	@.venv-lock/bin/python -m pip --disable-pip-version-check --no-input --quiet install uv==$(UV_VERSION)
+
+.PHONY: lock
+lock: .venv-lock/bin/uv ## requirements.lock anew from pyproject.toml (newest of all: LOCK_FLAGS=--upgrade)
 	@.venv-lock/bin/uv --no-config pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
 	  --generate-hashes --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
 	  $(LOCK_FLAGS) --group dev --output-file requirements.lock pyproject.toml
 	@! grep -nE '://|^--' requirements.lock || { echo "requirements.lock must name no address." >&2; exit 1; }
 
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+# Files of the commit alone, and its time: another folder, day or umask makes the same bytes.
+.PHONY: dist
+dist: $(READY) ## wheel and sdist of the last commit, into dist: one commit, the same bytes
+	@rm -rf dist build/dist
+	@mkdir -p build/dist
+	@git archive HEAD | tar -x -C build/dist
+	@python="$$(cd $(BIN) && pwd)/python"; epoch=$$(git log -1 --format=%ct); cd build/dist && \
+	  SOURCE_DATE_EPOCH=$$epoch "$$python" -m hatchling build -d "$(CURDIR)/dist"
+	@cd dist && sha256sum *
+
+.PHONY: sbom
+sbom: $(READY) ## sbom.cdx.json: packages that erclutch runs on, with versions and licences
+	@$(PIP) install --upgrade --target build/cyclonedx "cyclonedx-python-lib[json-validation]==$(CYCLONEDX_VERSION)"
+	@$(BIN)/python studies/sbom.py
+
 .PHONY: clean
 clean: ## remove .venv and all caches (runs and reports stay)
-	@rm -rf $(VENV) .venv-lock build dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	@rm -rf $(VENV) .venv-lock .venv-test-oldest .venv-test-newest build dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -3,9 +3,9 @@
 
 For each law: inputs that excite all of it, effort from the law itself with known numbers, noise drawn anew in each
 repetition, a fit from the default scan (the truth is never a start), and a count of how often each true number lies in
-its interval. Once with white noise and once with noise whose neighbours are correlated (AR(1), 0.6).
+its interval. Once with white noise and once with noise whose neighbours are correlated (AR(1), 0.6; "ar1-0.9": 0.9).
 
-    python studies/recovery.py [--repetitions 200] [--laws bingham casson] [--workers 2]
+    python studies/recovery.py [--repetitions 200] [--laws bingham casson] [--workers 2] [--noises ar1-0.9]
 
 The case "cho-choi-jhon (loud)" has so much noise that a fifth of its fits end at a bound.
 
@@ -42,11 +42,12 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 Array = NDArray[np.float64]
-Noise = Literal["white", "ar1"]
+Noise = Literal["white", "ar1", "ar1-0.9"]
 
 ROWS = 3000
 PERIOD = 1e-3
-CORRELATION = 0.6
+#: Correlation of neighbouring rows.
+CORRELATIONS: dict[Noise, float] = {"white": 0.0, "ar1": 0.6, "ar1-0.9": 0.9}
 TARGET, TOLERANCE = 0.95, 0.03
 ENOUGH = 100  # repetitions for a verdict
 
@@ -236,15 +237,16 @@ def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
 
 
 def noise_of(kind: Noise, rng: np.random.Generator, rows: int) -> Array:
-    """Unit noise: white, or with neighbours correlated by `CORRELATION`."""
+    """Unit noise: white, or with neighbours correlated as `CORRELATIONS` says."""
+    rho = CORRELATIONS[kind]
     white = rng.standard_normal(rows)
     if kind == "white":
         return white
     from scipy.signal import lfilter
 
-    innovation = white * np.sqrt(1 - CORRELATION**2)
+    innovation = white * np.sqrt(1 - rho**2)
     innovation[0] = white[0]  # stationary from the first row on
-    return lfilter([1.0], [1.0, -CORRELATION], innovation)
+    return lfilter([1.0], [1.0, -rho], innovation)
 
 
 @dataclass(frozen=True)
@@ -260,7 +262,7 @@ def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
     name, kind, repetition, rows = job
     truth = TRUTHS[name]
     clean, _ = dataset(truth, rows)
-    rng = np.random.default_rng([list(TRUTHS).index(name), kind == "ar1", repetition])
+    rng = np.random.default_rng([list(TRUTHS).index(name), kind != "white", repetition])
     effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
     data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
     structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
@@ -352,7 +354,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Known-truth recovery: coverage of the 95 % intervals.")
     parser.add_argument("--repetitions", type=int, default=200)
     parser.add_argument("--laws", nargs="+", choices=list(TRUTHS), default=list(TRUTHS), metavar="LAW")
-    parser.add_argument("--noises", nargs="+", choices=["white", "ar1"], default=["white", "ar1"], metavar="NOISE")
+    parser.add_argument("--noises", nargs="+", choices=list(CORRELATIONS), default=["white", "ar1"], metavar="NOISE")
     parser.add_argument("--rows", type=int, default=ROWS)
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
     parser.add_argument("--parameters", action="store_true", help="print each parameter besides")

@@ -1,4 +1,4 @@
-"""Where files go: files and folders that are there whole or not at all, and the user's cache."""
+"""Files and folders are there whole or not at all; this module writes them, and knows the user's cache."""
 
 from __future__ import annotations
 

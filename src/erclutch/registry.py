@@ -1,4 +1,4 @@
-"""Plug-ins by name: laws, readers, stages, targets and rigs, those of erclutch and those of other packages.
+"""Plug-ins are found by name: laws, readers, stages, targets and rigs, of erclutch and of other packages.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
 folder that assigns the group's `mark` at its top level (``LAW = ...`` in ``models/laws/casson.py`` is the law
@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.resources import files
+from pathlib import PurePath
+from traceback import extract_tb
 from typing import Any, NamedTuple, cast
 
 from erclutch._version import __version__
@@ -101,7 +103,9 @@ class Plugin:
             if self.own:
                 raise
             said = " ".join(str(error).split())[:300] or "no reason given"
-            raise self.fault(f"{doing}: {type(error).__name__}: {said}") from error
+            frame = extract_tb(error.__traceback__)[-1]
+            place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
+            raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
 
     def of_type(self, kind: type[Any]) -> Any:
         """The value, if it is of a type.
@@ -193,7 +197,7 @@ def require(needed: Any, where: str) -> None:
             raise PluginError(f"{entry!r:.100} names no plug-in", where=where, remedy=remedy)
         if name not in names(group):
             what = f"the {_GROUPS[group].kind} {name!r} of {package} {named.get('version', '')}"
-            remedy = f"Install it: pip install {package}"
+            remedy = f"Install the package {package} that the model was made with"
             raise PluginError(f"{what} is needed and not installed", where=where, remedy=remedy)
 
 

@@ -8,6 +8,7 @@ names the recording that it is about.
 from __future__ import annotations
 
 import os
+import pkgutil
 import re
 import shutil
 import subprocess
@@ -130,3 +131,30 @@ def test_all_pages_are_looked_at() -> None:
 )
 def test_output_matches_only_itself(shown: str, printed: str, same: bool) -> None:
     assert matches(shown, printed) is same
+
+
+_SAID = re.compile(r"((?:`\w+(?:\([^`]*\))?`(?:, | or | and )?)*)(?:`\w+` )?(?: in | of |)`(erclutch(?:\.\w+)+)`")
+#: Names of files and of groups of entry points, which are no modules.
+_NO_MODULES = {
+    "erclutch.toml",
+    "erclutch.laws",
+    "erclutch.readers",
+    "erclutch.stages",
+    "erclutch.targets",
+    "erclutch.rigs",
+}
+
+
+@pytest.mark.slow
+def test_every_module_and_name_that_a_page_gives_exists() -> None:
+    pages = [*PAGES, ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md"]
+    seen: list[str] = []
+    for page in pages:
+        for names, place in _SAID.findall(re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))):
+            if place in _NO_MODULES:
+                continue
+            found = pkgutil.resolve_name(place)
+            for name in re.findall(r"`(\w+)", names):
+                seen.append(f"{place}.{name}")
+                assert hasattr(found, name), f"{page.name}: {place} has no {name}"
+    assert {"erclutch.export.target_check.near", "erclutch.export.encode.markup"} <= set(seen)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.export.monotone import apart, middles, sides
+from erclutch.export.monotone import apart, sides
 from erclutch.models.covered_cells import CoveredCells
 from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
 from erclutch.models.laws import law_from_name
@@ -24,6 +24,7 @@ from erclutch.models.networks.network_model import NetworkModel, Scaling, table_
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
 from erclutch.models.stages import stages_of
 from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.recording import TEMPERATURE
 
 UNITS = Units("N*m", "V", "rad/s")
 LARGEST = 2000.0 / 3
@@ -53,8 +54,9 @@ def law_model(
     inside.update({name: value for name, value in {**TIMES, **MEMORY}.items() if name in inside})
     gains = {g.name: (0.1 + 0.07 * i) * SMALL.get(g.name.split("_")[0], 1.0) for i, g in enumerate(structure.gains())}
     ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
-    reference = Reference(LARGEST, 17.1, 1e-3, (1.7,) * len(further))
-    extras = ((-2.5, 2.5),) * len(further)
+    warm = [name == TEMPERATURE for name in structure.extras]
+    reference = Reference(LARGEST, 17.1, 1e-3, tuple(320.0 if w else 1.7 for w in warm), 320.0 if any(warm) else 1.0)
+    extras = tuple((280.0, 360.0) if w else (-2.5, 2.5) for w in warm)
     return _true_range(TorqueModel(structure, reference, inside, gains, UNITS, ranges, extra_ranges=extras))
 
 
@@ -107,7 +109,7 @@ def _true_range(model: Any) -> Any:
     rng, rows = np.random.default_rng(3), 2000
     fields = apart(model, rng.uniform(sides(model)[2], LARGEST, rows))
     slips = [rng.uniform(-30.1, 30.1, rows) for _ in fields]
-    extras = [rng.uniform(-2.5, 2.5, rows) for _ in middles(model)]
+    extras = [rng.uniform(*covered, rows) for covered in model.extras.values()]
     effort = model.steady(fields, slips, extras)
     return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
 

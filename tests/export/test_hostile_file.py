@@ -123,6 +123,7 @@ def bodies(
         law("bingham/power", "single", "lag", further=("temperature",)),
         law("rbfm-2", "coaxial", "rise-fall"),
         law("casson", "single", "dahl"),
+        law("casson", "single", "arrhenius+softening"),
         network("fnn-2", "single", "lag", extras=("temperature",), past=(1,)),
         network("rbfn-2/spreads", "coaxial"),
         network("fnn-2", "single", "dahl"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.models import one_row
+from erclutch.models import shared_answers
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -48,7 +48,7 @@ def test_a_lone_row_has_the_bits_of_the_long_road(fresh: Any, monkeypatch: pytes
     rng = np.random.default_rng(1)
     rows = [drawn(fresh, rng) for _ in range(60)]
     expected = [fresh.predict(row) for row in rows]
-    monkeypatch.setattr(one_row, "WORTH_LOADING", 0)
+    monkeypatch.setattr(shared_answers, "WORTH_LOADING", 0)
     found = [fresh.predict(row) for row in rows]
     assert vars(fresh)["_lone_rows"].machine is not None
     assert np.array(found).tobytes() == np.array(expected).tobytes()
@@ -58,7 +58,7 @@ def test_a_row_that_is_not_finite_takes_the_long_road(fresh: Any, monkeypatch: p
     row = drawn(fresh, np.random.default_rng(2))
     row.elements[0] = Element(row.elements[0].field, np.array([np.nan]))
     expected = fresh.predict(row)
-    monkeypatch.setattr(one_row, "WORTH_LOADING", 0)
+    monkeypatch.setattr(shared_answers, "WORTH_LOADING", 0)
     assert np.array_equal(fresh.predict(row), expected, equal_nan=True)
 
 
@@ -70,6 +70,6 @@ def test_a_law_of_functions_that_are_not_exported_keeps_the_long_road(
     model = replace(model, structure=replace(model.structure, law=own))
     row = drawn(model, np.random.default_rng(3))
     expected = model.predict(row)
-    monkeypatch.setattr(one_row, "WORTH_LOADING", 0)
+    monkeypatch.setattr(shared_answers, "WORTH_LOADING", 0)
     assert [model.predict(row), model.predict(row)] == [expected, expected]
     assert vars(model)["_lone_rows"].machine is None

@@ -263,6 +263,12 @@ def test_a_second_remark_on_a_row_is_left_out_and_told() -> None:
         table_of("Sample, Date/Time, Force (N), Events\n" + "\n".join(rows).replace("DAQ Stop", "7") + "\n")
 
 
+def test_a_label_with_two_units_keeps_its_own_and_says_so() -> None:
+    names, units, notes = name_columns(["field [A]", "F", "x [mm]"], ["V", "N", "mm"])
+    assert (names, units) == (["field", "F", "x"], ["A", "N", "mm"])
+    assert notes == ["column 'field' has two units: A in its name is taken, V is not"]
+
+
 @pytest.mark.parametrize("units", ["s,V,°C", "[s],[V],[°C]", "s,V,degC", "ms,kV,dB"])
 def test_a_row_of_units_with_one_that_has_no_factor(units: str) -> None:
     table = table_of(f"t,a,b\n{units}\n" + ROWS)

@@ -22,6 +22,7 @@ from erclutch.models.law_model import (
     unit_text,
 )
 from erclutch.models.laws import law_from_name
+from erclutch.models.laws.law import Dimension
 from erclutch.models.load import load_model
 from erclutch.models.model import margins
 from erclutch.models.model_file import digest_of
@@ -298,6 +299,9 @@ def test_names_units_and_conversions() -> None:
     assert unit_text(dimensions["beta"], Units("N", "V", "m/s")) == "1/V"
     assert unit_text(dimensions["beta"], Units("N", "", "m/s")) == "1"
     assert unit_text(dimensions["tau"], UNITS) == "s"
+    assert unit_text(Dimension(effort=1, slip=-2), Units("N*m", "A", "rad/s")) == "N*m/(rad/s)^2"
+    assert unit_text(Dimension(effort=1, field=-2), Units("N", "A", "m/s")) == "N/A^2"
+    assert unit_text(Dimension(slip=2), Units("N", "A", "m/s")) == "(m/s)^2"
 
 
 def test_a_margin_is_one_percent_of_the_width_or_of_a_single_value() -> None:

@@ -167,13 +167,14 @@ def test_where_a_package_is_absent_one_line_says_what_to_install(
     environment.erclutch("export", run, "--to", "arduino", "--out", exported)
     bare = fresh(tmp_path / "bare")
     said = bare.fails("export", run, "--out", tmp_path / "more")
-    assert "Install it: pip install erclutch-law-robertson-stiff" in said
-    assert "pip install erclutch-law-robertson-stiff" in bare.fails("verify", exported)
-    assert "pip install erclutch-law-robertson-stiff" in bare.fails("live", "--model", run / "models" / f"{MODEL}.json")
+    assert "Install the package erclutch-law-robertson-stiff" in said
+    assert "Install the package erclutch-law-robertson-stiff" in bare.fails("verify", exported)
+    said = bare.fails("live", "--model", run / "models" / f"{MODEL}.json")
+    assert "Install the package erclutch-law-robertson-stiff" in said
     bare.install(*(path for path in EXAMPLES if "law" in path.name))
-    assert "pip install erclutch-stage-slew-rate" in bare.fails("verify", exported)
+    assert "Install the package erclutch-stage-slew-rate" in bare.fails("verify", exported)
     bare.install(*(path for path in EXAMPLES if "stage" in path.name))
-    assert "pip install erclutch-target-arduino" in bare.fails("verify", exported)
+    assert "Install the package erclutch-target-arduino" in bare.fails("verify", exported)
 
 
 _BROKEN = {
@@ -185,7 +186,7 @@ _BROKEN = {
         "Zero",
     ),
     "stage": ("stages", "STAGE = None", "is of type NoneType"),
-    "target": ("targets", "LAW = lambda: None", "it must be Target"),
+    "target": ("targets", "LAW = lambda: None", "has no TITLE and no write and no verify"),
 }
 
 

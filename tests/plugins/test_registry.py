@@ -110,7 +110,9 @@ def test_a_rig_that_cannot_be(wrong: dict[str, object]) -> None:
 
 def test_what_a_file_needs() -> None:
     entry = {"group": "erclutch.laws", "name": "mine", "package": "erclutch-law-mine", "version": "2.0"}
-    with pytest.raises(PluginError, match=r"m\.json: the law 'mine' of erclutch-law-mine 2\.0 .*pip install"):
+    with pytest.raises(
+        PluginError, match=r"m\.json: the law 'mine' of erclutch-law-mine 2\.0 .*Install the package erclutch-law-mine"
+    ):
         require([entry], "m.json")
     require([{**entry, "name": "bingham"}], "m.json")
     for damaged in (5, None, [5], [{}], "x", [{**entry, "package": "x; rm -rf /"}], [{**entry, "group": "os"}]):

@@ -1,1 +1,1 @@
-"""Models compute with this: the exported C's functions, derivatives, number formats, the record of a step."""
+"""This room holds the arithmetic of models: the exported C's functions, derivatives, formats, the record of a step."""

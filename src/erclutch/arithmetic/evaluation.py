@@ -1,4 +1,4 @@
-"""A record on all rows at once; only what depends on its own past runs row by row.
+"""A record is evaluated on all rows at once; only what depends on its own past runs row by row.
 
 The record is cut into its strongly connected parts. A node outside every cycle through the state is computed over all
 rows together, a delay is a shift of rows, and the nodes of a cycle are computed one row after the other.

@@ -1,4 +1,4 @@
-"""One row of a record in machine code: a loop that Numba compiles once runs the operations of any record without state.
+"""One row of a record runs in machine code: one loop, which Numba compiles, for any record without state.
 
 The numbers lie in registers, and an operation reads up to three of them. A register is a double, and its bits are the
 same memory, so the result has the bits of the exported C.

@@ -1,4 +1,4 @@
-"""Arithmetic with a state, recorded by running a NumPy function on operands that write down what is done to them.
+"""A NumPy function runs on operands that write down what is done to them; that is its record, with its state.
 
 The record keeps NumPy's order of operations. It is printed as C and for other targets, and it is run again in NumPy in
 either precision (`erclutch.arithmetic.evaluation`), bit for bit what the C does, because IEEE arithmetic leaves no
@@ -49,6 +49,10 @@ class Node:
     arguments: tuple[Node, ...]
     value: Any
     kind: ValueKind
+
+    def __repr__(self) -> str:
+        value = "" if self.value is None else f" {self.value!r}"
+        return f"<node {self.index}: {self.operation}{value} of {[a.index for a in self.arguments]}>"
 
 
 @dataclass
@@ -226,6 +230,14 @@ class Traced(RecordingOperand):
     def __getitem__(self, rows: Any) -> Traced:
         return self
 
+    def __bool__(self) -> bool:
+        raise ExportError("a branch (if, and, or, np.where) has no C", remedy=_NO_BRANCH)
+
+    def __lt__(self, other: Any) -> Any:
+        raise ExportError("a comparison has no C here", remedy=_NO_BRANCH)
+
+    __le__ = __gt__ = __ge__ = __lt__
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         operation = _UFUNCS.get(ufunc)
         if operation is None or method != "__call__" or kwargs:
@@ -275,6 +287,7 @@ class Traced(RecordingOperand):
         return self.owner.node("power", tuple(nodes))
 
 
+_NO_BRANCH = "Write it without branches, with np.abs and, of erclutch.models.laws.smooth, direction and power"
 _UFUNCS: dict[np.ufunc, str] = {
     np.add: "add",
     np.subtract: "subtract",

@@ -1,4 +1,4 @@
-"""Recursions over all rows at once, of arrays, duals, and arrays with the bits of the C.
+"""Recursions run over all rows at once, on arrays, on duals, and on arrays with the bits of the C.
 
 ::
 

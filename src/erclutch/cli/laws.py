@@ -55,6 +55,7 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
         stages.add_row(stage.name, stage.place, stage.equation)
     terminal.tell(stages)
     terminal.tell(
-        "u: command, E: field behind the stage, y(E): strength of the field, T: effort, ': derivative in time."
+        "u: command, E: field behind the stage, y(E): strength of the field, T: effort, ': derivative in time, "
+        "t: temperature over its reference."
     )
     terminal.tell("dahl-N, stops-N: N states. bouc-wen-N: exponent N.")

@@ -62,6 +62,8 @@ class LogOptions:
     """Torque of the pair (coaxial)."""
     motor_torque: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
+    temperature: Annotated[str | None, Parameter(group=_COLUMNS)] = None
+    """Temperature of the fluid in °C or K: laws may soften with it, and networks take it as input."""
     input: Annotated[tuple[str, ...], Parameter(group=_COLUMNS, negative=(), show_default=False)] = ()
     """A further column that networks take as input, for example an acceleration; more than once for several."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
@@ -96,7 +98,7 @@ class LogOptions:
 
         names = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
         signals = ("field", "slip", "position", "effort", "e1", "e2", "e", "theta", "theta_dot")
-        signals += ("alpha", "alpha_dot", "alpha_raw", "t", "motor_torque")
+        signals += ("alpha", "alpha_dot", "alpha_raw", "t", "motor_torque", "temperature")
         columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
         values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
         constants = {name.strip(): value for name, _, value in (pair.partition("=") for pair in self.constant)}

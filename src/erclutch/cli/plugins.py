@@ -1,4 +1,4 @@
-"""``erclutch plugins``: laws, readers, stages, targets and rigs, and the package that each comes from."""
+"""``erclutch plugins`` lists laws, readers, stages, targets and rigs, and the package that each comes from."""
 
 from __future__ import annotations
 

@@ -70,6 +70,6 @@ def state_bytes(step: ExportedStep) -> int:
 
 def cost_text(step: ExportedStep) -> list[str]:
     """Lines of the header."""
-    counts = operations(step_record(step).record, step)
+    counts = operations(step_record(step).record.flat(), step)
     counted = ", ".join(f"{count} {group}" for group, count in sorted(counts.items()))
     return [f"A step is about: {counted}.", f"State: {state_bytes(step)} bytes and padding."]

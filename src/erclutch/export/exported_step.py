@@ -21,6 +21,7 @@ from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel
 from erclutch.models.stages.stage import Stage
 from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import TEMPERATURE
 from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
@@ -214,10 +215,9 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
     alarms = _alarms(model, scale, period) if options.alarms else None
+    extra_names, extra_units = extras, tuple("K" if name == TEMPERATURE else "?" for name in extras)
     if alarms:
-        extra_names, extra_units = (*extras, "measured"), (*("?" for _ in extras), model.units.effort or "1")
-    else:
-        extra_names, extra_units = extras, tuple("?" for _ in extras)
+        extra_names, extra_units = (*extras, "measured"), (*extra_units, model.units.effort or "1")
     return ExportedStep(
         name=c_name(model.name, options.name),
         model=model,

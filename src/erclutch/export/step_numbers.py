@@ -1,4 +1,4 @@
-"""The step in NumPy, from its record: what every target must give bit for bit, and the inverse for Python."""
+"""NumPy runs the step from its record, as every target must give it bit for bit, and the inverse for Python."""
 
 from __future__ import annotations
 

@@ -178,6 +178,18 @@ def _held(value: Any, low: Any, high: Any) -> Any:
     return less_select(low, below, below, low)
 
 
+def _beyond(x: Any, low: Any, high: Any) -> Any:
+    """Whether a recorded number lies outside two limits; a NaN does not."""
+    return x.owner.either(x.owner.less(x, low), x.owner.less(high, x))
+
+
+def _limited(value: Any, before: Any, low: Any, high: Any) -> Any:
+    record = value.owner
+    finite = record.label(record.finite(value), "is_finite")
+    held = record.call("held", _held, value=value, low=low, high=high)
+    return record.choose(finite, record.choose(_beyond(value, low, high), held, value), before)
+
+
 @dataclass
 class _Memory:
     """The memory of a stage while its step is recorded.
@@ -347,7 +359,7 @@ class _Recording:
 
     def _within(self, x: Any, window: Window) -> tuple[Any, Any]:
         record = self.record
-        out = record.either(record.less(x, window.warn[0]), record.less(window.warn[1], x))
+        out = _beyond(x, *window.warn)
         held = record.call("held", _held, value=x, low=window.hold[0], high=window.hold[1])
         return out, record.choose(out, held, x)
 
@@ -489,12 +501,11 @@ class _Recording:
         """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""
         record, (low, high) = self.record, self.step.limits
         record.label(value, "unlimited")
-        beyond = record.label(record.either(record.less(value, low), record.less(high, value)), "beyond")
-        within = record.choose(beyond, record.call("held", _held, value=value, low=low, high=high), value)
-        finite = record.label(record.finite(value), "is_finite")
         before = record.state("effort") if self.remember else 0.0
-        limited = record.label(record.choose(finite, within, before), "limited")
+        limited = record.call("limited", _limited, value=value, before=before, low=low, high=high)
         effort = record.label(record.choose(self.started, limited, 0.0), "now")
+        beyond = record.label(_beyond(value, low, high), "beyond")
+        finite = record.label(record.finite(value), "is_finite")
         if self.remember:
             record.keep("effort", effort)
         return effort, record.either(record.opposite(finite), beyond)

@@ -20,9 +20,10 @@ from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import ShapeParameter
-from erclutch.models.stages import GROUP, NONE
+from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.signals.array import Mask
+from erclutch.signals.recording import TEMPERATURE
 
 #: Share of the error that a stage must take off.
 WORTH = 0.01
@@ -52,11 +53,12 @@ def grown(train: Dataset, base: Structure, extras: Sequence[str] = ()) -> list[R
     Args:
         train: the training rows.
         base: the law to begin with, with its stages on the command.
-        extras: further inputs that may get a gain.
+        extras: further inputs that may get a gain, and the temperature, of which stages may make factors.
     """
     folds = _folds(train)
     rungs = [_rung(folds, base, {})]
-    left = [*(name for family in _families() for name in family), *(f"={name}" for name in extras)]
+    stages = [name for family in _families() for name in family if _feels(base, name, extras)]
+    left = [*stages, *(f"={name}" for name in extras if name != TEMPERATURE)]
     while left:
         here = rungs[-1]
         tried = [(name, _rung(folds, _with(here.structure, name), here.numbers)) for name in left if _next(left, name)]
@@ -83,6 +85,13 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
 def _families() -> list[tuple[str, ...]]:
     values = (plugin.value for plugin in registry.plugins(GROUP) if plugin.own)
     return [value.ladder for value in values if isinstance(value, StageFamily) and value.ladder]
+
+
+def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
+    """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart."""
+    if stage_named(name).place != "temperature":
+        return True
+    return TEMPERATURE in extras and set(base.law.parts) >= {"yield", "viscous"}
 
 
 def _next(left: Sequence[str], name: str) -> bool:

@@ -1,4 +1,4 @@
-"""The ring in shared memory: the loop writes one frame a control step, and everybody else reads the frames there.
+"""The ring lies in shared memory: the loop writes one frame a control step, and everybody else reads the frames there.
 
 The loop is the only writer: frame first, then the head counter (release order). A reader polls the head, copies, and
 looks again: what the writer may have reached meanwhile counts as lost. Each frame carries its own number, so a copy

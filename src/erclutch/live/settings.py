@@ -1,4 +1,4 @@
-"""What the loop is to do: limits, gains, programs. They are checked here, and again by the loop that reads them."""
+"""Settings tell the loop its limits, gains and programs. They are checked here, and again by the loop."""
 
 from __future__ import annotations
 

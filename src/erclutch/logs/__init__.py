@@ -25,7 +25,7 @@ from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import SIGNALS, Recording
+from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
 
 __all__ = [
     "NEEDS",
@@ -200,7 +200,7 @@ def _file_and_map(
     """The file, which is there, and the mapping over what the mapping file says."""
     file = _require_file(path)
     if not isinstance(mapping, ColumnMap):
-        labels = set(mapping or ()) <= {*SIGNALS, "time"}
+        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
         mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
     return file, mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
 

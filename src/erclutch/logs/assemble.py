@@ -18,7 +18,7 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import NO_FIELD, SIGNALS, Recording
+from erclutch.signals.recording import NO_FIELD, SIGNALS, TEMPERATURE, Recording
 
 Invalid = Literal["error", "drop"]
 
@@ -105,10 +105,23 @@ def _take_chosen(draft: _Draft, chosen: ColumnMap) -> None:
         if signal == "field" and str(choice.column).strip() == _NONE and _NONE not in draft.table.columns:
             _take_no_field(draft)
             continue
+        if signal == "temperature":
+            _take_temperature(draft, choice)
+            continue
         if signal not in allowed:
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {', '.join(sorted(allowed))})"
             raise MappingError(problem, remedy="Use one of these, or set --device")
         _take(draft, signal, choice)
+
+
+def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
+    """The temperature as a further input, in K."""
+    name, unit, factor = locate(draft.table, choice, "temperature")
+    values = draft.table.columns[name]
+    key = f"{_INPUT}{TEMPERATURE}"
+    draft.signals[key] = units.kelvin(values if factor == 1.0 else values * factor, unit, name)
+    draft.columns[key] = name
+    draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
 
 def _take(draft: _Draft, signal: str, choice: ColumnChoice) -> str:

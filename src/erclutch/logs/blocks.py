@@ -1,4 +1,4 @@
-"""Blocks: the rows of a data set some at a time, whether they are in memory or on disk.
+"""Blocks give the rows of a data set some at a time, whether they are in memory or on disk.
 
 Every fit passes over blocks, and takes nothing from a pass but sums, extremes and triangles of QR decompositions: these
 add up over blocks in their order. A log in memory is one block.

@@ -1,4 +1,4 @@
-"""Rows of logs that are larger than memory: read once, then kept as fields, slips and effort in a temporary file.
+"""Logs larger than memory are read once; their rows are kept as fields, slips and effort in a temporary file.
 
 All passes of a fit go over that file block by block. Blocks do not depend on how the logs were read, and means are
 added in the order in which NumPy adds an array in memory, so a network gets the same weights as from a data set.

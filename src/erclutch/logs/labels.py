@@ -40,16 +40,19 @@ def name_columns(
     """Unique names, units and notes for header labels; unnamed columns become c1, c2, ... by position.
 
     Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
-    Hidden characters of a label are written out.
+    Hidden characters of a label are written out. A label's own unit goes before that of ``own_units``, with a note.
     """
     shown = [printable(label.strip()) for label in labels]
     split = [split_label(label) for label in shown]
+    notes: list[str] = []
     if own_units is not None:
+        for (name, unit), own in zip(split, own_units, strict=True):
+            if unit and own and unit != own:
+                notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
         split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
     bare = Counter(name for name, _ in split)
     copies: Counter[str] = Counter()
     names: dict[str, None] = {}
-    notes: list[str] = []
     for number, (label, (name, _)) in enumerate(zip(shown, split, strict=True), start=1):
         name = (name if bare[name] == 1 else label) or f"c{number}"
         unique = name

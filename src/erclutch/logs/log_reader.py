@@ -1,4 +1,4 @@
-"""What a reader of log files is, and which reader a file gets.
+"""This module says what a reader of log files is, and which reader a file gets.
 
 A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from another package (entry point
 ``erclutch.readers``).

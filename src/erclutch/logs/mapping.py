@@ -34,7 +34,7 @@ from typing import Any, cast
 from erclutch.errors import MappingError, UnitError, placed, shell_word
 from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
-from erclutch.signals.recording import SIGNALS
+from erclutch.signals.recording import NAMED_COLUMNS
 
 _KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
@@ -124,7 +124,7 @@ class ColumnMap:
         with placed("" if source == "given" else source):
             _known(values, _KEYS, "key")
             columns = _table_of(values, "columns")
-            _known(columns, tuple(SIGNALS), "signal")
+            _known(columns, NAMED_COLUMNS, "signal")
             inputs = values.get("inputs", ())
             if not isinstance(inputs, list | tuple):
                 raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')

@@ -1,4 +1,4 @@
-"""Where training rows lie: boxes in the space of a network's inputs, and a weight that fades to zero beyond them."""
+"""Boxes in the space of a network's inputs say where training rows lie, and a weight fades to zero beyond them."""
 
 from __future__ import annotations
 

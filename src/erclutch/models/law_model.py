@@ -1,4 +1,4 @@
-"""TorqueModel: a device, dynamics, a law and the numbers. It predicts effort and knows nothing of fits.
+"""A TorqueModel has a device, stages, a law and the numbers. It predicts effort and knows nothing of fits.
 
 Normalisation is inside: fields are divided by the reference field, slips by the reference slip, so nobody ports it
 by hand.
@@ -7,29 +7,41 @@ by hand.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from operator import add
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
 from erclutch.arithmetic.dual import pick
+from erclutch.errors import SettingError
 from erclutch.models import model_file
 from erclutch.models.band import Band
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.models.laws.law import Part
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
-from erclutch.models.one_row import quick_for_one_row
-from erclutch.models.stages import NONE, canonical, outside_stages, slip_stages, stage_equations, stages_at, stages_of
+from erclutch.models.model import Pair, Range, further_inputs, settled_memory
+from erclutch.models.shared_answers import SharedAnswers
+from erclutch.models.stages import (
+    NONE,
+    canonical,
+    outside_stages,
+    slip_stages,
+    stage_equations,
+    stages_at,
+    stages_of,
+    temperature_stages,
+)
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.units import LEAST_KELVIN, MOST_KELVIN
 
 KIND = "erclutch torque model"
 
@@ -43,12 +55,14 @@ class Reference:
         slip: root mean square of the training slips, in the data's unit.
         period: sampling period of the training data in s; bounds the lags that can be told.
         extras: root mean square of each further input, in its unit.
+        temperature: that of the temperature, in K, of a law that feels it.
     """
 
     field: float
     slip: float
     period: float
     extras: tuple[float, ...] = ()
+    temperature: float = 1.0
 
 
 def _as_it_is(x: Any) -> Any:
@@ -66,7 +80,8 @@ class Structure:
         dynamics: names of the stages on command, slip and effort, joined by ``+``; "none" for none.
         friction: a column of Coulomb friction at zero field (seals, bearings, remanence), one an element.
         offset: a constant effort (gas spring, preload, sensor zero).
-        extras: further logged inputs, each with a gain (displacement, acceleration).
+        extras: further logged inputs, each with a gain (displacement, acceleration); with stages on the temperature
+            that is one of them, and it has no gain.
     """
 
     device: DeviceName
@@ -79,6 +94,17 @@ class Structure:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dynamics", canonical(self.dynamics))
+        self._require_parts()
+        if temperature_stages(self.dynamics) and TEMPERATURE not in self.extras:
+            object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
+
+    def _require_parts(self) -> None:
+        for stage in temperature_stages(self.dynamics):
+            if stage.part not in self.law.parts:
+                raise SettingError(
+                    f"the law {self.specification} does not say which of its gains are the {stage.part} effort",
+                    remedy=f"Leave {stage.name} out, or give the law's gains their part",
+                )
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
@@ -107,7 +133,7 @@ class Structure:
     @property
     def remembers(self) -> bool:
         """Whether a stage stands on the slip or on the effort."""
-        return any(stage.place != "command" for stage in self.stages)
+        return any(stage.place in ("slip", "effort") for stage in self.stages)
 
     @property
     def _own_strength(self) -> tuple[ShapeParameter, ...]:
@@ -135,21 +161,52 @@ class Structure:
 
     def gains(self) -> tuple[Gain, ...]:
         """All linear parameters, elements one after another, then those of the whole device."""
-        memory = (gain for stage in slip_stages(self.dynamics) for gain in stage.gains)
-        own = (*self.law.gains, *((_FRICTION,) if self.friction else ()), *memory)
+        own = self._gains_of_element
         if self.elements == 1:
             named = own
         else:
             named = tuple(
-                Gain(f"{g.name}_{i + 1}", f"{g.meaning}, CH{i + 1}", g.dimension, g.nonnegative)
+                replace(g, name=f"{g.name}_{i + 1}", meaning=f"{g.meaning}, CH{i + 1}")
                 for i in range(self.elements)
                 for g in own
             )
         further = (
             Gain(f"c_{i + 1}", f"effort per {name}", _FRICTION.dimension, nonnegative=False, extra=i)
             for i, name in enumerate(self.extras)
+            if i != self._temperature_place
         )
         return (*named, *further, *((_OFFSET,) if self.offset else ()))
+
+    @property
+    def _gains_of_element(self) -> tuple[Gain, ...]:
+        memory = (gain for stage in slip_stages(self.dynamics) for gain in stage.gains)
+        return (*self.law.gains, *((_FRICTION,) if self.friction else ()), *memory)
+
+    @cached_property
+    def _temperature_place(self) -> int | None:
+        """Which further input is the temperature; None for a law that does not feel it."""
+        return self.extras.index(TEMPERATURE) if temperature_stages(self.dynamics) else None
+
+    def _factors(self, extras: Sequence[Any], reference: Reference, q: Sequence[Any]) -> dict[Part | None, Any]:
+        """What the temperature makes of the parts of the fluid's effort, elementwise on any operand."""
+        if self._temperature_place is None:
+            return {}
+        relative = extras[self._temperature_place] / reference.temperature
+        factors: dict[Part | None, Any] = {}
+        for stage in temperature_stages(self.dynamics):
+            factors[stage.part] = stage.factor(relative, *self.numbers_of(stage, q))
+        return factors
+
+    def _law_columns(
+        self, strength: Any, slip: Any, shape: Sequence[Any], factors: Mapping[Part | None, Any]
+    ) -> list[Any]:
+        """The law's columns; a viscosity that is a ratio to the yield effort feels the temperature before them."""
+        if factors:
+            shape = [
+                value * (factors.get("viscous", 1.0) / factors.get("yield", 1.0)) if s.viscous_over_yield else value
+                for s, value in zip(self.law.shape, shape, strict=True)
+            ]
+        return [*self.law.columns(strength, slip, *shape)]
 
     def columns(
         self,
@@ -262,17 +319,21 @@ class Structure:
         first = len(self.law.stimulus_shape)
         shape = q[first : first + len(self.law.shape)]
         moved = self.moved(fluids, slips, reference, q) if moved is None else moved
+        factors, gains = self._factors(extras, reference, q), self._gains_of_element
         columns: list[Any] = []
         for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, remembered, strict=True):
             strength, slip = np.abs(fluid), way * relative / reference.slip
             turn = FORWARD if self.law.forward else shape[0]
-            own = [*self.law.columns(strength, slip, *shape)]
+            own = self._law_columns(strength, slip, shape, factors)
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
             for stage, values in zip(slip_stages(self.dynamics), outputs, strict=True):
                 own.extend(stage.columns(values, m.strength))
+            if factors:
+                own = [c * factors[g.part] if g.part in factors else c for c, g in zip(own, gains, strict=True)]
             columns.extend(own if way > 0 else (-c for c in own))
-        columns.extend(x / scale for x, scale in zip(extras, reference.extras, strict=True))
+        scaled = enumerate(zip(extras, reference.extras, strict=True))
+        columns.extend(x / scale for i, (x, scale) in scaled if i != self._temperature_place)
         if self.offset:
             columns.append(np.ones(slips[0].size))
         return columns
@@ -299,7 +360,8 @@ _OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
 
 def in_user_units(value: float, dimension: Dimension, reference: Reference) -> float:
     """A normalised number in the data's own units."""
-    return value * reference.field**dimension.field * reference.slip**dimension.slip
+    scale = reference.field**dimension.field * reference.slip**dimension.slip
+    return value * scale * reference.temperature**dimension.temperature
 
 
 def unit_text(dimension: Dimension, units: Units) -> str:
@@ -310,17 +372,18 @@ def unit_text(dimension: Dimension, units: Units) -> str:
     if dimension.slip and dimension.time and units.slip.endswith("/s"):
         way = units.slip.removesuffix("/s")
         motion = ((dimension.slip, way if dimension.slip == dimension.time else f"{way}/s^2"),)
-    powers = ((dimension.effort, units.effort), (dimension.field, units.field), *motion)
+    powers = ((dimension.effort, units.effort), (dimension.field, units.field), *motion, (dimension.temperature, "K"))
     for exponent, unit in powers:
         if exponent and unit:
-            name = f"({unit})" if "/" in unit and exponent < 0 else unit
-            (above if exponent > 0 else below).append(name)
+            name = f"({unit})" if "/" in unit and (exponent < 0 or exponent > 1) else unit
+            power = f"^{abs(exponent)}" if abs(exponent) > 1 else ""
+            (above if exponent > 0 else below).append(name + power)
     text = "*".join(above) or "1"
     return text + "".join(f"/{name}" for name in below)
 
 
 @dataclass(frozen=True)
-class TorqueModel:
+class TorqueModel(SharedAnswers):
     """Effort of a device from its fields and slips.
 
     Attributes:
@@ -350,11 +413,6 @@ class TorqueModel:
     def title(self) -> str:
         """Name for people."""
         return self.structure.law.title
-
-    @property
-    def name(self) -> str:
-        """Identifier: specification of the law and its stages, for example ``bingham/power+lag``."""
-        return full_name(self.structure.specification, self.structure.dynamics)
 
     @property
     def period(self) -> float:
@@ -394,36 +452,13 @@ class TorqueModel:
         law = self.structure.law.plugin
         return (*(() if law is None else (law,)), *outside_stages(self.structure.dynamics))
 
-    def predict(self, data: Rows) -> Array:
-        """Effort over a data set, shape (n,), in the unit of the training data.
-
-        Raises:
-            ErclutchError: the data set is of another device or in other units.
-        """
-        require_same_signals(self, data)
-        return self.effort(data.elements, data.clock, data.extras)
-
-    def outside(self, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
-        return self.trained_on.outside(data)
-
-    @quick_for_one_row
-    def effort(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array] | None = None,
-        *,
-        exactly: bool = True,
+    def effort_of_rows(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,).
-
-        To the bit that of the exported C; with ``exactly=False`` by NumPy's own exp, tanh and powers, off by rounding.
-        A model that is asked for one row again and again answers in some 10 us (`models.one_row`).
-        """
+        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
         q = list(self.shape.values())
         functions = exact if exactly else _as_it_is
-        further = further_inputs(self.structure.extras, extras or {})
+        further = further_inputs(self.structure.extras, extras)
         total = np.zeros(clock.time.size)
         columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
         for term in self._terms(columns):
@@ -481,6 +516,8 @@ class TorqueModel:
             lines += ["A friction effort T_f tanh(w / w_s) is added for each element."]
         if structure.offset:
             lines += ["A constant effort T_0 is added."]
+        if temperature_stages(structure.dynamics):
+            lines += [f"t is {TEMPERATURE} over {self.reference.temperature:.9g}."]
         lines += stage_equations(structure.dynamics)
         numbers = {**self.shape, **self.gains}
         return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]
@@ -541,7 +578,10 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
     keys = ("field", "slip", "period_s")
     field_, slip, period = (model_file.number_of(body["reference"][key], key, positive=True) for key in keys)
     scaled = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
-    reference = Reference(field_, slip, period, scaled)
+    warmth = dict(zip(structure.extras, scaled, strict=True)).get(TEMPERATURE, 1.0)
+    if temperature_stages(structure.dynamics) and not LEAST_KELVIN <= warmth <= MOST_KELVIN:
+        raise ValueError(f"the reference temperature is {warmth} K, not from {LEAST_KELVIN:g} to {MOST_KELVIN:g} K")
+    reference = Reference(field_, slip, period, scaled, warmth)
     shape = {s.name: model_file.number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
     for s in structure.shapes(reference.period):
         if not s.lower <= shape[s.name] <= s.upper:

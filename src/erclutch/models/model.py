@@ -1,4 +1,4 @@
-"""What a model is, whatever is inside: a device, a chain of stages with a law or a network, and the numbers."""
+"""This module says what a model is: a device, a chain of stages with a law or a network, and the numbers."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.recording import TEMPERATURE
 
 Pair = tuple[float, float]
+_SAME_PERIOD = 0.01
 
 #: Cells of the grid over field and slip along each of the two.
 CELLS = 16
@@ -245,6 +247,12 @@ class Model(Protocol):
         """Effort for the fields and slips of each element, shape (n,); ``exactly``: with the bits of the C."""
         ...
 
+    def effort_of_rows(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+    ) -> Array:
+        """The same by arrays, for any number of rows."""
+        ...
+
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         ...
@@ -296,7 +304,9 @@ class Model(Protocol):
 
 
 def require_same_signals(model: Model, data: Rows) -> None:
-    """Refuse rows of another device or in other units than those that a model was trained on.
+    """Refuse rows of another device, in other units or at another rate than those that a model was trained on.
+
+    Past samples are rows: at another sampling rate they would be other instants.
 
     Raises:
         ErclutchError: they are.
@@ -307,6 +317,14 @@ def require_same_signals(model: Model, data: Rows) -> None:
             f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
             where=model.name,
             remedy="Read the log with the device and the units of the training data",
+        )
+    own = model.period if model.past else None
+    other = [s.period for s in data.clock.spans if own and s.period and abs(s.period - own) > _SAME_PERIOD * own]
+    if own and other:
+        raise ErclutchError(
+            f"rows at {1 / other[0]:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
+            where=model.name,
+            remedy=f"Read the log with --resample {1 / own:.6g}",
         )
 
 
@@ -336,7 +354,9 @@ def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str
             known = ", ".join(given) or "none"
             raise MappingError(
                 f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy=f"Read the log with --input {shell_word(name)}",
+                remedy="Name its column with --temperature"
+                if name == TEMPERATURE
+                else f"Read the log with --input {shell_word(name)}",
             )
     return {name: given[name] for name in names}
 

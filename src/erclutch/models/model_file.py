@@ -1,4 +1,4 @@
-"""What all saved models share: a schema, a digest, and entries that are looked at before a number is computed.
+"""All saved models share a schema, a digest, and entries that are looked at before a number is computed.
 
 A digest tells damage, not intent: whoever writes a file can write its digest. So every text has a grammar, and every
 number a range in which all further arithmetic stays finite.
@@ -207,7 +207,7 @@ def range_of(body: Mapping[str, Any]) -> Range:
     near = [_masks_of(masks) for masks in entry.get("near", ())]
     if near and len(near) != (2 if body["device"] == "coaxial" else 1):
         raise ValueError(f"cells near training rows for {len(near)} elements")
-    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), tuple(near))
+    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), near=tuple(near))
 
 
 def _masks_of(values: Any) -> tuple[int, ...]:

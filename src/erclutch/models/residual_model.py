@@ -1,4 +1,4 @@
-"""ResidualModel: a law, and a bounded network that adds what the law misses where there were training rows.
+"""A ResidualModel has a law, and a bounded network that adds what the law misses where there were training rows.
 
 ::
 
@@ -15,18 +15,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
-from erclutch.models.model import Pair, Range, Rows, full_name, further_inputs, require_same_signals, settled_memory
+from erclutch.models.model import Pair, Range, further_inputs, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
-from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.shared_answers import SharedAnswers
 from erclutch.models.stages import stage_equations
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin
@@ -110,7 +109,7 @@ class BoundedResidual:
 
 
 @dataclass(frozen=True)
-class ResidualModel:
+class ResidualModel(SharedAnswers):
     """A law and a bounded network on its residual.
 
     Attributes:
@@ -137,11 +136,6 @@ class ResidualModel:
     def trained_on(self) -> Range:
         """Range of the training data."""
         return self.law.trained_on
-
-    @property
-    def name(self) -> str:
-        """Identifier, for example ``bingham+fnn-16+lag``."""
-        return full_name(self.structure.specification, self.structure.dynamics)
 
     @property
     def title(self) -> str:
@@ -186,32 +180,12 @@ class ResidualModel:
         """What the law needs of other packages."""
         return self.law.plugins
 
-    def predict(self, data: Rows) -> Array:
-        """Effort over a data set, shape (n,), in the unit of the training data.
-
-        Raises:
-            ErclutchError: the data set is of another device or in other units, or lacks an input.
-        """
-        require_same_signals(self, data)
-        self.correction.network.require_period(data.clock)
-        return self.effort(data.elements, data.clock, data.extras)
-
-    def outside(self, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside what the model was trained on, shape (n,)."""
-        return self.law.outside(data)
-
-    @quick_for_one_row
-    def effort(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array] | None = None,
-        *,
-        exactly: bool = True,
+    def effort_of_rows(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
-        law = self.law.effort(elements, clock, extras, exactly=exactly)
-        return law + self.added(elements, clock, extras or {}, exactly=exactly)
+        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
+        law = self.law.effort_of_rows(elements, clock, extras, exactly=exactly)
+        return law + self.added(elements, clock, extras, exactly=exactly)
 
     def added(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True

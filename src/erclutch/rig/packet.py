@@ -1,4 +1,4 @@
-"""Packets between a rig and the loop: 64 bytes, little-endian, over UDP.
+"""Packets between a rig and the loop have 64 bytes, little-endian, and go over UDP.
 
 The table of bytes is in ``docs/live.md``; ``live/c/erc_packet.c`` is the same in C.
 

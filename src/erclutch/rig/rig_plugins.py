@@ -1,4 +1,4 @@
-"""Rigs that users plug in through the entry point ``erclutch.rigs``.
+"""Users plug in rigs through the entry point ``erclutch.rigs``.
 
 A plug-in is a function of no arguments that returns a `UdpRig` (somebody else's controller speaks the packets of
 `erclutch.rig.packet`) or a `LibraryRig` (a shared library with the functions of ``live/c/erc_rig.h``). No Python of it

@@ -1,4 +1,4 @@
-"""Logs larger than memory: models without memory of the past, fitted and scored on all rows, block by block.
+"""Models without memory of the past are fitted to logs larger than memory and scored on all rows, block by block.
 
     result = erclutch.fit_large(["a.parquet", "b.parquet"], ("rbfm-10/forward", "fnn-16"), device="coaxial")
     result.entries[0].outcome.model

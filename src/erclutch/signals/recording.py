@@ -54,6 +54,11 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
     }
 )
 
+#: A further input: the temperature of the fluid, in K whatever the log has.
+TEMPERATURE = "temperature_K"
+#: What a mapping may give a column to.
+NAMED_COLUMNS = (*SIGNALS, "temperature")
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -70,7 +75,7 @@ class Recording:
         digest: SHA-256 of the file's bytes, hexadecimal.
         constants: numbers that hold for the whole log (from its name, its header or the mapping).
         origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
-        extras: further inputs for networks, as logged: name -> samples, shape (n,).
+        extras: further inputs for networks, as logged (`TEMPERATURE` in K): name -> samples, shape (n,).
         spare: further columns that nothing has taken, in the same way.
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
         mapping: name and SHA-256 of the mapping file that said which column is which, if there was one.

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
+import numpy as np
+
 from erclutch.errors import UnitError, shell_word
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SignalKind
 
 UNKNOWN = "?"
@@ -56,6 +59,11 @@ _FACTORS = {
 }
 #: Unit -> factor and dimension.
 COMMON = {unit: (factor, dimension) for dimension, each in _FACTORS.items() for unit, factor in each.items()}
+
+
+#: Temperatures of a fluid lie between these, in K; a broken sensor's do not.
+LEAST_KELVIN, MOST_KELVIN = 150.0, 800.0
+_CELSIUS = {"°C", "degC", "deg C", "C", "celsius", "Celsius", "℃"}
 
 
 @dataclass(frozen=True)
@@ -131,6 +139,29 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
 def is_written_well(text: str) -> bool:
     """Whether the text has the form of a unit, known to erclutch or not: ``N*m``, ``m/s^2``, none or "?"."""
     return text in ("", "-", UNKNOWN) or (len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None)
+
+
+def kelvin(values: Array, unit: str | None, column: str) -> Array:
+    """Temperatures of a column in K, shape (n,); what is not finite stays so.
+
+    Raises:
+        UnitError: no unit, another unit than °C or K, or temperatures that no fluid of a device has.
+    """
+    if unit not in _CELSIUS and unit not in ("K", "kelvin", "Kelvin"):
+        problem = f"column '{column}' has " + (f"the unit '{unit}'" if unit else "no unit")
+        raise UnitError(
+            f"{problem}, and a temperature needs °C or K",
+            remedy=f"Give it as --temperature {shell_word(f'{column} [°C]')}, or [K]",
+        )
+    warm = values + 273.15 if unit in _CELSIUS else values
+    known = warm[np.isfinite(warm)]
+    if known.size and (known.min() < LEAST_KELVIN or known.max() > MOST_KELVIN):
+        raise UnitError(
+            f"column '{column}' goes from {known.min():g} K to {known.max():g} K; a fluid's temperature is between "
+            f"{LEAST_KELVIN:g} K and {MOST_KELVIN:g} K",
+            remedy="Check the unit and the sensor, or leave --temperature out",
+        )
+    return warm
 
 
 def is_unit(text: str) -> bool:

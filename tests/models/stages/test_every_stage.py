@@ -21,6 +21,7 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages import GROUP, stage_named
 from erclutch.models.stages.stage import Memory, Moved, SlipStage, Stage, StageFamily
+from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import find, names
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -117,7 +118,7 @@ def exactly(signal: Any) -> Any:
 def test_it_says_what_it_is(stage: Stage) -> None:
     assert stage.title
     assert stage.source
-    assert stage.place in ("command", "slip", "effort")
+    assert stage.place in ("command", "slip", "effort", "temperature")
     names = [shape.name for shape in stage.parameters(PERIOD)]
     assert len(set(names)) == len(names)
     assert all(shape.lower < shape.scanned[0] < shape.scanned[1] <= shape.upper or shape.usual is None
@@ -155,6 +156,9 @@ def test_it_starts_at_rest(stage: Stage) -> None:
             np.testing.assert_allclose(found[0], settled, rtol=1e-12)
         return
     found = stage.respond(level, CLOCK, list(numbers(stage).values()), slice(None))
+    if isinstance(stage, TemperatureFactor):
+        level = stage.factor(0.37, *numbers(stage).values())
+        assert stage.factor(1.0, *numbers(stage).values()) == 1.0
     np.testing.assert_allclose(found, level, rtol=1e-12)
 
 
@@ -185,7 +189,9 @@ def model_with(stage: Stage) -> TorqueModel:
     shape = {s.name: inside(s) for s in structure.shapes(PERIOD)}
     gains = {g.name: 0.3 + 0.1 * i for i, g in enumerate(structure.gains())}
     ranges = Range((0.0, 2.0), (-3.0, 3.0), (-2e4, 2e4))
-    return TorqueModel(structure, Reference(2.0, 1.7, PERIOD), shape, gains, Units("N", "A", "m/s"), ranges)
+    warm = [(250.0, 400.0)] * len(structure.extras)
+    reference = Reference(2.0, 1.7, PERIOD, (320.0,) * len(warm), 320.0)
+    return TorqueModel(structure, reference, shape, gains, Units("N", "A", "m/s"), ranges, extra_ranges=tuple(warm))
 
 
 @pytest.mark.slow
@@ -198,7 +204,8 @@ def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision
         pytest.skip(f"no compiler: {error}")
     model = model_with(stage)
     step = step_of(model, ExportOptions("m", precision, PERIOD))
-    rows = np.column_stack([2.0 * signal(), np.sin(np.arange(ROWS) / 11.0)])
+    warm = {name: 320.0 + 60.0 * np.sin(np.arange(ROWS) / 29.0) for name in model.extras}
+    rows = np.column_stack([2.0 * signal(), np.sin(np.arange(ROWS) / 11.0), *warm.values()])
     effort, flags = run(step, rows)
     found, found_flags = compile_model(step).run(rows)
     np.testing.assert_array_equal(np.asarray(found).astype(step.precision.dtype), effort)
@@ -206,7 +213,7 @@ def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision
     if precision == "float64":
         inputs = [Element(rows[:, 0].copy(), rows[:, 1].copy())]
         held = np.minimum(np.maximum(inputs[0].field, step.field.hold[0]), step.field.hold[1])
-        expected = model.effort([Element(held, inputs[0].slip)], CLOCK)
+        expected = model.effort([Element(held, inputs[0].slip)], CLOCK, warm)
         np.testing.assert_array_equal(effort, expected)
 
 

@@ -1,4 +1,4 @@
-"""A compiled model as a user actuator of MuJoCo: an actuator with biastype="user", whose force is the model's effort.
+"""A compiled model is a user actuator of MuJoCo: an actuator with biastype="user", whose force is the model's effort.
 
 with Actuator(...) as actuator:
     mujoco.mj_step(model, data)

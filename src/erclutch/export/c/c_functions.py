@@ -1,4 +1,4 @@
-"""The elementary functions in C, printed from their records, and numbers as bits."""
+"""The elementary functions are printed in C from their records, and numbers are printed as bits."""
 
 from __future__ import annotations
 

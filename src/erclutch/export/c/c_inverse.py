@@ -1,4 +1,4 @@
-"""The inverse in C: a search over the effort at rest or over that of the next step, printed from their records.
+"""The inverse in C searches the field, over the effort at rest or of the next step, printed from their records.
 
 `step_numbers` holds the same search in NumPy; the conformance tests hold the two together, bit for bit.
 """
@@ -111,9 +111,13 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
         const {n}real secant = b - (miss_b * ((b - a) / (miss_b - miss_a)));
         const {n}real low = (a < b) ? a : b;
         const {n}real high = (a < b) ? b : a;
-        const uint32_t inside = ((low < secant) && (secant < high)) ? (uint32_t)1u : (uint32_t)0u;
         {n}real miss;
-        x = ((inside != 0u) && ((i & 1u) == 0u)) ? secant : middle;
+        x = middle;
+        if (((i & 1u) == 0u) && (low < secant) && (secant < high))
+        {{
+            /*@ assert !\\is_NaN(secant); */
+            x = secant;
+        }}
         miss = {n}miss({given}x, w, wanted);
         if ((miss < {zero}) == (miss_a < {zero}))
         {{

@@ -1,4 +1,4 @@
-"""A network in C: tables, and the forward pass as loops over them."""
+"""A network in C has tables, and its forward pass is loops over them."""
 
 from __future__ import annotations
 

@@ -38,6 +38,7 @@ class Printer:
     names: Mapping[str, str] = field(default_factory=dict[str, str])
     layout: Record | None = None
     _text: dict[int, str] = field(default_factory=dict[int, str])
+    _comparisons: dict[int, str] = field(default_factory=dict[int, str])
     _tables: dict[Any, str] = field(default_factory=dict[Any, str])
 
     def lines(self) -> Iterator[str]:
@@ -48,6 +49,9 @@ class Printer:
         # What the state becomes, and what goes into a delay, gets a name: it is written after all else is read.
         uses.update(2 * [n.index for n in self.record.after.values()])
         uses.update(2 * [n.arguments[0].index for n in nodes if n.operation == "delay"])
+        choosing = Counter(n.arguments[0].index for n in nodes if n.operation == "choose")
+        # A test of the bits that chooses gets a name, too: what it says of a number stands behind it.
+        uses.update(2 * [n.index for n in nodes if n.operation == "finite" and n.index in choosing])
         yield from self._slots()
         filled: set[str] = set()
         for node in nodes:
@@ -68,6 +72,9 @@ class Printer:
             name = self._name(node)
             yield f"const {self._type(node)} {name} = {bare(_as_number(text, node))};"
             self._text[node.index] = f"({name} != 0u)" if node.kind == "truth" else name
+            yield from self._finite(node, name)
+            if _compares(node) and choosing[node.index] < uses[node.index]:
+                self._comparisons[node.index] = text
 
     def results(self) -> list[str]:
         """The outputs, after `lines`; a truth as 0 or 1."""
@@ -133,6 +140,13 @@ class Printer:
         label = self.record.labels.get(node.index, "")
         return label if label and list(self.record.labels.values()).count(label) == 1 else f"t{node.index}"
 
+    def _finite(self, node: Node, name: str) -> Iterator[str]:
+        """What a kept truth says of numbers: a static analysis cannot see that the bits do (docs/proof.md)."""
+        tested = [n.arguments[0] for n in _all_of(node) if n.operation == "finite"]
+        if tested:
+            facts = " && ".join(f"\\is_finite({bare(self._text[x.index])})" for x in tested)
+            yield f"/*@ assert ({name} == 0u) || ({facts}); */"
+
     def _type(self, node: Node) -> str:
         types = {"real": f"{self.prefix}real", "bits": self.precision.c_bits, "truth": "uint32_t"}
         return types[node.kind]
@@ -159,6 +173,9 @@ class Printer:
             return self._delayed(node)
         if node.operation == "earlier":
             return self._earlier(node)
+        if node.operation == "choose":
+            # Comparisons are written again where they choose: so an analysis sees that the choice keeps to the limits.
+            return f"({self._comparisons.get(node.arguments[0].index, a[0])} ? {a[1]} : {a[2]})"
         if node.operation == "table" and node.kind == "real":
             return f"{self._tables[node.value]}[entry{node.index}]"
         return self._truth(node, a) if node.kind == "truth" else self._special(node.operation, a)
@@ -196,8 +213,6 @@ class Printer:
     def _special(self, operation: str, a: Sequence[str]) -> str:
         if operation == "negate":
             return f"(-{a[0]})"
-        if operation == "choose":
-            return f"({a[0]} ? {a[1]} : {a[2]})"
         if operation == "real_from_bits":
             return f"(({self.prefix}real){a[0]})"
         return f"{self.prefix}{operation}({bare(a[0])})"
@@ -208,6 +223,22 @@ class Printer:
             return f"{value}{self.precision.bits_suffix}" if value < 256 else f"0x{value:x}{self.precision.bits_suffix}"
         text = self.precision.constant(float(node.value or 0.0))
         return f"({text})" if text.startswith("-") else text
+
+
+def _all_of(truth: Node) -> Iterator[Node]:
+    """The truths that must all hold for this one to hold."""
+    if truth.operation == "both":
+        for part in truth.arguments:
+            yield from _all_of(part)
+    else:
+        yield truth
+
+
+def _compares(truth: Node) -> bool:
+    """Whether a truth is made of comparisons of numbers."""
+    if truth.operation in ("both", "either", "opposite"):
+        return all(map(_compares, truth.arguments))
+    return truth.operation == "less"
 
 
 def _named(node: Node) -> bool:

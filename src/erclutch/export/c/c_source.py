@@ -48,7 +48,7 @@ def source(step: ExportedStep) -> str:
         name = "exp" if network.structure.kind == "rbfn" else "tanh"
         used |= {f"{name}_hold", f"{name}_held"}
     parts = functions(n, used, p)
-    parts += [function(n, p, name, made.calls[name], _ABOUT[name]) for name in ("held", "turned") if name in made.calls]
+    parts += [function(n, p, name, made.calls[name], about) for name, about in _ABOUT.items() if name in made.calls]
     called = settled_record(step).calls
     if "command" in called:
         parts.append(function(n, p, "command", called["command"], "What the stages work on, from the field"))
@@ -64,7 +64,11 @@ def source(step: ExportedStep) -> str:
 
 
 _NULL = "#include <stddef.h> /* NULL */\n\n"
-_ABOUT = {"held": "A value within two limits", "turned": "An angle less whole turns, within half a turn of zero"}
+_ABOUT = {
+    "held": "A value within two limits",
+    "turned": "An angle less whole turns, within half a turn of zero",
+    "limited": "A value within two limits; the one before where it is not finite",
+}
 
 
 def _comment(lines: list[str]) -> str:

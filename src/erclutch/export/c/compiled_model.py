@@ -1,4 +1,4 @@
-"""A compiled model in Python, by ctypes alone. Exports carry a copy of this file, so it imports nothing of erclutch.
+"""Python calls a compiled model by ctypes alone. Exports carry a copy of this file, so it imports nothing of erclutch.
 
 model = CompiledModel("libmodel.so")
 effort = model.step(0.2, 0.0, 12.0, 3.0)    # one number an input; state and flags are kept in model

@@ -1,4 +1,4 @@
-"""The modelDescription.xml of FMI 2.0 and FMI 3.0: what both say, and how each of them says it."""
+"""This module writes the modelDescription.xml of FMI 2.0 and FMI 3.0: what both say, and how each of them says it."""
 
 from __future__ import annotations
 

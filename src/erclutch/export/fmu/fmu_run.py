@@ -1,4 +1,4 @@
-"""An FMU under FMPy: validated, and simulated over the test vectors in the way of each of its kinds."""
+"""FMPy validates an FMU and simulates it over the test vectors, in the way of each of its kinds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The targets by name: a file each in this folder, and those of other packages (entry point ``erclutch.targets``).
+"""Targets have names: each is a file in this folder or comes from another package (entry point ``erclutch.targets``).
 
     TITLE                              one phrase
     write(program, folder)             writes all its files
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from erclutch import registry
 from erclutch.errors import ExportError
@@ -22,7 +22,6 @@ from erclutch.registry import Plugin
 GROUP = "erclutch.targets"
 
 
-@runtime_checkable
 class Target(Protocol):
     """What a target's module offers."""
 
@@ -46,5 +45,7 @@ def target(name: str) -> Plugin:
     if name not in registry.names(GROUP):
         raise registry.unknown(GROUP, name, where="--to", error=ExportError)
     plugin = registry.find(GROUP, name)
-    plugin.of_type(Target)
+    missing = [part for part in ("TITLE", "write", "verify") if not hasattr(plugin.value, part)]
+    if missing:
+        raise plugin.fault(f"has no {' and no '.join(missing)}; a target's module has TITLE, write and verify")
     return plugin

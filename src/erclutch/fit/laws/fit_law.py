@@ -46,6 +46,7 @@ from erclutch.models.law_model import Reference, Structure, TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import further_inputs
 from erclutch.signals.array import Array
+from erclutch.signals.recording import TEMPERATURE
 
 __all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
 
@@ -61,7 +62,9 @@ def reference_of(data: TrainingRows, extras: Sequence[str] = ()) -> Reference:
     field = max(float(np.max(np.abs(e.field))) for block in data.blocks for e in block.elements)
     slip = float(np.sqrt(np.mean(data.blocks.means(lambda block: [e.slip**2 for e in block.elements]))))
     squares = data.blocks.means(lambda block: [further_inputs(extras, block.extras)[name] ** 2 for name in extras])
-    return Reference(field or 1.0, slip or 1.0, data.period, tuple(float(np.sqrt(x)) or 1.0 for x in squares))
+    scales = tuple(float(np.sqrt(x)) or 1.0 for x in squares)
+    warmth = dict(zip(extras, scales, strict=True)).get(TEMPERATURE, 1.0)
+    return Reference(field or 1.0, slip or 1.0, data.period, scales, warmth)
 
 
 def require_no_stimulus(structure: Structure) -> None:

@@ -1,4 +1,4 @@
-"""A network fitted to training rows: inputs, normalisation, training, and the model with its figures on all rows."""
+"""A network is fitted to training rows: inputs, normalisation, training, and the model with its figures on all rows."""
 
 from __future__ import annotations
 

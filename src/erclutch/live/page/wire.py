@@ -1,4 +1,4 @@
-"""Frames on their way to the browser: a short header, then rows of 4-byte words, little-endian, for typed arrays.
+"""A browser gets frames as a short header and rows of 4-byte words, little-endian, for typed arrays.
 
 The page is told the columns of a row once, in the server's first message.
 """

@@ -1,1 +1,1 @@
-"""Readers of log files: one file a format."""
+"""Each reader of log files is a file in this folder: one file a format."""

@@ -1,4 +1,4 @@
-"""MCAP logs: recordings of ``erclutch live``, and flat messages of numbers that ROS or Foxglove recorded.
+"""MCAP logs are recordings of ``erclutch live``, or flat messages of numbers that ROS or Foxglove recorded.
 
 A row a message: ``ros1``, ``cdr`` (ROS 2) and ``json`` messages whose fields are plain numbers. Units come from the
 channel's metadata (``unit.NAME``) or from a label such as ``V [cm/s]``; time is the messages' log time.

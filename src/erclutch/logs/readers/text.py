@@ -1,4 +1,4 @@
-"""Text logs: CSV of any dialect, white-space tables, DAQ exports with a header block, plain or gzipped.
+"""Text logs are CSV of any dialect, white-space tables, or DAQ exports with a header block, plain or gzipped.
 
 The dialect is decided on the first lines (`dialect.sniff`); pandas' C parser reads the rest, rounding to the nearest
 double. What goes wrong there is looked up a second time, line by line, so that the message can name line and column.

@@ -1,4 +1,4 @@
-"""The laws by name: a file each in this folder, and those of other packages (entry point ``erclutch.laws``).
+"""Laws have names: each is a file in this folder or comes from another package (entry point ``erclutch.laws``).
 
 A specification is a law's name and, after slashes, how its yield effort grows with the field and ``forward`` if it
 keeps its sign: ``bingham``, ``bingham/critical``, ``rbfm-10/square/forward``. Without a form the device decides: square

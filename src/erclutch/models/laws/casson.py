@@ -13,7 +13,9 @@ from erclutch.models.laws.law import PER_SLIP, YIELD, Law, LawFamily, ShapeParam
 from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
 from erclutch.models.laws.yield_stress import YieldForm
 
-_RATIO = ShapeParameter("r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log")
+_RATIO = ShapeParameter(
+    "r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log", viscous_over_yield=True
+)
 
 
 def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:

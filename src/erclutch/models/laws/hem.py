@@ -25,7 +25,7 @@ _KAPPA = ShapeParameter(
 _BETA = ShapeParameter(
     "beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD, usual=(-6.0, 6.0)
 )
-_ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS)
+_ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous")
 
 
 def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:

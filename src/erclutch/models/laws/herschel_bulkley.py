@@ -9,7 +9,7 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, signed_power
 from erclutch.models.laws.yield_stress import YieldForm
 
 _FLOW_INDEX = ShapeParameter("m", "flow index: below 1 thins, above 1 thickens with slip", 0.1, 3.0)
-_CONSISTENCY = Gain("K", "viscous effort at the reference slip", EFFORT)
+_CONSISTENCY = Gain("K", "viscous effort at the reference slip", EFFORT, part="viscous")
 
 
 def herschel_bulkley(yield_form: YieldForm) -> Law:

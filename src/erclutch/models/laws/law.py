@@ -1,4 +1,4 @@
-"""What a law is: a plain NumPy function that returns columns, and the names, units and bounds of its numbers.
+"""A law is a plain NumPy function that returns columns, with the names, units and bounds of its numbers.
 
 The effort of one element is the columns times their gains. Fields and slips come in normalised (field by the largest
 field of the training data, slip by its typical size), so bounds hold for any device; `Dimension` turns a number back
@@ -20,12 +20,13 @@ Columns = Callable[..., tuple[Any, ...]]
 
 @dataclass(frozen=True)
 class Dimension:
-    """Exponents of effort, field, slip and time in a parameter's unit."""
+    """Exponents of effort, field, slip, time and temperature in a parameter's unit."""
 
     effort: int = 0
     field: int = 0
     slip: int = 0
     time: int = 0
+    temperature: int = 0
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class ShapeParameter:
         dimension: exponents of the units, to convert to the user's units.
         scale: "log" for a positive number that may span decades: searched, and given its interval, in its logarithm.
         usual: range that the search starts from, where the bounds are much wider than what is met in practice.
+        viscous_over_yield: whether it is a ratio of the viscous to the yield effort, which the temperature changes.
     """
 
     name: str
@@ -48,6 +50,7 @@ class ShapeParameter:
     dimension: Dimension = Dimension()
     scale: Literal["linear", "log"] = "linear"
     usual: tuple[float, float] | None = None
+    viscous_over_yield: bool = False
 
     @property
     def scanned(self) -> tuple[float, float]:
@@ -72,6 +75,10 @@ class YieldForm:
     shape: tuple[ShapeParameter, ...]
 
 
+#: What the temperature changes of the fluid: its yield effort or its viscous effort.
+Part = Literal["yield", "viscous"]
+
+
 @dataclass(frozen=True)
 class Gain:
     """A parameter that multiplies a column; one for each element.
@@ -82,6 +89,7 @@ class Gain:
         dimension: exponents of the units.
         nonnegative: whether physics bounds it by zero from below.
         extra: index of the further input that its column is, None for all other columns.
+        part: which effort of the fluid its column is; None: neither, such as friction of seals.
     """
 
     name: str
@@ -89,6 +97,7 @@ class Gain:
     dimension: Dimension
     nonnegative: bool = True
     extra: int | None = None
+    part: Part | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +134,12 @@ class Law:
     yield_form: YieldForm | None = None
     plugin: Plugin | None = None
 
+    @property
+    def parts(self) -> frozenset[Part | None]:
+        """The efforts of the fluid that its numbers keep apart, so that the temperature can change each of them."""
+        mixed = any(shape.viscous_over_yield for shape in self.shape)
+        return frozenset([*(gain.part for gain in self.gains), *(["viscous"] if mixed else [])])
+
 
 @dataclass(frozen=True)
 class LawFamily:
@@ -159,5 +174,5 @@ FIELD = Dimension(field=1)
 SLIP = Dimension(slip=1)
 NUMBER = Dimension()
 
-YIELD = Gain("T_y", "yield effort at the reference field", EFFORT)
-VISCOSITY = Gain("eta", "viscous effort per slip", VISCOUS)
+YIELD = Gain("T_y", "yield effort at the reference field", EFFORT, part="yield")
+VISCOSITY = Gain("eta", "viscous effort per slip", VISCOUS, part="viscous")

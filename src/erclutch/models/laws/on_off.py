@@ -32,7 +32,7 @@ LAW = LawFamily(
         source="practice, [8] of Huang and Ishikawa",
         columns=_columns,
         shape=(TRANSITION_SLIP,),
-        gains=(Gain("T_on", "yield effort when on", EFFORT), VISCOSITY),
+        gains=(Gain("T_on", "yield effort when on", EFFORT, part="yield"), VISCOSITY),
         stimulus=_step,
         stimulus_shape=(ShapeParameter("E_on", "field from which the device counts as on", 0.05, 0.95, FIELD),),
     ),

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.errors import placed
 from erclutch.models.laws.law import Law, ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.registry import Plugin
@@ -44,17 +45,22 @@ def checked(law: Any, plugin: Plugin) -> Law:
 def _guarded(function: Callable[..., Any], plugin: Plugin) -> Callable[..., Any]:
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        with plugin.working():
+        with plugin.working(), placed(f"{plugin.name} of {plugin.label}"):
             return function(*arguments)
 
     return call
 
 
 def _try_out(law: Law, plugin: Plugin) -> None:
+    names = [p.name for p in (*law.stimulus_shape, *law.shape, *law.gains)]
+    if len(set(names)) < len(names):
+        raise plugin.fault(f"has two parameters of one name: {', '.join(names)}")
     field = _FIELDS if law.stimulus is None else law.stimulus(_FIELDS, *map(typical, law.stimulus_shape))
     columns: Any = law.columns(field, _SLIPS, *map(typical, law.shape))
-    if type(columns) is not tuple or len(cast("tuple[Any, ...]", columns)) != len(law.gains):
-        raise plugin.fault(f"must return a tuple with a column for each of its {len(law.gains)} gains, not {columns}")
+    given = f"{len(cast('tuple[Any, ...]', columns))} columns" if type(columns) is tuple else type(columns).__name__
+    if given != f"{len(law.gains)} columns":
+        gains = ", ".join(gain.name for gain in law.gains)
+        raise plugin.fault(f"must return a tuple with a column for each of its gains ({gains}), it returns {given}")
     for gain, column in zip(law.gains, cast("tuple[Any, ...]", columns), strict=True):
         if np.shape(column) != _SLIPS.shape or not np.isfinite(column).all():
             raise plugin.fault(f"returns for the gain {gain.name} what is no finite array of the rows: {column}")

@@ -48,14 +48,16 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
         weights = [gains[f"k_{i + 1}"] for i in range(1, kernels)]
         return {"k_1": gains["eta_0"] - float(np.dot(weights, at_zero[1:]))}
 
-    free = tuple(Gain(f"k_{i + 1}", f"weight of kernel {i + 1}", VISCOUS, False) for i in range(1, kernels))
+    free = tuple(
+        Gain(f"k_{i + 1}", f"weight of kernel {i + 1}", VISCOUS, False, part="viscous") for i in range(1, kernels)
+    )
     return Law(
         name=f"rbfm-{kernels}",
         title=f"RBFM ({kernels} kernels)",
         source="Huang and Ishikawa, eq. (12)-(16)",
         columns=columns,
         shape=(TRANSITION_SLIP, *yield_form.shape),
-        gains=(YIELD, Gain("eta_0", "viscous effort per slip without field", VISCOUS), *free),
+        gains=(YIELD, Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous"), *free),
         paper_form=paper_form,
     )
 

@@ -18,7 +18,7 @@ _TIME = ShapeParameter(
     "a", "time of the structure: the yield effort falls at slips above 1 / a", 1e-3, 1e3, PER_SLIP, "log"
 )
 _INDEX = ShapeParameter("b", "exponent (alpha in the source) with which the structure re-forms", 0.05, 6.0, scale="log")
-_STATIC = Gain("T_sy", "static yield effort at the reference field", EFFORT)
+_STATIC = Gain("T_sy", "static yield effort at the reference field", EFFORT, part="yield")
 
 
 def seo_seo(yield_form: YieldForm) -> Law:

@@ -1,4 +1,4 @@
-"""Powers and signs that stay finite, with finite derivatives, where field or slip is zero.
+"""Powers and signs stay finite here, with finite derivatives, where field or slip is zero.
 
 Normalised arguments are of order one; ``TINY`` lies far below what any sensor resolves, so the published equations are
 met wherever there is something to measure, and the limits at zero are exact.

@@ -1,4 +1,4 @@
-"""Yield stress against field, each form scaled to one at the reference field (normalised field 1).
+"""Yield stress follows the field in one of these forms, each scaled to one at the reference field (normalised field 1).
 
 Sources: power law, Huang and Ishikawa equation (1) with exponents 1 - 2; critical-field form, Choi, Cho, Kim and Jhon
 2001, tau_y ~ E**2 tanh(sqrt(E / E_c)) / sqrt(E / E_c), checked in docs/decisions/0003-sources-of-ss-and-ccj.md.

@@ -1,4 +1,4 @@
-"""Networks: effort of the whole device from its inputs, with no law inside. Tables of weights and one forward pass.
+"""A network gives the effort of the whole device from its inputs, with no law inside, from tables of weights.
 
 A specification is ``fnn-16`` (one hidden layer of 16), ``fnn-10-6`` (two layers), ``rbfn-50`` (50 neurons, one spread,
 centres by forward selection), and after a slash for the RBFN: ``kmeans`` centres, ``refined`` centres and spread by

@@ -1,4 +1,4 @@
-"""Inputs of a network from the rows of a data set: equations (18) and (20), past samples, further logged signals."""
+"""A network's inputs are made from the rows of a data set: equations (18), (20), past samples, further signals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""NetworkModel: a device, inputs, their normalisation and tables of weights. It predicts effort, like a TorqueModel."""
+"""A NetworkModel has a device, inputs, their normalisation and tables of weights. It predicts effort."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from erclutch.arithmetic import as_in_c
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
-from erclutch.errors import ErclutchError
 from erclutch.models import model_file
 from erclutch.models.band import Band
-from erclutch.models.model import Pair, Range, Rows, full_name, require_same_signals, settled_memory
+from erclutch.models.model import Pair, Range, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
-from erclutch.models.one_row import quick_for_one_row
+from erclutch.models.shared_answers import SharedAnswers
 from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved
 from erclutch.registry import Plugin
@@ -28,7 +27,6 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
-_SAME_PERIOD = 0.01
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
@@ -52,7 +50,7 @@ class Scaling:
 
 
 @dataclass(frozen=True)
-class NetworkModel:
+class NetworkModel(SharedAnswers):
     """Effort of a device from its inputs.
 
     Attributes:
@@ -81,11 +79,6 @@ class NetworkModel:
     band: Band | None = None
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
-
-    @property
-    def name(self) -> str:
-        """Identifier: specification and dynamics, for example ``fnn-16+lag``."""
-        return full_name(self.structure.specification, self.structure.dynamics)
 
     @property
     def title(self) -> str:
@@ -132,42 +125,11 @@ class NetworkModel:
         """Number of weights."""
         return int(sum(table.size for table in self.weights.values()))
 
-    def predict(self, data: Rows) -> Array:
-        """Effort over a data set, shape (n,), in the unit of the training data.
-
-        Raises:
-            ErclutchError: the data set is of another device or in other units, or lacks an input.
-        """
-        require_same_signals(self, data)
-        self.require_period(data.clock)
-        return self.effort(data.elements, data.clock, data.extras)
-
-    def require_period(self, clock: Clock) -> None:
-        """Past samples are rows: at another sampling rate they would be other instants.
-
-        Raises:
-            ErclutchError: the rows come at another rate than those of the training data.
-        """
-        own = self.period if self.past else None
-        other = [s.period for s in clock.spans if own and s.period and abs(s.period - own) > _SAME_PERIOD * own]
-        if own and other:
-            raise ErclutchError(
-                f"rows at {1 / other[0]:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
-                where=self.name,
-                remedy=f"Read the log with --resample {1 / own:.6g}",
-            )
-
-    @quick_for_one_row
-    def effort(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array] | None = None,
-        *,
-        exactly: bool = True,
+    def effort_of_rows(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort for the fields and slips of each element on a clock, shape (n,); for exactly see `TorqueModel`."""
-        inputs = inputs_of(self.structure, elements, clock, extras or {}, self.dynamics)
+        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
+        inputs = inputs_of(self.structure, elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
         for stage in stages_at(self.structure.dynamics, "effort"):
             q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
@@ -193,10 +155,6 @@ class NetworkModel:
         forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
         unit = forward(self.weights, x)
         return unit * dtype.type(to.effort_scale) + dtype.type(to.effort_offset)
-
-    def outside(self, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside what the network was trained on, shape (n,): a guess there."""
-        return self.trained_on.outside(data)
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""

@@ -1,4 +1,4 @@
-"""Stages by name: a file each in this folder, and those of other packages (entry point ``erclutch.stages``).
+"""Stages have names: each is a file in this folder or comes from another package (entry point ``erclutch.stages``).
 
 A specification of stages is ``none``, a name such as ``lag``, or several names joined by ``+`` in the order of the
 signal.
@@ -14,6 +14,7 @@ from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.models.stages.outside_stage import OutsideStage, made_stage
 from erclutch.models.stages.stage import Moved, Place, SlipStage, Stage, StageFamily
+from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import Plugin
 
 GROUP = "erclutch.stages"
@@ -87,6 +88,11 @@ def remembers(stage: Stage) -> bool:
 def slip_stages(specification: str) -> tuple[SlipStage, ...]:
     """The stages on the slip."""
     return tuple(cast(SlipStage, stage) for stage in stages_at(specification, "slip"))
+
+
+def temperature_stages(specification: str) -> tuple[TemperatureFactor, ...]:
+    """The stages on the temperature."""
+    return tuple(stage for stage in stages_at(specification, "temperature") if isinstance(stage, TemperatureFactor))
 
 
 def stage_equations(specification: str) -> list[str]:

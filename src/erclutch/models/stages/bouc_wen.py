@@ -1,4 +1,4 @@
-"""Bouc-Wen hysteresis with the exponent N.
+"""The Bouc-Wen stage remembers the slip by Bouc-Wen hysteresis with the exponent N.
 
 ::
 

@@ -1,4 +1,4 @@
-"""What stands between a command and the field in the fluid: a first-order lag, then a delay.
+"""A first-order lag, then a delay, stand between a command and the field in the fluid.
 
 ::
 

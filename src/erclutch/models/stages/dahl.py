@@ -1,4 +1,4 @@
-"""Dahl's memory of the slip: N states that follow the slip and saturate at its sign.
+"""Dahl's memory has N states that follow the slip and saturate at its sign.
 
 ::
 
@@ -75,7 +75,8 @@ class Dahl:
         """Effort of each state, without field and with it."""
         places = range(1, self.states + 1)
         free = () if self.ahead else (Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT) for i in places)
-        return (*free, *(Gain(f"T_z{i}", f"effort of memory {i} at the reference field", EFFORT) for i in places))
+        meaning = "effort of memory {} at the reference field"
+        return (*free, *(Gain(f"T_z{i}", meaning.format(i), EFFORT, part="yield") for i in places))
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The states, and the states times the strength of the field where that is not in them yet."""

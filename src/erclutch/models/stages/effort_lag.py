@@ -1,4 +1,4 @@
-"""A first-order lag of the effort: load cell, filter, or the structure between the fluid and the load cell.
+"""The effort passes a first-order lag: load cell, filter, or the structure between the fluid and the load cell.
 
 ::
 

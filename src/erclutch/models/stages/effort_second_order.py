@@ -1,4 +1,4 @@
-"""A second-order lag of the effort: a load cell on a structure that may swing."""
+"""The effort passes a second-order lag: a load cell on a structure that may swing."""
 
 from __future__ import annotations
 

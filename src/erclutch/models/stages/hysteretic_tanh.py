@@ -1,4 +1,4 @@
-"""Hysteretic tanh: the sign of the slip turns early or late by the travel.
+"""In the hysteretic tanh the sign of the slip turns early or late by the travel.
 
 ::
 

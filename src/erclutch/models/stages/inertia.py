@@ -1,4 +1,4 @@
-"""Inertia between the fluid and the load cell: a gain times the acceleration, the backward difference of the slip.
+"""Inertia between the fluid and the load cell adds a gain times the acceleration, the backward difference of the slip.
 
 ::
 

@@ -1,4 +1,4 @@
-"""The lag with one time constant."""
+"""The lag has one time constant, for a rising and a falling field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LuGre friction: bristles that bend with the slip, yield over a travel, and slip at an effort that falls with speed.
+"""LuGre friction has bristles that bend with the slip, yield over a travel, and slip at a falling effort.
 
 ::
 

@@ -1,4 +1,4 @@
-"""A damped oscillator that follows a signal, which stages on the command and on the effort share.
+"""A damped oscillator follows a signal; stages on the command and on the effort share it.
 
 ::
 

@@ -1,4 +1,4 @@
-"""The stage of a plug-in; one of another package is named where it fails."""
+"""A stage of another package is named where it fails."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ class OutsideStage:
     def __post_init__(self) -> None:
         if not re.fullmatch(re.escape(self.plugin.name) + r"(-\d+)?(/\w+)*", self.stage.name):
             raise self.plugin.fault(f"calls itself {self.stage.name!r}; its name and its entry point must agree")
+        if self.stage.place not in ("command", "slip", "effort"):
+            raise self.plugin.fault(f"stands on the {self.stage.place}; command, slip and effort are open to packages")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy in another process finds the stage by its name."""

@@ -1,4 +1,4 @@
-"""The lag with a time constant of its own for a falling field."""
+"""This lag has a time constant of its own for a falling field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A second-order lag of the command: a coil and its current controller, which may overshoot."""
+"""The command passes a second-order lag: a coil and its current controller, which may overshoot."""
 
 from __future__ import annotations
 

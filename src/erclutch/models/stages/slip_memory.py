@@ -1,4 +1,4 @@
-"""What memories of the slip share: outputs that are columns, without field and times the strength of the field."""
+"""Memories of the slip share this: their outputs are columns, without field and times the strength of the field."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, ShapeParameter
+from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, Part, ShapeParameter
 from erclutch.models.stages.stage import Place
 
 TRAVEL = Dimension(slip=1, time=1)
@@ -42,11 +42,13 @@ class SlipMemory:
     def gains(self) -> tuple[Gain, ...]:
         """Effort of each output, without field and with it."""
         named = list(zip(self.outputs, self.meanings, strict=True))
-        free = () if self.ahead else (Gain(f"T_{o}", f"{m} without field", self._unit(o)) for o, m in named)
-        return (*free, *(Gain(f"T_{o}y", f"{m} at the reference field", self._unit(o)) for o, m in named))
+        free = () if self.ahead else (self._gain(o, "", f"{m} without field") for o, m in named)
+        return (*free, *(self._gain(o, "y", f"{m} at the reference field", "yield") for o, m in named))
 
-    def _unit(self, output: str) -> Dimension:
-        return VISCOUS if output in self.damping else EFFORT
+    def _gain(self, output: str, ending: str, meaning: str, part: Part | None = None) -> Gain:
+        if output in self.damping:
+            return Gain(f"T_{output}{ending}", meaning, VISCOUS, part="viscous")
+        return Gain(f"T_{output}{ending}", meaning, EFFORT, part=part)
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The outputs, and the outputs times the strength of the field where that is not in them yet."""

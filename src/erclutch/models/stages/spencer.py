@@ -1,4 +1,4 @@
-"""Spencer's modified Bouc-Wen model: a Bouc-Wen element, a dashpot and a spring, in series with another dashpot.
+"""Spencer's modified Bouc-Wen model has a Bouc-Wen element, a dashpot and a spring, in series with another dashpot.
 
 ::
 

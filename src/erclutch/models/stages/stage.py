@@ -1,4 +1,4 @@
-"""What a stage is: a small system with a memory that stands before or behind a law or a network.
+"""A stage is a small system with a memory that stands before or behind a law or a network.
 
 A model is a chain::
 
@@ -6,6 +6,7 @@ A model is a chain::
                                                |
                                     [stages on the effort] -> effort
 
+A stage on the temperature stands beside them: what it makes of the temperature multiplies a part of the law's effort.
 A stage says its step once, in elementwise arithmetic. The exported C, the other targets and predictions with the C's
 bits are made from a record of that step. A fit uses `Stage.respond`, which may be faster and carries derivatives.
 """
@@ -19,8 +20,8 @@ from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 from erclutch.models.laws.law import Gain, ShapeParameter
 from erclutch.signals.clock import Clock
 
-#: What a stage works on: the command or the slip of each element, or the effort of the device.
-Place = Literal["command", "slip", "effort"]
+#: What a stage works on: the command or the slip of each element, the effort of the device, the fluid's temperature.
+Place = Literal["command", "slip", "effort", "temperature"]
 
 
 class Moved(NamedTuple):
@@ -82,7 +83,7 @@ class Stage(Protocol):
         """What it computes, in plain text with the names of its parameters and outputs.
 
         u is the command, E the field behind the stage, w the slip, y(E) the strength of the field, T_fluid the effort
-        ahead of the stage and T behind it; a prime is a derivative in time.
+        ahead of the stage and T behind it, t the temperature over that of reference; a prime is a derivative in time.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""Stiffness beside the fluid: a gain times the travel, the slip summed up since the start of the stretch.
+"""Stiffness beside the fluid adds a gain times the travel, the slip summed up since the start of the stretch.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Stop operators after Prandtl and Ishlinskii: N springs, each in series with a slider of dry friction.
+"""Stop operators after Prandtl and Ishlinskii are N springs, each in series with a slider of dry friction.
 
 ::
 

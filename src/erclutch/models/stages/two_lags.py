@@ -1,4 +1,4 @@
-"""Two first-order lags of the command in parallel: one part of the field follows quickly, the rest later.
+"""The command passes two first-order lags in parallel: one part of the field follows quickly, the rest later.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Viscous effort as a power of the slip, without field and with it; it remembers nothing.
+"""Viscous effort is a power of the slip, without field and with it; it remembers nothing.
 
 ::
 
@@ -32,8 +32,8 @@ class Viscous:
     switches: bool = False
     outputs: tuple[str, ...] = ("v",)
     gains: tuple[Gain, ...] = (
-        Gain("T_v", "viscous effort at the reference slip without field", EFFORT),
-        Gain("T_vy", "viscous effort at the reference slip and field, that of the field", EFFORT),
+        Gain("T_v", "viscous effort at the reference slip without field", EFFORT, part="viscous"),
+        Gain("T_vy", "viscous effort at the reference slip and field, that of the field", EFFORT, part="viscous"),
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:

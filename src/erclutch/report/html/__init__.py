@@ -1,1 +1,1 @@
-"""The report as HTML has one class and one template for each section."""
+"""The HTML report has one class and one template for each section."""

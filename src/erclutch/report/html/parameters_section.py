@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.stages import slip_stages, stages_at
+from erclutch.models.stages import slip_stages, stages_at, temperature_stages
 from erclutch.report.html.equations import memory_terms_of, terms_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import equation_text, plain_symbol, symbol
@@ -70,6 +70,8 @@ def _reference(material: Material, model: TorqueModel) -> str:
     lagged = stages_at(dynamics, "command")
     fluid = " in the fluid, behind the stages on the command," if lagged else ""
     more = " y(E) is the strength of the field in the memory, 1 at that field;" if slip_stages(dynamics) else ""
+    if temperature_stages(dynamics):
+        more += f" t is the temperature over {model.reference.temperature:.4g} K;"
     return (
         f"{pair}E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over "
         f"{material.slip.of(model.reference.slip, 4)};{more} the table's numbers have their own units."

@@ -1,4 +1,4 @@
-"""Error over field and slip, and the density of the training rows."""
+"""This plot shows the error over field and slip, and the density of the training rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flow curves of the laws at several fields, with the rows near them."""
+"""This plot shows flow curves of the laws at several fields, with the rows near them."""
 
 from __future__ import annotations
 

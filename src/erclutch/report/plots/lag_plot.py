@@ -1,4 +1,4 @@
-"""Error after a switch of the command, and step responses of the models with a lag."""
+"""This plot shows the error after a switch of the command, and step responses of the models with a lag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots of a log: a section with inputs above and torque below, and where in field and slip the log has rows."""
+"""These plots show a log: a section with inputs above and torque below, and where in field and slip it has rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops of effort over slip and over travel, measured and modelled, a row of panels a field."""
+"""This plot shows loops of effort over slip and over travel, measured and modelled, a row of panels a field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots for papers: a description drawn by matplotlib at IEEE column width, with the table beside it as CSV."""
+"""Matplotlib draws a plot's description for papers, at IEEE column width, with the table beside it as CSV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How figures look and how they are kept: embedded fonts, colours that the colour-blind can tell, whole files.
+"""This module says how figures look and how they are kept: embedded fonts, colours that the colour-blind can tell.
 
 Colours: Okabe and Ito 2008. matplotlib is imported only where a figure is drawn.
 """

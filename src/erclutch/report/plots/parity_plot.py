@@ -1,4 +1,4 @@
-"""Estimated against measured effort, and the distribution of the residual."""
+"""This plot shows estimated against measured effort, and the distribution of the residual."""
 
 from __future__ import annotations
 

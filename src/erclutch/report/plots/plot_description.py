@@ -1,4 +1,4 @@
-"""A plot as data: panels, axes, marks and the table behind them. Each painter draws the same description.
+"""A plot is described as data: panels, axes, marks and the table behind them. Each painter draws the same description.
 
 A mark names what it means ("measured", "recommended", "heat") and never a colour. `svg_painter` takes the colours from
 the page's style sheet, `matplotlib_painter` those of `paper_style.STYLES`.

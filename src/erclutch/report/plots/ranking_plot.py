@@ -1,4 +1,4 @@
-"""Every model of a run with its error and its interval."""
+"""This plot shows every model of a run with its error and its interval."""
 
 from __future__ import annotations
 

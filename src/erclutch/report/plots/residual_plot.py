@@ -1,4 +1,4 @@
-"""Spectrum and autocorrelation of the residual."""
+"""This plot shows the spectrum and the autocorrelation of the residual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a run by name: each as PDF, PNG and the numbers behind it."""
+"""Figures of a run have names; each is written as PDF, PNG and the numbers behind it."""
 
 from __future__ import annotations
 

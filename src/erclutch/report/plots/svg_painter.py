@@ -1,4 +1,4 @@
-"""Plots as inline SVG: colours come from the page's style sheet, so they follow light and dark."""
+"""Plots are drawn as inline SVG: colours come from the page's style sheet, so they follow light and dark."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured and estimated effort over a section of the log, the residual and the command under it."""
+"""This plot shows measured and estimated effort over a section of the log, the residual and the command under it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a rig as the TOML file that `load_rig` reads: value, unit, source, range, and what a calibration found."""
+"""A rig is written as the TOML file that `load_rig` reads: value, unit, source, range, and what a calibration found."""
 
 from __future__ import annotations
 

@@ -1,0 +1,182 @@
+"""What Frama-C's Eva proves of the exported C, kind by kind of model (docs/proof.md says what that means).
+
+    python studies/proof.py
+    python studies/proof.py --only casson fnn-16 --precision float32
+
+For each model the exported functions are called in a loop of unknown length, with any bits as inputs: numbers, NaN and
+infinities. "alarms" counts what Eva cannot exclude: a read out of bounds or of memory that nobody has written, a shift
+too far, an overflow of a signed number. "effort" and "field" say whether these are shown to be finite and within their
+limits, "state" how many numbers of the state are shown to be finite after any number of steps. Needs frama-c.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import importlib.util
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.export import ExportedStep, ExportOptions, step_of
+from erclutch.export.c.c_printer import rings_of
+from erclutch.export.step_record import SWITCHED_OFF, step_record
+from erclutch.export.targets.c import write_core
+
+TESTS = Path(__file__).resolve().parents[1] / "tests"
+#: Models of the export's tests whose positions are differentiated inside.
+ANGLES = ("bingham, single", "hem+rise-fall, coaxial", "fnn-16, coaxial")
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What Eva says of one file.
+
+    Attributes:
+        alarms: what it cannot exclude.
+        functions, of_functions: how many it has analysed, and how many there are.
+        statements: how many of these functions it has reached.
+        assumed: assertions of the exported file that are proved elsewhere.
+        shown: for each name of a check in the driver, whether each such check is proved.
+        seconds: CPU time.
+    """
+
+    alarms: int
+    functions: int
+    of_functions: int
+    statements: str
+    assumed: int
+    shown: Mapping[str, list[bool]]
+    seconds: float
+
+
+def proved(step: ExportedStep, folder: Path) -> Proof:
+    """Run Eva on the exported files of a step.
+
+    Raises:
+        subprocess.CalledProcessError: Frama-C fails.
+    """
+    write_core(step, folder)
+    (folder / "driver.c").write_text(driver(step), encoding="ascii")
+    return analysed(folder, ["driver.c", f"{step.name}.c"], unroll=_longest_loop(step))
+
+
+def analysed(folder: Path, files: list[str], unroll: int) -> Proof:
+    """Run Eva on C files of a folder, the driver first; in it each check is a line with a name."""
+    words = ["frama-c", "-eva", "-eva-slevel", "12", "-eva-auto-loop-unroll", str(unroll)]
+    words += ["-warn-special-float", "none", *files, "-then", "-report-csv", "report.csv"]
+    began = _cpu()
+    # Frama-C looks for files where the shell's variable says that it is.
+    run = subprocess.run(
+        words, cwd=folder, env={**os.environ, "PWD": str(folder)}, capture_output=True, text=True, check=False
+    )
+    seconds = _cpu() - began
+    alarms, coverage = (re.search(x, run.stdout) for x in (r"(\d+) alarms? generated", _COVERAGE))
+    if run.returncode or alarms is None or coverage is None:
+        raise RuntimeError(f"Frama-C fails on {folder}: {(run.stderr or run.stdout)[-800:]}")
+    rows = csv.DictReader((folder / "report.csv").read_text(encoding="utf-8").splitlines(), delimiter="\t")
+    asked = dict(enumerate((folder / files[0]).read_text(encoding="ascii").splitlines(), start=1))
+    shown: dict[str, list[bool]] = {}
+    assumed = Counter[str]()
+    for row in rows:
+        name = re.search(r"/\*@ check (\w+):", asked.get(int(row["line"]), "")) if row["file"] == files[0] else None
+        if name:
+            shown.setdefault(name[1], []).append(row["status"] == "Valid")
+        elif row["property kind"] == "user assertion" and row["status"] != "Valid":
+            assumed[row["property"]] += 1
+    return Proof(int(alarms[1]), int(coverage[1]), int(coverage[2]), coverage[3], assumed.total(), shown, seconds)
+
+
+#: Functions analysed and in all, statements reached and in these functions.
+_COVERAGE = (
+    r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached \(out of \d+\))"
+)
+
+
+def _cpu() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def driver(step: ExportedStep) -> str:
+    """C that calls every function in a loop of unknown length, and says what is to be proved."""
+    n, N, k = f"{step.name}_", f"{step.name}_".upper(), step.precision.constant
+    low, high = (k(x) for x in step.limits)
+    least, most = (k(x) for x in (min(step.limits[0], 0.0), max(step.limits[1], 0.0)))
+    s = step.search
+    number = step.precision.dtype.type
+    ends = [number(s.origin) + number(s.segments) * number((end - s.origin) / s.segments) for end in (s.minus, s.plus)]
+    first, last = (k(float(x)) for x in ends)
+    switch = f"        if (any()) {{ {n}use_residual(&state, any()); }}\n" if step.model.correction else ""
+    checks = "\n".join(f"        /*@ check state: \\is_finite(state.{place}); */" for place in places(step))
+    return f"""#include "{step.name}.h"
+volatile uint64_t source;
+static uint32_t any(void) {{ return (uint32_t)source; }}
+static {n}real any_real(void)
+{{
+    union {{ uint64_t bits; {n}real real; }} both;
+    both.bits = source;
+    return both.real;
+}}
+int main(void)
+{{
+    {n}state state;
+    {n}real input[{N}INPUTS], wanted, found;
+    uint32_t i;
+    {n}reset(&state);
+    while (any())
+    {{
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        if (any()) {{ {n}reset(&state); }}
+{switch}        {n}step(&state, input, &found);
+        /*@ check step: \\is_finite(found) && {least} <= found <= {most}; */
+{checks}
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        {n}steady(input, &found);
+        /*@ check steady: \\is_finite(found) && {least} <= found <= {most}; */
+        wanted = any_real();
+        {n}inverse(input, wanted, &found);
+        /*@ check inverse: \\is_finite(found) && {first} <= found <= {last}; */
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        {n}inverse_now(&state, input, wanted, &found);
+        /*@ check inverse_now: \\is_finite(found) && {first} <= found <= {last}; */
+    }}
+    return 0;
+}}
+"""
+
+
+def places(step: ExportedStep) -> Iterator[str]:
+    """The real numbers of the state, as C."""
+    record = step_record(step).record
+    yield from (name for name, node in record.after.items() if node.kind == "real")
+    for length, count in rings_of(record).items():
+        yield from (f"ring{length}[{i}][{j}]" for i in range(length) for j in range(count))
+
+
+def _longest_loop(step: ExportedStep) -> int:
+    """Turns of the longest loop over an array; the search of the inverse may have more."""
+    network = step.network
+    hidden = () if network is None else (*network.structure.hidden, len(network.structure.inputs))
+    return max(8, len(step.inputs), *hidden, *rings_of(step_record(step).record))
+
+
+def models() -> Mapping[str, Any]:
+    """One model of every kind, by its label: those of the export's tests."""
+    spec = importlib.util.spec_from_file_location("export_models", TESTS / "export" / "conftest.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.MODELS

@@ -1,0 +1,150 @@
+"""What a run says of other logs: from any folder, with the run's own reading, whole files or none."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import erclutch
+from erclutch.cli import main
+from erclutch.logs.synthetic import synthetic_log
+from erclutch.models.model_file import digest_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
+NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
+
+
+def _write(path: Path, seed: int, effort: bool = True, seconds: float = 3.0) -> None:
+    columns = {name: column for name, column in synthetic_log(seconds, seed).items() if effort or name != "torque"}
+    header = ",".join(f"{NAMES[name]} [{unit}]" for name, (unit, _) in columns.items())
+    np.savetxt(path, np.column_stack([v for _, v in columns.values()]), delimiter=",", header=header, comments="")
+
+
+def _run(*arguments: str | Path, cwd: Path) -> tuple[int, str, str]:
+    out, said = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
+        patch.chdir(cwd)
+        patch.setattr(sys, "argv", ["erclutch", *map(str, arguments)])
+        code = main()
+    return code, out.getvalue(), said.getvalue()
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two logs, one of them also without effort, and a run of the first."""
+    folder = tmp_path_factory.mktemp("predict")
+    _write(folder / "one.csv", 0)
+    _write(folder / "two.csv", 1)
+    _write(folder / "blind.csv", 1, effort=False)
+    (folder / "several").mkdir()
+    for name in ("one.csv", "two.csv"):
+        shutil.copy(folder / name, folder / "several")
+    named = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--effort", "M [N*m]")
+    models = ("--models", "bingham", "quadratic", "--lag", "none", "--out", "run")
+    assert _run("fit", "one.csv", *named, *models, cwd=folder)[0] == 0
+    return folder
+
+
+def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, tmp_path: Path) -> None:
+    code, said, _ = _run(
+        "predict", place / "blind.csv", "--model", place / "run", "--band", "--out", "p.csv", cwd=tmp_path
+    )
+    assert code == 0
+    assert "3,000 rows" in said
+    lines = (tmp_path / "p.csv").read_text().splitlines()
+    assert lines[1] == "time [s],field [V],slip [rad/s],effort [N*m],low [N*m],high [N*m],outside"
+    run = erclutch.read_run(place / "run")
+    log = erclutch.read(
+        place / "two.csv", {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]", "time": "t [s]"}
+    )
+    data, model = erclutch.build_dataset(log), run.model()
+    assert model.band is not None
+    effort = model.predict(data)
+    ends = model.band.around(effort, data.elements, data.clock)
+    for values, column in zip((effort, *ends, model.outside(data)), lines[1].split(",")[3:], strict=True):
+        written = np.genfromtxt(lines[2:], delimiter=",", usecols=lines[1].split(",").index(column))
+        assert np.allclose(written, values, rtol=1e-8, atol=1e-9)
+    assert len(lines) == 2 + data.rows
+
+
+def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path: Path) -> None:
+    file = place / "run" / "models" / "quadratic.json"
+    given = ("--field", "u", "--slip", "w", "--effort", "M", "--time", "t")
+    asked = ("predict", place / "two.csv", "--model", file, "--sensor", "--out", "p.parquet", *given)
+    assert _run(*asked, cwd=tmp_path)[0] == 0
+    table = pq.read_table(tmp_path / "p.parquet").to_pydict()
+    measured = synthetic_log(3.0, 1)["torque"][1]
+    inside = (np.array(table["low"]) <= measured) & (measured <= np.array(table["high"]))
+    assert abs(inside.mean() - 0.95) < 0.02
+    assert set(table["outside"]) <= {0.0, 1.0}
+
+
+def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: Path) -> None:
+    code, said, _ = _run("score", place / "two.csv", "--model", place / "run", cwd=tmp_path)
+    assert code == 0
+    lines = [line.split() for line in said.splitlines() if line.strip().startswith(("bingham", "quadratic"))]
+    assert len(lines) == 2
+    assert float(lines[0][1]) < float(lines[1][1])
+    assert "worst second" in said
+    both = _run(
+        "score", place / "one.csv", place / "two.csv", "--model", place / "run", "--name", "bingham", cwd=tmp_path
+    )
+    assert "worst log" in both[1]
+    assert "quadratic" not in both[1]
+
+
+def _without_bands(run: Path) -> None:
+    """The run as a version without bands wrote it."""
+    body = json.loads((run / "run.json").read_text())
+    for entry in body["ranking"]:
+        file = run / entry["file"]
+        model = json.loads(file.read_text())
+        del entry["band"], model["band"], model["digest"]
+        entry["model_digest"] = model["digest"] = digest_of(model)
+        file.write_text(json.dumps(model))
+    del body["digest"]
+    (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
+
+
+def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, tmp_path: Path) -> None:
+    shutil.copytree(place / "run", tmp_path / "old")
+    _without_bands(tmp_path / "old")
+    asked = ("predict", place / "two.csv", "--model", "old", "--out", "p.csv")
+    code, _, error = _run(*asked, "--band", cwd=tmp_path)
+    assert (code, error.count("\n")) == (2, 1)
+    assert "the model has no band" in error
+    assert not (tmp_path / "p.csv").exists()
+    assert _run(*asked, cwd=tmp_path)[0] == 0
+    assert "low" not in (tmp_path / "p.csv").read_text().splitlines()[1]
+    assert "no band" in _run("score", place / "two.csv", "--model", "old", cwd=tmp_path)[1]
+    assert _run("report", "old", cwd=tmp_path)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("predict", "blind.csv", "--model", "run", "--out", "new.csv", "--sensor"), "M"),
+        (("predict", "two.csv", "--model", "run", "--out", "two.csv"), "there is a file already"),
+        (("predict", "two.csv", "--model", "run", "--out", "new.xls"), "cannot end in"),
+        (("predict", "two.csv", "--model", "run/models/bingham.json", "--name", "x", "--out", "n.csv"), "--name needs"),
+        (("predict", "two.csv", "--model", "run", "--name", "casson", "--out", "n.csv"), "no model 'casson'"),
+        (("predict", "none.csv", "--model", "run", "--out", "n.csv"), "there is no such file"),
+        (("predict", "several", "--model", "run", "--out", "n.csv"), "2 logs in a folder"),
+        (("score", "blind.csv", "--model", "run"), "M"),
+        (("score", "two.csv", "--model", "two.csv"), "no readable model"),
+    ],
+)
+def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:
+    before = {path: path.stat().st_mtime_ns for path in place.iterdir()}
+    code, out, error = _run(*arguments, cwd=place)
+    assert (code, out, error.count("\n")) == (2, "", 1), error
+    assert said in error
+    assert {path: path.stat().st_mtime_ns for path in place.iterdir()} == before
