@@ -18,7 +18,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import CELLS, Range
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -59,7 +59,7 @@ def test_beyond_the_ranges_all_is_far_and_on_their_ends_nothing_is() -> None:
     assert covered.outside(rows_at(field, slip)).tolist() == [False] * 4 + [True] * 4
 
 
-def split() -> tuple[Dataset, Array]:
+def split() -> tuple[Dataset, Mask]:
     """Fields 0, 200, ... 800; all rows at 400 are held out."""
     rng = np.random.default_rng(0)
     field = rng.choice(np.arange(0.0, 801.0, 200.0), 4000)
