@@ -70,7 +70,7 @@ def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, 
     effort = model.predict(data)
     ends = model.band.around(effort, data.elements, data.clock)
     for values, column in zip((effort, *ends, model.outside(data)), lines[1].split(",")[3:], strict=True):
-        written = np.genfromtxt(lines[2:], delimiter=",", usecols=lines[1].split(",").index(column))
+        written = np.genfromtxt(lines[2:], delimiter=",", usecols=[lines[1].split(",").index(column)])
         assert np.allclose(written, values, rtol=1e-8, atol=1e-9)
     assert len(lines) == 2 + data.rows
 

@@ -10,7 +10,7 @@ import pytest
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
 from erclutch.logs.dataset import Dataset
-from erclutch.models.adaptive_band import SETTLED, Adaptation, adapted
+from erclutch.models.adaptive_band import SETTLED, adapted, after
 from erclutch.models.band import Band
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -140,9 +140,8 @@ def test_each_row_of_a_sensor_counts_from_the_next_row_on_and_a_gap_forgets() ->
     low, high = adapted(BAND, (-np.ones(5), np.ones(5)), np.zeros(5), measured, clock)
     assert (low[0], high[0]) == (low[3], high[3]) == (-1.0, 1.0)
     assert high[1] < 1.0
-    how = Adaptation()
-    second = how.after(SETTLED, 0.0, 1.0, 1.0, 0.95, PERIOD)
-    third = how.after(second, 10.0, 1.0, 1.0, 0.95, PERIOD)
+    second = after(SETTLED, 0.0, 1.0, 1.0, 0.95, PERIOD)
+    third = after(second, 10.0, 1.0, 1.0, 0.95, PERIOD)
     assert (low[2], high[2]) == pytest.approx((third.offset - third.scale, third.offset + third.scale))
     assert third.offset == pytest.approx(10.0 * (1.0 - np.exp(-0.001 / 0.05)))
     assert third.scale > second.scale

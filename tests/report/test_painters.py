@@ -17,7 +17,6 @@ from erclutch.report.plots.matplotlib_painter import paint, save_plot
 from erclutch.report.plots.paper_style import RAMPS, STYLES, new_figure, style
 from erclutch.report.plots.plot_description import (
     Axis,
-    Band,
     Bars,
     Cells,
     Dots,
@@ -27,6 +26,7 @@ from erclutch.report.plots.plot_description import (
     Plot,
     PlotTable,
     ReferenceLine,
+    Shade,
 )
 from erclutch.report.plots.run_plots import FIGURES
 from erclutch.report.plots.svg_painter import RAMP, svg, ticks
@@ -40,7 +40,8 @@ MARKS = {
     "dots": Dots(X, X, "level3", "rows"),
     "bars": Bars(X, X[:-1], "recommended", "share"),
     "named": NamedBars(["a & b", "two", "three"], X[1:4], X[:3], X[2:], ["best", "other", "other"]),
-    "band": Band(1.0, 2.0),
+    "shade": Shade(1.0, 2.0),
+    "shade between curves": Shade(np.array([1.0, 1.5, 1.0]), np.array([2.0, 2.5, 2.0]), x=np.array([0.0, 1.0, 2.0])),
     "level": ReferenceLine(3.0),
     "upright": ReferenceLine(3.0, "x"),
     "cells": Cells(X[:3], X[:3], VALUES, 100.0, "mass", "rows", log=True, crossed=np.isnan(VALUES)),

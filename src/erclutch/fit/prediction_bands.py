@@ -82,10 +82,10 @@ def calibrated(
     every = -(-int(train.sum()) // _MOST_ROWS)
     known = np.flatnonzero(train)[::every]
     cells = [
-        _Cells(band, band.cells(data.elements, data.clock)[known].astype(np.intp))
+        (band, band.cells(data.elements, data.clock)[known].astype(np.intp))
         for band in _empty_bands(data, field[known], np.abs(slip[known]))
     ]
-    usable = [each for each in cells if _LEAST <= each.switching <= 1.0 - _LEAST] or cells[:1]
+    usable = [each for each in cells if _LEAST <= _switching(each) <= 1.0 - _LEAST] or cells[:1]
     found: list[tuple[Band, float] | None] = []
     for error, count in zip(errors, parameters, strict=True):
         if not np.all(np.isfinite(error)):
@@ -94,7 +94,7 @@ def calibrated(
         wider = _widened(train.sum() / correlated_rows(error[train]), count)
         directed = wider * np.where(slip < 0.0, -error, error)[known]
         own = _Errors(directed, max(_alike(error[train]) / every, 1.0))
-        found.append((_narrowest(usable, own), own.plain))
+        found.append((_narrowest(usable, own), 2.0 * _ends(np.abs(own.directed), LEVEL, own.per_row)[1]))
     return found
 
 
@@ -145,37 +145,24 @@ class _Errors:
     directed: Array
     per_row: float
 
-    @property
-    def plain(self) -> float:
-        """Width of the band with one half width."""
-        return 2.0 * _ends(np.abs(self.directed), LEVEL, self.per_row)[1]
+
+#: A band without widths, and the cell of each calibration row, shape (n,).
+_Cells = tuple[Band, NDArray[np.intp]]
 
 
-@dataclass(frozen=True)
-class _Cells:
-    """A band without widths, and the cell of each calibration row, shape (n,)."""
-
-    empty: Band
-    at: NDArray[np.intp]
-
-    @property
-    def switching(self) -> float:
-        """Share of the rows in which the field is switching."""
-        _, fields, slips = self.empty.shape
-        return float(np.mean(self.at >= fields * slips))
-
-    def filled(self, errors: _Errors) -> tuple[Band, float]:
-        """The band, and its mean width over the rows."""
-        behind, ahead = _half_widths(errors, self.at, self.empty.shape)
-        band = replace(self.empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
-        return band, float(np.mean((behind + ahead)[self.at]))
+def _switching(cells: _Cells) -> float:
+    """Share of the rows in which the field is switching."""
+    _, fields, slips = cells[0].shape
+    return float(np.mean(cells[1] >= fields * slips))
 
 
 def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> Band:
     """The band with the longest settling time among those that are as narrow as the narrowest."""
-    found = [each.filled(errors) for each in cells]
-    least = min(width for _, width in found)
-    return [band for band, width in found if width <= (1.0 + _AS_NARROW) * least][-1]
+    found = [(band, at, *_half_widths(errors, at, band.shape)) for band, at in cells]
+    widths = [float(np.mean((behind + ahead)[at])) for _, at, behind, ahead in found]
+    last = max(k for k, width in enumerate(widths) if width <= (1.0 + _AS_NARROW) * min(widths))
+    band, _, behind, ahead = found[last]
+    return replace(band, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
 
 
 def _alike(error: Array) -> float:

@@ -8,7 +8,6 @@ does. A running mean of the error shifts the band.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,8 @@ from erclutch.models.covered_cells import within
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 
+#: Time constant in s of the running mean of the error; time in s in which a band that holds all rows shrinks by e.
+OFFSET_S, SCALE_S = 0.05, 0.5
 #: Least and most that the widths of a band are multiplied by.
 NARROWEST, WIDEST = 0.1, 10.0
 
@@ -33,39 +34,25 @@ class Adapted(NamedTuple):
 SETTLED = Adapted(0.0, 1.0)
 
 
-@dataclass(frozen=True)
-class Adaptation:
-    """How fast a band learns.
+def after(state: Adapted, error: Any, below: Any, above: Any, level: float, period: float) -> Adapted:
+    """The state after one row; elementwise on any operand.
 
-    Attributes:
-        offset_s: time constant in s of the running mean of the error.
-        scale_s: time in s in which a band that holds all rows shrinks by a factor of e.
+    Args:
+        state: before the row; the row's own band came from it.
+        error: measured less estimated effort.
+        below: half width of the row's band under the effort, without a sensor.
+        above: the same over the effort.
+        level: share of rows that the band is to hold.
+        period: time to the next row in s.
     """
-
-    offset_s: float = 0.05
-    scale_s: float = 0.5
-
-    def after(self, state: Adapted, error: Any, below: Any, above: Any, level: float, period: float) -> Adapted:
-        """The state after one row; elementwise on any operand.
-
-        Args:
-            state: before the row; the row's own band came from it.
-            error: measured less estimated effort.
-            below: half width of the row's band under the effort, without a sensor.
-            above: the same over the effort.
-            level: share of rows that the band is to hold.
-            period: time since the row before in s.
-        """
-        low, high = state.offset - state.scale * below, state.offset + state.scale * above
-        missed = less_select(error, low, 1.0, less_select(high, error, 1.0, 0.0))
-        share, gain = -float(np.expm1(-period / self.offset_s)), min(period / self.scale_s / (1.0 - level), 1.0)
-        scale = state.scale + state.scale * gain * (missed - (1.0 - level))
-        return Adapted(state.offset + share * (error - state.offset), within(scale, NARROWEST, WIDEST))
+    low, high = state.offset - state.scale * below, state.offset + state.scale * above
+    missed = less_select(error, low, 1.0, less_select(high, error, 1.0, 0.0))
+    share, gain = -float(np.expm1(-period / OFFSET_S)), min(period / SCALE_S / (1.0 - level), 1.0)
+    scale = state.scale + state.scale * gain * (missed - (1.0 - level))
+    return Adapted(state.offset + share * (error - state.offset), within(scale, NARROWEST, WIDEST))
 
 
-def adapted(
-    band: Band, ends: tuple[Array, Array], effort: Array, measured: Array, clock: Clock, how: Adaptation | None = None
-) -> tuple[Array, Array]:
+def adapted(band: Band, ends: tuple[Array, Array], effort: Array, measured: Array, clock: Clock) -> tuple[Array, Array]:
     """Low and high end at each row from the measured effort of the rows before it, each (n,); anew in each span.
 
     Args:
@@ -74,9 +61,7 @@ def adapted(
         effort: estimated effort, shape (n,).
         measured: measured effort, shape (n,).
         clock: when the rows were sampled.
-        how: how fast the band learns; None: as by default.
     """
-    how = how or Adaptation()
     below, above = effort - ends[0], ends[1] - effort
     error, steps = (measured - effort).tolist(), np.diff(clock.time, prepend=clock.time[:1]).tolist()
     states: list[Adapted] = []
@@ -85,6 +70,6 @@ def adapted(
         widths = zip(below[span.start : span.stop].tolist(), above[span.start : span.stop].tolist(), strict=True)
         for k, (under, over) in enumerate(widths, start=span.start):
             states.append(state)
-            state = how.after(state, error[k], under, over, band.level, steps[min(k + 1, span.stop - 1)])
+            state = after(state, error[k], under, over, band.level, steps[min(k + 1, span.stop - 1)])
     offset, scale = np.array(states, np.float64).reshape(-1, 2).T
     return effort + offset - scale * below, effort + offset + scale * above

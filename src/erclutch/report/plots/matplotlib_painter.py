@@ -12,7 +12,6 @@ from erclutch.report.plots.paper_style import BLACK, RAMPS, STYLES, new_figure, 
 from erclutch.report.plots.plot_description import (
     PAGE,
     Axis,
-    Band,
     Bars,
     Cells,
     Dots,
@@ -22,6 +21,7 @@ from erclutch.report.plots.plot_description import (
     Panel,
     Plot,
     ReferenceLine,
+    Shade,
 )
 
 _CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
@@ -99,9 +99,9 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
             axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
         case NamedBars():
             _named_bars(axis, mark)
-        case Band() if mark.x is not None:
+        case Shade() if mark.x is not None:
             axis.fill_between(mark.x, mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
-        case Band():
+        case Shade():
             axis.axhspan(mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
         case ReferenceLine(axis="x"):
             axis.axvline(mark.at, **STYLES["zero"])

@@ -106,7 +106,7 @@ class NamedBars:
 
 
 @dataclass(frozen=True)
-class Band:
+class Shade:
     """A band between two values of y; with ``x`` between two curves, all of shape (n,)."""
 
     low: float | Array
@@ -158,7 +158,7 @@ class Cells:
         return (np.expm1(np.log1p(self.top) * shares) if self.log else self.top * shares).tolist()
 
 
-Mark: TypeAlias = Line | Dots | Bars | NamedBars | Band | ReferenceLine | Cells
+Mark: TypeAlias = Line | Dots | Bars | NamedBars | Shade | ReferenceLine | Cells
 
 
 @dataclass(frozen=True)
@@ -214,9 +214,9 @@ def _extent(mark: Mark) -> tuple[Array, Array]:
             return np.append(mark.high, 0.0), np.array([-0.6, len(mark.names) - 0.4])
         case Cells():
             return mark.x_edges, mark.y_edges
-        case Band(x=x) if x is not None:
+        case Shade(x=x) if x is not None:
             return x, np.concatenate([np.atleast_1d(mark.low), np.atleast_1d(mark.high)])
-        case Band() | ReferenceLine():
+        case Shade() | ReferenceLine():
             return none, none
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Band, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import Axis, Line, Panel, Plot, PlotTable, ReferenceLine, Shade
 
 _POINTS = 400  # of a curve that is drawn; the table has them all
 
@@ -58,7 +58,7 @@ def _correlation(material: Material, found: Autocorrelation) -> Panel:
     return Panel(
         Axis("lag", unit, 0.0, float(x[-1])),
         Axis("autocorrelation", "", lowest - slack, 1.0 + slack),
-        [Band(-found.white, found.white), ReferenceLine(0.0), *lines],
+        [Shade(-found.white, found.white), ReferenceLine(0.0), *lines],
         f"Autocorrelation of the residuals of {', '.join(material.shown)} over the lag.",
         caption="White noise stays in the grey band. A slow decay: something the model does not know lasts that long.",
     )

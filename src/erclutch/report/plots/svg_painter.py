@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from erclutch.report.numbers.number_text import number
 from erclutch.report.plots.plot_description import (
-    Band,
     Bars,
     Cells,
     Dots,
@@ -20,6 +19,7 @@ from erclutch.report.plots.plot_description import (
     NamedBars,
     Panel,
     ReferenceLine,
+    Shade,
 )
 from erclutch.signals.array import Array
 
@@ -104,12 +104,12 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
             return _named_bars(mark, x, y)
         case Cells():
             return _cells(mark, x, y)
-        case Band() if mark.x is not None:
+        case Shade() if mark.x is not None:
             across, ends = x.at(mark.x), (y.at(np.asarray(end, np.float64)) for end in (mark.high, mark.low))
             there, back = (np.column_stack([across, end]).tolist() for end in ends)
             path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there, *back[::-1]])
             return f'<path class="{mark.style}" d="M{path}Z"/>'
-        case Band():
+        case Shade():
             top, bottom = y.at(np.array([mark.high, mark.low], np.float64))
             place = f'x="{x.first}" y="{top:.1f}" width="{x.last - x.first:.1f}" height="{bottom - top:.1f}"'
             return f'<rect class="{mark.style}" {place}/>'

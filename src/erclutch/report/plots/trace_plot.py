@@ -6,7 +6,7 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Band, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable, ReferenceLine, Shade
 
 
 def describe_trace(material: Material, *, start: float | None = None, seconds: float | None = None) -> Plot:
@@ -34,7 +34,7 @@ def describe_trace(material: Material, *, start: float | None = None, seconds: f
     ends = material.band_ends
     shade: list[Mark] = []
     if ends is not None:
-        shade.append(Band(ends[0][at] * effort.factor, ends[1][at] * effort.factor, x=time))
+        shade.append(Shade(ends[0][at] * effort.factor, ends[1][at] * effort.factor, x=time))
     x = Axis("time", "s", float(time[0]), float(time[-1]))
     word = material.word
     return Plot(
