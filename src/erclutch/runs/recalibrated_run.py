@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -95,7 +95,7 @@ def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
     if not base.estimates:  # a network
         return replace(base, model=result.model)
-    law: TorqueModel = getattr(result.model, "law", result.model)
+    law = cast(TorqueModel, getattr(result.model, "law", result.model))
     estimates = [*base.estimates]
     if OFFSET in law.gains and OFFSET not in {e.name for e in estimates}:
         estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))
