@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.cli.twin_model import twin_model
 from erclutch.export.c.compiled_model import DRIFT, OUTSIDE_RANGE, WIDE_BAND, CompiledModel
@@ -47,7 +48,7 @@ def session(rig: RigParameters, library: Path, program: str, seed: int, seconds:
     return np.column_stack([frames[name] for name in names])
 
 
-def flags_of(device: CompiledModel, rows: Array) -> Array:
+def flags_of(device: CompiledModel, rows: Array) -> NDArray[np.int64]:
     """Flags of the exported step from a reset."""
     device.reset()
     return np.array(device.run(np.ascontiguousarray(rows))[1], np.int64)
@@ -83,7 +84,7 @@ def elsewhere(device: CompiledModel, library: Path) -> None:
         print(f"{program:<16}{shares}{first(flags) or float('nan'):>16.1f}")
 
 
-def first(flags: Array) -> float | None:
+def first(flags: NDArray[np.int64]) -> float | None:
     """Seconds to the first alarm of a drift."""
     raised = np.flatnonzero(flags & DRIFT)
     return (float(raised[0]) + 1.0) / SECOND if raised.size else None

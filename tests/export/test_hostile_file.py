@@ -119,7 +119,7 @@ def bodies(
     law: Callable[..., TorqueModel], network: Callable[..., NetworkModel], models: dict[str, Model]
 ) -> list[dict[str, Any]]:
     residual = next(model for model in models.values() if model.correction is not None)
-    made = (
+    made: tuple[Any, ...] = (
         law("bingham/power", "single", "lag", further=("temperature",)),
         law("rbfm-2", "coaxial", "rise-fall"),
         law("casson", "single", "dahl"),

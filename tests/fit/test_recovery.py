@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from erclutch.models.laws import ladder
-from erclutch.models.stages import GROUP
+from erclutch.models.stages import GROUP, stages_of
 from erclutch.registry import plugins
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "recovery.py"
@@ -52,7 +52,8 @@ def test_the_study_has_the_whole_ladder(study: ModuleType) -> None:
 
 def test_the_study_has_every_stage(study: ModuleType) -> None:
     shown = {truth.dynamics for truth in study.TRUTHS.values()}
-    ours = [plugin.name for plugin in plugins(GROUP) if plugin.own]
+    # Stages of the temperature need a log with one: tests/fit/test_temperature.py finds their truth.
+    ours = [plugin.name for plugin in plugins(GROUP) if plugin.own and stages_of(plugin.name)[0].place != "temperature"]
     assert [name for name in ours if not any(re.fullmatch(name + r"(-\d)?(/\w+)?", s) for s in shown)] == []
 
 

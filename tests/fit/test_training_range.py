@@ -28,7 +28,7 @@ ANY_PLACE = st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 
 def rows_at(field: Array, slip: Array) -> Dataset:
     effort = 1e-3 * field * np.tanh(slip) + 0.01 * slip
-    clock = Clock(np.arange(field.size) * 1e-3, (Span(0, field.size, 1e-3),))
+    clock = Clock(np.arange(field.size, dtype=np.float64) * 1e-3, (Span(0, field.size, 1e-3),))
     return Dataset("single", (Element(field, slip),), effort, clock, UNITS)
 
 

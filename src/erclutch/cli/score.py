@@ -42,7 +42,9 @@ def score(
     columns = ["model", terminal.with_unit("RMSE", data.units.effort), "95 % band", "of std", "guessed"]
     columns += ["inside", "worst second" if len(data.sources) == 1 else "worst log"]
     title = f"Models of {model} on {data.rows:,} rows of {data.where}"
-    terminal.tell(terminal.table(title, columns, [cells for _, cells in rows]))
+    cells = dict(zip(columns, zip(*(row for _, row in rows), strict=True), strict=True))
+    less_needed = ("95 % band", columns[-1], "of std", "guessed")
+    terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
 
 
 def _row(model: Model, data: Dataset) -> tuple[float, list[str]]:
