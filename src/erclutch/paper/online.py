@@ -267,7 +267,8 @@ def _traced(
     """Offline estimates beside the online one."""
     alpha_dot = np.ascontiguousarray(frames["alpha_dot"])
     online = np.ascontiguousarray(frames["estimate"])
-    inputs = np.column_stack([frames[n] for n in ("field1", "field2", "theta_dot", "alpha_dot")])
+    measured = () if saved[0].band is None else ("torque",)  # the model of a loop watches its own residual
+    inputs = np.column_stack([frames[n] for n in ("field1", "field2", "theta_dot", "alpha_dot", *measured)])
     again = np.asarray(CompiledModel(model.library).run(np.ascontiguousarray(inputs))[0])
     estimates = {saved[0].name: online}
     for rival in saved[1:] if experiment.rivals else ():
