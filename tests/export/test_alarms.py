@@ -77,6 +77,8 @@ def test_the_c_gives_the_bits_of_the_record(
     assert {int(bit) for bit in (OUTSIDE, NON_FINITE, WIDE_BAND, DRIFT) if np.any(flags & bit)} >= {2, 32, 64}
     device = compile_model(made)
     found = device.run(np.ascontiguousarray(rows))
+    with pytest.raises(TypeError, match="are no rows of"):
+        device.run(np.ascontiguousarray(rows[: rows.shape[1] * 2, :-1]))
     assert np.array_equal(np.array(found[0]), effort.astype(np.float64))
     assert np.array_equal(np.array(found[1]), flags)
     device.reset()

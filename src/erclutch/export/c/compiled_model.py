@@ -195,8 +195,10 @@ class CompiledModel:
         Returns:
             Efforts (array of doubles, n) and flags (array of unsigned, n).
         """
-        view = memoryview(rows).cast("B").cast("d")
-        if len(view) % self.inputs:
+        given = memoryview(rows)
+        view = given.cast("B").cast("d")
+        across = given.shape[-1] if given.ndim > 1 else self.inputs
+        if across != self.inputs or len(view) % self.inputs:
             raise TypeError(f"{len(view)} numbers are no rows of {self.inputs}")
         count = len(view) // self.inputs
         buffer = array("d", view)
