@@ -14,7 +14,6 @@ from erclutch.report.numbers.number_text import count, number, percent, span
 from erclutch.report.numbers.run_material import Material
 
 _FEW_INDEPENDENT = 0.02
-_BLIND = 0.01
 
 
 def _fill(material: Material) -> dict[str, Any]:
@@ -139,9 +138,6 @@ def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
             f"{percent(still, 2)} of the rows held out are at rest ({percent(usual, 2)} of the training rows), where "
             f"effort and errors are small: over those in motion the RMSE is {rmse}."
         )
-    blind = max(m.blind_share for m in material.error_maps)
-    if blind >= _BLIND and not any(f["subject"] == "coverage" for f in material.body["findings"]):
-        yield f"{percent(blind, 2)} of the rows held out lie where no training row does: see the error map."
     if train is not None and test is not None and test >= 1.25 * train:
         yield (
             f"The error is {percent(train, 2)} of the standard deviation on the training rows and {percent(test, 2)} "
