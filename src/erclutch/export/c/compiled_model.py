@@ -197,8 +197,7 @@ class CompiledModel:
         """
         given = memoryview(rows)
         view = given.cast("B").cast("d")
-        across = given.shape[-1] if given.ndim > 1 else self.inputs
-        if across != self.inputs or len(view) % self.inputs:
+        if len(view) % self.inputs or (given.ndim > 1 and len(view) != len(given) * self.inputs):
             raise TypeError(f"{len(view)} numbers are no rows of {self.inputs}")
         count = len(view) // self.inputs
         buffer = array("d", view)
