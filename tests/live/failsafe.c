@@ -186,6 +186,7 @@ static void step(rig *r, enum sample kind, uint64_t late, uint64_t periods, uint
         must(r->core.missing == missing + periods || r->core.missing == 0u, "periods without a good sample count");
         must(kind == JUMP || r->core.missing != 0u, "what is no good sample does not count");
     }
+    must(!(kind == DOUBLE && before == ERC_TRIPPED) || r->core.missing != 0u, "a rig that is stuck gives no sample");
     if (r->state == ERC_STARTING && r->core.missing == 0u) {
         r->state = ERC_RUNNING;
     }

@@ -269,6 +269,28 @@ def test_orders() -> None:
     assert core.order(Order.STOP)
 
 
+def test_a_tripped_core_finds_a_rig_that_starts_anew_and_no_rig_that_is_stuck() -> None:
+    push = LoopProgram("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
+    core, samples = Core(LoopSettings(programs=(push, REST))), moving(300)
+    run(core, samples[:100])
+    core.order(Order.ZERO, 0.0)
+
+    def reset_works(sample: Any, tick: int) -> bool:
+        core.order(Order.RESET, 0.0)
+        return not core.step(sample, tick)[1]["events"] & EVENT_BITS["order-refused"]
+
+    for k in range(100, 160):  # one packet again and again
+        core.step(samples[99:100], k)
+        assert not reset_works(samples[99:100], k), k
+    anew = moving(300)
+    anew["theta"] += 40.0  # as far as an encoder may have moved meanwhile
+    for k in range(160, 160 + 40):
+        frame = core.step(anew[k - 160 : k - 159], k)[1]
+        assert frame["field1"] == 0.0
+    assert reset_works(anew[40:41], 200)
+    assert core.step(anew[41:42], 201)[1]["field1"] > 0.0
+
+
 def test_periods_that_were_slept_through_count() -> None:
     """The schedule without samples is one of time: hold 5, zero at the 14th period, tripped at the 21st."""
     samples, settings = moving(), LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1000.0),))

@@ -105,9 +105,6 @@ static void trip(erc_core *core, uint32_t event) {
     while ((event >> core->trip_reason) != 0u) {
         core->trip_reason++;
     }
-    if (core->missing >= core->config.trip_samples) {
-        core->resync = 1u; /* the rig may be started anew meanwhile, an encoder may have slipped: begin again there */
-    }
 }
 
 /* Back to work: only with sensors, and the program from its beginning. */
@@ -189,10 +186,10 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
         core->state = ERC_RUNNING;
         erc_control_start(core, core->program, core->step);
     }
-    if (core->state != ERC_RUNNING) {
-        return 0u;
-    }
-    if (core->missing >= core->config.trip_samples) {
+    const int running = core->state == ERC_RUNNING;
+    if (!running) {
+        /* tripped or without a sample: nothing more can trip */
+    } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
     } else if (late_ns > core->config.late_trip_ns) {
         trip(core, ERC_OVERRUN);
@@ -201,7 +198,10 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
     } else if ((events & ERC_RIG_FAULT) != 0u) {
         trip(core, ERC_RIG_FAULT);
     }
-    return core->state == ERC_TRIPPED ? ERC_TRIP : 0u;
+    if (core->state == ERC_TRIPPED && core->missing >= core->config.trip_samples) {
+        core->resync = 1u; /* the rig may be started anew meanwhile, an encoder may have slipped: begin again there */
+    }
+    return running && core->state == ERC_TRIPPED ? ERC_TRIP : 0u;
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {

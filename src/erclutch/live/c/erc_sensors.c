@@ -60,7 +60,8 @@ static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, doub
 
 /* How many samples lie between the last one and this one; UINT64_MAX if it is not to be used. */
 static uint64_t gap_before(erc_core *core, const erc_sample *sample, uint32_t *events) {
-    if (core->resync != 0u) {
+    const int repeated = core->state == ERC_TRIPPED && sample->seq == core->sensor_seq; /* a rig that is stuck */
+    if (core->resync != 0u && !repeated) {
         core->resync = 0u;
         core->theta.taken = 0u;
         core->alpha.taken = 0u;
