@@ -155,6 +155,15 @@ def test_what_fits_may_leave_is_taken(network: Callable[..., NetworkModel], tmp_
                 load_model(path)
 
 
+def test_an_exponent_that_would_overflow(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+    body = network("fnn-2", "single", "dahl").to_dict()
+    body["dynamics"]["n_m"] = 5e15
+    path = tmp_path / "m.json"
+    path.write_text(json.dumps(_sealed(body)), encoding="utf-8")
+    with pytest.raises(RunError, match="n_m is 5e\\+15"):
+        load_model(path)
+
+
 def test_mutated_files(bodies: list[dict[str, Any]], tmp_path: Path) -> None:
     loaded, _ = _attack(bodies, 300, 10**9, tmp_path / "m.json")
     assert loaded < 100

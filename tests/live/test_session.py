@@ -22,9 +22,10 @@ import pytest
 from erclutch.errors import ErclutchError, SettingError
 from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.exported_step import LIMITED, NON_FINITE
 from erclutch.export.step_numbers import run
 from erclutch.live.c_build import SOURCES, CompilerError, build
-from erclutch.live.layout import FRAME
+from erclutch.live.layout import EVENT_BITS, FRAME
 from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
 from erclutch.live.ring import RingError, RingInfo, RingReader, State, make_ring
@@ -32,6 +33,7 @@ from erclutch.live.session import TWIN, LiveError, LiveModel, ServedRig, Session
 from erclutch.live.session_figures import Histogram, SessionFigures
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.logs import read_table
+from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.rig.interface import Measurement, RigCommand
 from erclutch.rig.packet import LAST, WATCHDOG, CommandPacket, pack_command, unpack_sensors
@@ -149,15 +151,21 @@ def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, t
         frames = collected(session)
     frames = frames[np.flatnonzero(np.isfinite(frames["estimate"]))[0] :]
     rows = np.column_stack([frames[name] for name in ("field1", "field2", "theta_dot", "alpha_dot")])
-    effort, flags = run(step_of(model, ExportOptions("m", period=1e-3)), rows)
+    lost = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
+    measured = np.where(frames["events"] & lost, np.nan, frames["torque"])  # the loop's model watches its own residual
+    step = step_of(model, ExportOptions("m", period=1e-3, alarms=True))
+    effort, flags = run(step, np.column_stack([rows, measured]))
     assert frames.size > 500
     assert np.ptp(frames["field1"]) > 0.2
     np.testing.assert_array_equal(frames["estimate"], effort)
     np.testing.assert_array_equal(frames["flags"], flags)
-    inside = int(np.argmax(flags != 0)) if flags.any() else frames.size
-    assert inside > 300
     elements = elements_of("coaxial", dict(zip(("E1", "E2", "theta_dot", "alpha_dot"), rows.T, strict=True)))
     clock = Clock(1e-3 * np.arange(frames.size), (Span(0, frames.size, 1e-3),))
+    data = Dataset("coaxial", tuple(elements), effort, clock, model.units)
+    # A row far from training rows is told and not changed; a row beyond the ranges, or of an effort at its limit, is.
+    changed = replace(model.trained_on, near=()).outside(data) | ((flags & (LIMITED | NON_FINITE)) != 0)
+    inside = int(np.argmax(changed)) if changed.any() else frames.size
+    assert inside > 300
     np.testing.assert_array_equal(frames["estimate"][:inside], model.effort(elements, clock)[:inside])
 
 

@@ -141,14 +141,14 @@ class LogOptions:
         return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
-        """What was given over how the run's own logs were read; the device is the model's."""
+        """What was given over how the run's own logs were read; the device is the model's, unless given."""
         own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
         if self.time is not None or self.rate is not None:
             own = {key: value for key, value in own.items() if key not in ("time", "rate")}
         lists = {key: tuple(own[key]) for key in ("input", "constant") if key in own}
         paths = {key: Path(own[key]) for key in ("map",) if key in own}
         device: _Device = model.structure.device
-        return replace(self, **{**own, **lists, **paths, **self._given(), "device": device})
+        return replace(self, **{**own, **lists, **paths, "device": device, **self._given()})
 
     def without_effort(self, unit: str) -> LogOptions:
         """The same for logs of which the effort is not asked for: a constant stands for it."""

@@ -27,6 +27,7 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
+_STEEPEST = 10.0  # exponent of the field in a memory's strength
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
@@ -314,7 +315,10 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: b
 
 def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     structure = _structure_from(body)
-    strength = STRENGTH if alone and slip_stages(structure.dynamics) else ()
+    names = STRENGTH if alone and slip_stages(structure.dynamics) else ()
+    strength = {name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in names}
+    if strength.get("n_m", 0.0) > _STEEPEST:
+        raise ValueError(f"n_m is {strength['n_m']:g}, above {_STEEPEST:g}")
     scaling, count = body["scaling"], len(structure.inputs)
     weights = {
         name: model_file.table_of(body["weights"][name], name, *shape)
@@ -334,7 +338,7 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         weights,
         {
             **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
-            **{name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in strength},
+            **strength,
         },
         model_file.units_of(body),
         model_file.range_of(body),
