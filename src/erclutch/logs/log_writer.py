@@ -67,7 +67,7 @@ def _room(path: Path, needed: float) -> None:
     free = shutil.disk_usage(path.parent).free
     if needed > free:
         problem = f"about {needed / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB are free"
-        raise RunError(problem, remedy="Give fewer --seconds or another disk")
+        raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
 
 
 def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], None] | None) -> Iterable[Array]:
