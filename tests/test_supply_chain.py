@@ -19,9 +19,9 @@ from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[1]
 BILL: dict[str, Any] = json.loads((ROOT / "sbom.cdx.json").read_text(encoding="utf-8"))
-#: Packages under the LGPL, which may be used by an Apache-2.0 program. None at present.
-LESSER: set[str] = set()
-GPL_ONLY = re.compile(r"(?<![L])GPL|General Public")
+#: Packages under the LGPL, which may be used by an Apache-2.0 program: readers of MDF4 and TDMS, both of an extra.
+LESSER = {"asammdf", "nptdms"}
+GPL_ONLY = re.compile(r"(?<![L])GPL|(?<!Lesser )General Public")
 
 
 def normal(name: str) -> str:
