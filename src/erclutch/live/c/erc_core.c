@@ -15,6 +15,10 @@ uint32_t erc_core_config_size(void) {
     return (uint32_t)sizeof(erc_config);
 }
 
+uint32_t erc_core_state(const erc_core *core) {
+    return core->state;
+}
+
 static int positive(double x) {
     return isfinite(x) && x > 0.0;
 }
