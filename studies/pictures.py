@@ -5,8 +5,7 @@
     python studies/pictures.py states        docs/images/states.svg, from what erclutch live --explain prints
 
 The first two run the commands that a reader would type, in headless Chromium. Each picture must stay below 150 kB.
-`erclutch figure trace RUN` draws
-docs/images/nees-trace.png.
+`erclutch figure trace RUN` draws docs/images/nees-trace.png.
 """
 
 from __future__ import annotations
