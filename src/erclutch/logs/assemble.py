@@ -334,7 +334,8 @@ def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, fl
     if chosen.time is not None:
         return *locate(draft.table, chosen.time, "time"), chosen.time.source
     name = guessed_columns.time_column(draft.table, draft.columns.values())
-    return None if name is None else (name, draft.table.units.get(name), 1.0, "guessed from its name or unit")
+    choice = ColumnChoice(name or "", source="guessed from its name or unit")
+    return None if name is None else (*locate(draft.table, choice, "time"), choice.source)
 
 
 def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> Mask:

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.labels import own_unit, split_end
 from erclutch.logs.mapping import ColumnChoice, columns_listed
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
-# Names in small letters without signs; a column of another unit than the signal's is no candidate whatever its name.
+# Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 _NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation",
-    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed",
-    "position": "position pos x d displacement disp stroke travel angle slipangle",
-    "effort": "effort force torque f m load moment shearstress tau t",
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
+    "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc",
+    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
+    "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita",
+    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung deplacement "
+    "desplazamiento deslocamento spostamento posicion posicao angulo",
+    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par forca "
+    "coppia forza",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -28,22 +34,66 @@ _NAMES = {
     "T": "torque effort t",
     "motor_torque": "motortorque torquecommand torquecmd",
 }
-_NEED_UNIT = {"v", "t", "m", "d", "n", "u", "b", "x", "tau", "load"}  # short names that mean several things
+# Words beside the name that say where or how it was measured.
+_BESIDE = set(
+    "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
+    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida".split()
+)
+# Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
+_TOLD = set(
+    "setpoint set target desired demand demanded commanded command cmd ref reference goal soll sollwert consigne".split()
+)
+_OTHER = set(
+    "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
+    "normal accuracy resolution power viscosity strain crack".split()
+)
+_NEED_UNIT = {
+    "v",
+    "t",
+    "m",
+    "d",
+    "n",
+    "u",
+    "b",
+    "x",
+    "tau",
+    "load",
+    "id",
+    "te",
+    "par",
+    "tension",
+}  # short names that mean several things
 _TIME = re.compile(
-    r"t|time|zeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|seconds|sec|tsec|times|timems", re.IGNORECASE
+    r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
+    re.IGNORECASE,
 )
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[\W_]", "", name).lower()
+    letters = unicodedata.normalize("NFKD", name)
+    return re.sub(r"[\W_]", "", letters).lower()
+
+
+def _words(name: str) -> list[str]:
+    """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
+    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+
+
+def _called(name: str, signal: str) -> str | None:
+    """The name that speaks for a signal: the whole of it, or what is left without its unit and words beside it."""
+    stem, _ = split_end(name)
+    rest = [word for word in _words(stem) if word not in _BESIDE]
+    forms = (_plain(name), _plain(stem), "".join(rest))
+    return next((form for form in forms if form in _NAMES[signal].split()), None)
 
 
 def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
     """Whether the column's unit is one for these; None where it has no unit."""
-    unit = table.units.get(name)
+    unit = own_unit(name, table.units.get(name), si_units)
     if not unit:
-        return None
+        return False if split_end(name)[1] else None
     try:
         return units.fits(unit, si_units) is not None
     except UnitError:
@@ -52,19 +102,28 @@ def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
 
 def candidates(table: Table, signal: str, taken: Iterable[str]) -> tuple[list[str], str]:
     """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``."""
-    si_units, allowed = SIGNALS[signal].si_units, set(_NAMES[signal].split())
+    si_units = SIGNALS[signal].si_units
     fit = {name: _fits(table, name, si_units) for name in table.columns if name not in set(taken)}
     if signal in fit and fit[signal] is not False:
         return [signal], "name"
     named = [
         name
         for name, fits in fit.items()
-        if (plain := _plain(name)) in allowed and (fits or (fits is None and plain not in _NEED_UNIT))
+        if (called := _called(name, signal))
+        and (fits or (fits is None and called not in _NEED_UNIT))
+        and (signal == "field" or not _TOLD.intersection(_words(name)))
     ]
     if named:
         return named, "name"
-    dimensionless = {"", "-", "1", "%"}
-    by_unit = [name for name, fits in fit.items() if fits and table.units.get(name) not in dimensionless]
+    dimensionless = {None, "", "-", "1", "%"}
+    by_unit = [
+        name
+        for name, fits in fit.items()
+        if fits and own_unit(name, table.units.get(name), si_units) not in dimensionless
+        if not (_TOLD if signal != "field" else set[str]()).union(_OTHER).intersection(_words(split_end(name)[0]))
+        if not any(len(_called(name, other) or "") > 2 for other in {*_EXAMPLES, "position"} - {signal, "T", "effort"})
+        if signal in ("effort", "T") or len(_called(name, "effort") or "") < 3  # a force sensor in volts is no field
+    ]
     return (by_unit if signal in _EXAMPLES else []), "unit"
 
 
@@ -122,6 +181,10 @@ def _label(table: Table, name: str, signal: str) -> str:
 def time_column(table: Table, taken: Iterable[str]) -> str | None:
     """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time."""
     timed = {name: _fits(table, name, ("s",)) for name in table.columns if name not in set(taken)}
-    named = [n for n, fits in timed.items() if n != "T" and _TIME.fullmatch(_plain(n)) and fits is not False]
-    by_unit = [name for name, fits in timed.items() if fits]
+    named = [
+        name
+        for name, fits in timed.items()
+        if name != "T" and fits is not False and any(map(_TIME.fullmatch, (_plain(name), _plain(split_end(name)[0]))))
+    ]
+    by_unit = [name for name, fits in timed.items() if fits and not _OTHER.intersection(_words(name))]
     return named[0] if named else by_unit[0] if len(by_unit) == 1 else None

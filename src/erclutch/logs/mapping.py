@@ -32,9 +32,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed, shell_word
-from erclutch.logs.labels import split_label
+from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.table import Table
-from erclutch.signals.recording import NAMED_COLUMNS
+from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
@@ -184,7 +184,8 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         if name not in table.columns and name.isdecimal() and len(name) < 10:
             name = table.numbered(int(name)) or name
         if name in table.columns:
-            return name, unit or table.units.get(name), factor * choice.scale
+            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
+            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
     raise _no_column(table, text, signal)
 
 
