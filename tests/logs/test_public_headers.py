@@ -37,9 +37,7 @@ def test_headers_of_public_data_are_understood(held_out: bool, least: float) -> 
     understood = [label for label, want in known.items() if meanings(label) == {want}]
     wrong = {label: want for label, want in known.items() if meanings(label) - {want}}
     other = [label for label, want in cells.items() if not want and meanings(label)]
-    print(
-        f"\n{len(understood)} of {len(known)} understood; {len(other)} of {len(cells) - len(known)} others taken: {other}"
-    )
+    print(f"\n{len(understood)} of {len(known)} understood; of {len(cells) - len(known)} others taken: {other}")
     assert not wrong
     assert len(understood) >= least * len(known)
     assert len(other) <= 0.2 * (len(cells) - len(known))

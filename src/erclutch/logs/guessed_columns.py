@@ -13,16 +13,21 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 _NAMES = {
     "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
     "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita",
-    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung deplacement "
-    "desplazamiento deslocamento spostamento posicion posicao angulo",
-    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par forca "
-    "coppia forza",
+    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
+    "deplacement desplazamiento deslocamento spostamento posicion posicao angulo",
+    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
+    "forca coppia forza",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -35,17 +40,15 @@ _NAMES = {
     "motor_torque": "motortorque torquecommand torquecmd",
 }
 # Words beside the name that say where or how it was measured.
-_BESIDE = set(
+_BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida".split()
+    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida"
 )
 # Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
-_TOLD = set(
-    "setpoint set target desired demand demanded commanded command cmd ref reference goal soll sollwert consigne".split()
-)
-_OTHER = set(
+_TOLD = _set("setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne")
+_OTHER = _set(
     "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
-    "normal accuracy resolution power viscosity strain crack".split()
+    "normal accuracy resolution power viscosity strain crack"
 )
 _NEED_UNIT = {
     "v",
@@ -120,7 +123,7 @@ def candidates(table: Table, signal: str, taken: Iterable[str]) -> tuple[list[st
         name
         for name, fits in fit.items()
         if fits and own_unit(name, table.units.get(name), si_units) not in dimensionless
-        if not (_TOLD if signal != "field" else set[str]()).union(_OTHER).intersection(_words(split_end(name)[0]))
+        if not (_TOLD if signal != "field" else frozenset[str]()).union(_OTHER).intersection(_words(split_end(name)[0]))
         if not any(len(_called(name, other) or "") > 2 for other in {*_EXAMPLES, "position"} - {signal, "T", "effort"})
         if signal in ("effort", "T") or len(_called(name, "effort") or "") < 3  # a force sensor in volts is no field
     ]

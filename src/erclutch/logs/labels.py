@@ -16,9 +16,10 @@ _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
 )
-#: Ends of names that are units (``omega_rad_s``), as erclutch writes them; small letters are taken for large ones.
+# Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
+_AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _ENDS = {
-    **{end: end for end in "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT".split()},
+    **{end: end for end in _AS_THEY_ARE.split()},
     **{
         "rad_s": "rad/s",
         "rads": "rad/s",
@@ -67,9 +68,9 @@ def split_end(name: str) -> tuple[str, str | None]:
     """
     if name.strip().lower() == "rpm":
         return name, "rpm"
-    stem, _, end = name.strip().rpartition("_")
-    longer, _, before = stem.rpartition("_")
-    for stem, end in ((longer, f"{before}_{end}"), (stem, end)):
+    front, _, last = name.strip().rpartition("_")
+    shorter, _, before = front.rpartition("_")
+    for stem, end in ((shorter, f"{before}_{last}"), (front, last)):
         unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
         if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
             return stem, unit
@@ -77,7 +78,7 @@ def split_end(name: str) -> tuple[str, str | None]:
 
 
 def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
-    """The unit of a column: the file's; turns a minute where the name says so; or that at the end of its name if it fits."""
+    """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits."""
     if unit:
         return "turn/min" if _PER_MINUTE.fullmatch(unit) and _TURNS.search(name) else unit
     _, end = split_end(name)
