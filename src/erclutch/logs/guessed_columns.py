@@ -66,6 +66,7 @@ _NEED_UNIT = {
     "par",
     "tension",
 }  # short names that mean several things
+_SINGLE = ("field", "slip", "position", "effort")
 _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
     re.IGNORECASE,
@@ -85,11 +86,13 @@ def _words(name: str) -> list[str]:
 
 
 def _called(name: str, signal: str) -> str | None:
-    """The name that speaks for a signal: the whole of it, or what is left without its unit and words beside it."""
+    """The name that speaks for a signal: the whole of it, or what is left without its unit.
+
+    For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
+    """
     stem, _ = split_end(name)
-    rest = [word for word in _words(stem) if word not in _BESIDE]
-    forms = (_plain(name), _plain(stem), "".join(rest))
-    return next((form for form in forms if form in _NAMES[signal].split()), None)
+    rest = "".join(word for word in _words(stem) if word not in _BESIDE) if signal in _SINGLE else ""
+    return next((form for form in (_plain(name), _plain(stem), rest) if form in _NAMES[signal].split()), None)
 
 
 def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
@@ -103,46 +106,72 @@ def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
         return False
 
 
-def candidates(table: Table, signal: str, taken: Iterable[str]) -> tuple[list[str], str]:
-    """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``."""
-    si_units = SIGNALS[signal].si_units
+def candidates(
+    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
+) -> tuple[list[str], str]:
+    """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``.
+
+    Args:
+        table: the log.
+        signal: its name.
+        taken: columns that are something else.
+        units_of_sensor: units of the column where a scale makes the signal of it, such as V; then names alone speak.
+    """
+    si_units = units_of_sensor or SIGNALS[signal].si_units
     fit = {name: _fits(table, name, si_units) for name in table.columns if name not in set(taken)}
     if signal in fit and fit[signal] is not False:
         return [signal], "name"
+    told = _TOLD if signal != "field" else frozenset[str]()
+    called = {name: _called(name, signal) for name, fits in fit.items() if fits is not False}
     named = [
         name
-        for name, fits in fit.items()
-        if (called := _called(name, signal))
-        and (fits or (fits is None and called not in _NEED_UNIT))
-        and (signal == "field" or not _TOLD.intersection(_words(name)))
+        for name, form in called.items()
+        if form and (fit[name] or form not in _NEED_UNIT) and not told.intersection(_words(name))
     ]
-    if named:
-        return named, "name"
-    dimensionless = {None, "", "-", "1", "%"}
+    exact = [name for name in named if _plain(split_end(name)[0]) == called[name]]
+    if named or units_of_sensor:
+        return exact or named, "name"
     by_unit = [
         name
         for name, fits in fit.items()
-        if fits and own_unit(name, table.units.get(name), si_units) not in dimensionless
-        if not (_TOLD if signal != "field" else frozenset[str]()).union(_OTHER).intersection(_words(split_end(name)[0]))
-        if not any(len(_called(name, other) or "") > 2 for other in {*_EXAMPLES, "position"} - {signal, "T", "effort"})
-        if signal in ("effort", "T") or len(_called(name, "effort") or "") < 3  # a force sensor in volts is no field
+        if fits and own_unit(name, table.units.get(name), si_units) not in {None, "", "-", "1", "%"}
+        if not (told | _OTHER).intersection(_words(split_end(name)[0])) and not _another(name, signal)
     ]
     return (by_unit if signal in _EXAMPLES else []), "unit"
 
 
-def guess(table: Table, signal: str, taken: Iterable[str]) -> ColumnChoice | None:
-    """The one column that a signal's name or unit points to, or None.
+def _another(name: str, signal: str) -> bool:
+    """Whether the name speaks for another signal of a single device: a force sensor in volts is no field."""
+    own = "effort" if signal == "T" else signal
+    return any(len(_called(name, other) or "") > 2 for other in _SINGLE if other != own)
+
+
+def guess(
+    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
+) -> ColumnChoice | None:
+    """The one column that a signal's name or unit points to, or None; see `candidates`.
 
     Raises:
         MappingError: several columns would do.
     """
-    found, reason = candidates(table, signal, taken)
+    found, reason = candidates(table, signal, taken, units_of_sensor)
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
         raise MappingError(
             problem, remedy=f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
         )
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
+
+
+def example(table: Table, signal: str, taken: Iterable[str]) -> str:
+    """An option for a signal that was not found: with a column that may be it, or with a place to fill in."""
+    free = [name for name in table.columns if name not in set(taken)]
+    short = _NEED_UNIT & set(_NAMES[signal].split())
+    likely = candidates(table, signal, taken)[0] or [name for name in free if _plain(name) in short]
+    if volts := _in_volts(table, signal, free):
+        return volts
+    unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
+    return f"--{signal} {shell_word(_label(table, likely[0], signal) if likely else f'COLUMN [{unit}]')}"
 
 
 def maybe_field(table: Table, taken: Iterable[str]) -> list[str]:
@@ -170,8 +199,20 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
     lengths = [name for name in free if signal == "slip" and _fits(table, name, SIGNALS["position"].si_units)]
     if lengths:
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
+    if volts := _in_volts(table, signal, free):
+        remedy = f"Give what a volt of its sensor is, such as {volts}"
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
     return MappingError(problem, remedy=remedy)
+
+
+def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
+    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
+    for name in free:
+        unit = table.units.get(name)
+        if unit in ("V", "mV") and len(_called(name, signal) or "") > 2:
+            scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{unit}")
+            return f"--{signal} {shell_word(name)} --scale {scale}"
+    return ""
 
 
 def _label(table: Table, name: str, signal: str) -> str:
