@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError, MappingError, SettingError, TimingError, UnitError, placed, shell_word
+from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed, shell_word
 from erclutch.logs import guessed_columns, name_pattern, timing
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate, scaled
@@ -493,8 +493,8 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         notes.append(f"time <- column {name}{how} ({source})")
         stamps = table.columns[name][rows] * (factor * scale)
         if not unit and _days(stamps):
-            problem = f"column {name} has no unit and holds {stamps[0]:.6g} on: dates of a spreadsheet, in days"
-            raise TimingError(problem, remedy=f"Give its unit: --time {shell_word(f'{name} [day]')}, or [s]")
+            notes.append(f"{name} has no unit and holds dates as spreadsheets number them: taken as days")
+            stamps = (stamps - np.floor(stamps[0])) * 86_400.0
     elif table.clock is not None:
         name, stamps = table.clock_name, table.clock
         notes.append(f"time <- date and time in column {name}")
