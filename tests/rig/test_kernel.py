@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +12,7 @@ from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_s
 from erclutch.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
 from erclutch.rig.twin.parameters import default_rig
 from erclutch.rig.twin.part_parameters import POINTS, Parts, parts_of
-
-ROOT = Path(__file__).parents[2]
-SPEC = importlib.util.spec_from_file_location("studies_twin_step", ROOT / "studies" / "twin_step.py")
-assert SPEC is not None
-assert SPEC.loader is not None
-STUDY = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(STUDY)
+from studies import twin_step as study
 
 STEP = default_rig().value("integration.step")
 
@@ -58,7 +50,7 @@ def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int) -> None:
     parts = parts_of(default_rig())
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
-    gained = STUDY.stored(x, parts, before) - start
+    gained = study.stored(x, parts, before) - start
     assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
     assert x[k.SMALLEST] >= 0.0
     assert x[k.DISSIPATED] > 0.0
@@ -169,7 +161,7 @@ def test_the_stored_energy_of_each_part_by_itself() -> None:
         x = np.zeros(k.SIZE)
         for name, value in entries.items():
             x[getattr(k, name)] = value
-        return STUDY.stored(x, parts, still)
+        return study.stored(x, parts, still)
 
     screw, drive, fluid, gaps = parts.screw, parts.drive, parts.fluid, parts.gaps
     assert stored(BRISTLE_IN=1e-3) == pytest.approx(0.5 * drive.coulomb / drive.presliding * 1e-6)
@@ -182,4 +174,4 @@ def test_the_stored_energy_of_each_part_by_itself() -> None:
             x[k.STRUCTURE + i], x[k.STRAIN + i] = 0.5, 1e-2
             own = yield_stress(2e6, strength, fluid) if (i == POINTS) == (channel == 1) else 0.0
             stiffness = (0.5 * own + fluid.residual_yield) / fluid.yield_strain
-            assert STUDY.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)
+            assert study.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)
