@@ -47,7 +47,7 @@ class RigOptions:
     """What is driven."""
 
     rig: Annotated[str, Parameter(group=_RIG)] = "twin"
-    """What is driven: twin, replay, udp, or the name of a plug-in (entry point erclutch.rigs)."""
+    """What is driven: twin, twin-brake (CH1 alone), replay, udp, or a plug-in's name (entry point erclutch.rigs)."""
     log: Annotated[Path | None, Parameter(group=_RIG)] = None
     """Recording that --rig replay plays."""
     address: Annotated[str, Parameter(group=_RIG)] = ""
@@ -149,9 +149,11 @@ def live(
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters = default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
-        what, program = _rig(rig, reading, folder)
-        chosen = None if no_model else _model(model, rig, parameters, output, _device(what, reading))
-        settings = _for_rig(_settings(parameters, control, reading, chosen is not None, program, rig), what, control)
+        what, program = _rig(rig, reading, folder, model)
+        device = _device(what, reading)
+        chosen = None if no_model else _model(model, rig, parameters, output, device)
+        settings = _settings(parameters, control, device, chosen is not None, program, rig)
+        settings = _for_rig(settings, what, device, control)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
@@ -190,20 +192,25 @@ def _checked(loop: LoopOptions) -> None:
         raise SettingError(f"--priority {loop.priority}", remedy="Give 1 to 99, or 0 for none")
 
 
-def _rig(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoice, LoopProgram | None]:
-    """The rig, and the program of a replay."""
+def _rig(
+    rig: RigOptions, reading: LogOptions, folder: Path, model: Path | None
+) -> tuple[RigChoice, LoopProgram | None]:
+    """The rig, and the program of a replay. The twin, and a rig behind UDP, are of the model's device."""
     from erclutch.live.session import ServedRig
+    from erclutch.models.load import load_model
     from erclutch.rig.rig_plugins import hardware, udp_rig
 
-    if rig.rig == "twin":
-        spec: dict[str, Any] = {"kind": "twin", "seed": rig.seed}
+    if rig.rig in ("twin", "twin-brake"):
+        brake = rig.rig == "twin-brake" or (model is not None and load_model(model).structure.device == "single")
+        spec: dict[str, Any] = {"kind": "twin", "seed": rig.seed, "single": brake, "locked": brake}
         if rig.rig_file is not None:
             spec["rig_file"] = str(rig.rig_file.resolve())
-        return ServedRig("twin", "TWIN", spec), None
+        return ServedRig("twin-brake" if brake else "twin", "TWIN", spec), None
     if rig.rig == "replay":
         return _replay(rig, reading, folder)
     if rig.rig == "udp":
-        return udp_rig(rig.address, rig.session), None
+        device = "coaxial" if model is None else load_model(model).structure.device
+        return udp_rig(rig.address, rig.session, device), None
     return hardware(rig.rig), None
 
 
@@ -229,17 +236,17 @@ def _model(
 
     if path is not None:
         return live_model(path, device)
-    if rig.rig != "twin":
+    if rig.rig not in ("twin", "twin-brake"):
         return None
     from erclutch.cli.twin_model import twin_model
 
-    return live_model(twin_model(parameters, output), "coaxial")
+    return live_model(twin_model(parameters, output, device), device)
 
 
 def _settings(
     parameters: RigParameters,
     control: ControlOptions,
-    reading: LogOptions,
+    device: DeviceName,
     model: bool,
     replay: LoopProgram | None,
     rig: RigOptions,
@@ -255,9 +262,10 @@ def _settings(
     }
     common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), **gains}
     if replay is not None:
-        return rig_settings(parameters, (replay,), device=reading.device, **common, **_AS_RECORDED)
-    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed)
-    first = control.program or ("tracking-slow" if rig.rig == "twin" else "rest")
+        return rig_settings(parameters, (replay,), device=device, **common, **_AS_RECORDED)
+    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
+    first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
+    first = "sine" if device == "single" and first == "tracking-slow" else first
     stroke = shaft_angle(parameters, 0.9)
     limits = {"field_limit": control.field_limit or limit, "stroke": stroke}
     return rig_settings(parameters, starting_with(programs, first), **common, **limits)
@@ -269,20 +277,22 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 
     if isinstance(rig, RigDevice):
         return rig.device
-    return reading.device if rig.origin == "RECORDING" else "coaxial"
+    if rig.origin == "RECORDING":
+        return reading.device
+    return "single" if rig.spec["single"] else "coaxial"
 
 
-def _for_rig(settings: LoopSettings, rig: RigChoice, control: ControlOptions) -> LoopSettings:
+def _for_rig(settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions) -> LoopSettings:
     """The settings with the field limit of a plug-in's rig; a single device has no stroke that ends at a stop."""
     from erclutch.rig.rig_plugins import RigDevice
 
-    if not isinstance(rig, RigDevice):
-        return settings
-    largest = rig.field_limit or settings.field_limit
-    share = largest / settings.field_limit
-    rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
-    settings = replace(settings, device=rig.device, field_limit=control.field_limit or largest, **rates)
-    return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if rig.device == "single" else settings
+    settings = replace(settings, device=device)
+    if isinstance(rig, RigDevice):
+        largest = rig.field_limit or settings.field_limit
+        share = largest / settings.field_limit
+        rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
+        settings = replace(settings, field_limit=control.field_limit or largest, **rates)
+    return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if device == "single" else settings
 
 
 @contextmanager

@@ -17,24 +17,28 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from erclutch.rig.twin.parameters import RigParameters
+    from erclutch.signals.device import DeviceName
 
 _SECONDS = 60.0
 _LIVE = "fnn-16"
 _MADE_BY = ("rig", "models", "fit")
 
 
-def twin_model(rig: RigParameters, output: Console) -> Path:
-    """The paper's network (16 neurons) on 60 s of the twin's training run; from the cache if it is there."""
-    return twin_models(rig, (_LIVE,), output)[0]
+def twin_model(rig: RigParameters, output: Console, device: DeviceName = "coaxial") -> Path:
+    """The paper's network (16 neurons) on 60 s of the twin's training run, or of its brake; cached."""
+    return twin_models(rig, (_LIVE,), output, device)[0]
 
 
-def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> list[Path]:
+def twin_models(
+    rig: RigParameters, names: Sequence[str], output: Console, device: DeviceName = "coaxial"
+) -> list[Path]:
     """Models of the twin, fitted together where they are not in the cache.
 
     Args:
         rig: parameters of the twin.
         names: specifications, memoryless.
         output: told when something is fitted.
+        device: the pair, or CH1 alone as a brake.
 
     Returns:
         Their files, in order.
@@ -42,13 +46,13 @@ def twin_models(rig: RigParameters, names: Sequence[str], output: Console) -> li
     from erclutch import _version
     from erclutch.runs.run_folder import file_name
 
-    about = json.dumps([_version.__version__, _code(), _SECONDS, rig.to_dict()], sort_keys=True)
+    about = json.dumps([_version.__version__, _code(), _SECONDS, device, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
     files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
     missing = tuple(name for name, file in files.items() if not file.exists())
     if missing:
         output.print(f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False)
-        for name, text in _fitted(rig, missing).items():
+        for name, text in _fitted(rig, missing, device).items():
             files[name].parent.mkdir(parents=True, exist_ok=True)
             with whole_file(files[name], _unwritable) as partial:
                 partial.write_text(text, encoding="utf-8")
@@ -62,7 +66,7 @@ def _code() -> str:
     return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files, key=str))).hexdigest()
 
 
-def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
+def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> dict[str, str]:
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
     from erclutch.logs.dataset import build_dataset
@@ -70,11 +74,11 @@ def _fitted(rig: RigParameters, names: tuple[str, ...]) -> dict[str, str]:
     from erclutch.rig.twin.scenarios import prepare
     from erclutch.signals.speed import Derivative
 
-    run = prepare("training", rig=rig, seconds=_SECONDS, seed=1)
+    run = prepare("training" if device == "coaxial" else "brake", rig=rig, seconds=_SECONDS, seed=1)
     with tempfile.TemporaryDirectory() as folder:
         log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
         # Speeds by the filter that runs live: the models then know its delay and its noise.
-        data = build_dataset(read(log, device="coaxial"), device="coaxial", derivative=Derivative("kalman"))
+        data = build_dataset(read(log, device=device), device=device, derivative=Derivative("kalman"))
     result = compare(data, Settings(models=names, lag="none"))
     found = {entry.name: entry.outcome.model for entry in result.entries}
     return {name: json.dumps(found[name].to_dict(), indent=1) + "\n" for name in names}

@@ -10,9 +10,16 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
-from erclutch.rig.twin.excitation import field_sequence, field_settings, half_sine_torque, torque_sequence
+from erclutch.rig.twin.excitation import (
+    both_ways_torque,
+    field_sequence,
+    field_settings,
+    half_sine_torque,
+    torque_sequence,
+)
 from erclutch.rig.twin.parameters import RigParameters
 from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
 
 #: As on the twin: 20 mm at low frequency, a fifth of it at high (equation 23 saturates beyond).
 _AMPLITUDE = 0.02
@@ -25,7 +32,7 @@ SOFT = 0.18
 
 
 def standard_programs(
-    rig: RigParameters, *, model: bool, motor: float = _MOTOR, seed: int = 0
+    rig: RigParameters, *, model: bool, motor: float = _MOTOR, seed: int = 0, device: DeviceName = "coaxial"
 ) -> tuple[LoopProgram, ...]:
     """What can be chosen on the page and with ``--program``.
 
@@ -34,9 +41,11 @@ def standard_programs(
         model: whether there is a model: torque control needs its inverse.
         motor: constant motor torque in N m.
         seed: of the random sequences.
+        device: a single device has one field, no table to track, and a torque of one sign.
     """
-    programs = (REST, *_trackings(rig, motor), *_excitations(rig, motor, seed))
-    return (*programs, *_torques(motor)) if model else programs
+    trackings = _trackings(rig, motor) if device == "coaxial" else ()
+    programs = (REST, *trackings, *_excitations(rig, motor, seed, device))
+    return (*programs, *_torques(motor, device)) if model else programs
 
 
 def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
@@ -57,27 +66,46 @@ def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
     )
 
 
-def _excitations(rig: RigParameters, motor: float, seed: int) -> tuple[LoopProgram, ...]:
-    rows, soft = 1000 * _SECONDS, shaft_angle(rig, SOFT)
+def _excitations(rig: RigParameters, motor: float, seed: int, device: DeviceName) -> tuple[LoopProgram, ...]:
+    rows, soft = 1000 * _SECONDS, shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
 
     def repeated(name: str, table: Array, soft: float, meaning: str) -> LoopProgram:
         return LoopProgram(name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
 
     sines, squares = field_table(rig, rows, seed, motor=motor, sines=1.0), field_table(rig, rows, seed, sines=0.0)
+    if device == "single":
+        for table in (sines, squares):
+            table[:, 0], table[:, 1] = table[:, 0] + table[:, 1], 0.0
+            table[:, 2] = both_ways_torque(
+                rows, np.random.default_rng(seed)
+            )  # else it runs away
+    how = "constant" if device == "coaxial" else "random"
     return (
-        repeated("sine", sines, soft, "random sines of field at constant motor torque, IV-B"),
+        repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
         repeated("square", squares, soft, "random squares of field and of motor torque, IV-B"),
         repeated("zero-field", half_sine_table(rows, seed), 0.0, "no field, half sines of motor torque, IV-D"),
     )
 
 
-def _torques(motor: float) -> tuple[LoopProgram, ...]:
+def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
+    middle = 0.0 if device == "coaxial" else motor  # a brake gives no torque of the other sign
+
     def torque(name: str, shape: Waveform, meaning: str) -> LoopProgram:
-        return LoopProgram(name, Mode.TORQUE, shape, _TORQUE, 5.0, motor_torque=motor, meaning=meaning)
+        about = f" about {middle:g} N m" if middle else ""
+        return LoopProgram(
+            name,
+            Mode.TORQUE,
+            shape,
+            _TORQUE,
+            5.0,
+            middle,
+            motor_torque=motor,
+            meaning=f"torque control, {meaning}{about}",
+        )
 
     return (
-        torque("torque-sine", Waveform.SINE, f"torque control, {_TORQUE:g} N m at 5 Hz"),
-        torque("torque-step", Waveform.SQUARE, f"torque control, steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
+        torque("torque-sine", Waveform.SINE, f"{_TORQUE:g} N m at 5 Hz"),
+        torque("torque-step", Waveform.SQUARE, f"steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
     )
 
 

@@ -18,7 +18,7 @@ from erclutch.signals.device import DEVICES, DeviceName
 
 GROUP = "erclutch.rigs"
 #: Rigs of ours; they take options of the command line.
-OWN = ("twin", "replay", "udp")
+OWN = ("twin", "twin-brake", "replay", "udp")
 #: What a sample and a command carry. A single device has theta (its position or angle), torque and field1.
 CHANNELS = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
 
@@ -112,8 +112,8 @@ def hardware(name: str) -> UdpRig | LibraryRig:
     return rig
 
 
-def udp_rig(text: str, session: int = 0) -> UdpRig:
-    """A rig from HOST:PORT.
+def udp_rig(text: str, session: int = 0, device: DeviceName = "coaxial") -> UdpRig:
+    """A rig from HOST:PORT, and what hangs on it.
 
     Raises:
         SettingError: it is not of that form.
@@ -121,4 +121,4 @@ def udp_rig(text: str, session: int = 0) -> UdpRig:
     host, colon, port = text.rpartition(":")
     if not colon or not port.isdecimal():
         raise SettingError(f"{text!r} is no address of a rig", remedy="Give HOST:PORT, for example 192.168.1.10:5005")
-    return UdpRig(text, host, int(port), session)
+    return UdpRig(text, host, int(port), session, device=device)

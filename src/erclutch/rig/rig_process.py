@@ -35,8 +35,8 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
     """Start a rig's process.
 
     Args:
-        spec: ``kind`` "twin" (``rig_file``, ``seed``, ``locked``, ``speed``) or "replay" (``angles``: a .npy file of
-            shape (n, 3), ``period``); ``session``, ``port`` (0: any).
+        spec: ``kind`` "twin" (``rig_file``, ``seed``, ``locked``, ``single``, ``speed``) or "replay" (``angles``: a
+            .npy file of shape (n, 3), ``period``); ``session``, ``port`` (0: any).
         timeout: how long the twin may compile, in s.
 
     Returns:
@@ -75,12 +75,13 @@ def rig_of(spec: Mapping[str, Any]) -> tuple[SteppedRig, float]:
 
     rig = load_rig(spec.get("rig_file") or None)
 
-    seed, locked, speed = int(spec.get("seed", 0)), bool(spec.get("locked", False)), float(spec.get("speed", 0.0))
+    seed, speed = int(spec.get("seed", 0)), float(spec.get("speed", 0.0))
+    locked, single = bool(spec.get("locked", False)), bool(spec.get("single", False))
     warm = Twin(rig)
     warm.command(RigCommand(0.1, 0.0, 0.1))
     for _ in range(3):  # compiled now, not in the first step
         warm.step()
-    return Twin(rig, seed=seed, locked=locked, speed=speed), rig.value("screw.lead")
+    return Twin(rig, seed=seed, locked=locked, single=single, speed=speed), rig.value("screw.lead")
 
 
 def main(text: str) -> int:

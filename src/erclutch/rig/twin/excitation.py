@@ -126,3 +126,10 @@ def half_sine_torque(
         out[k : k + width] = wave[: rows - k]
         k += width
     return out
+
+
+def both_ways_torque(rows: int, rng: np.random.Generator) -> Array:
+    """Squares up to the motor's rated torque, now one way and now the other, so that the slip changes sign."""
+    size = torque_sequence(rows, rng, 0.04, 0.30, settings=FieldSettings(highest=20.0))
+    side = torque_sequence(rows, rng, -1.0, 1.0, settings=FieldSettings(lowest=0.5, highest=5.0))
+    return np.copysign(size, side)

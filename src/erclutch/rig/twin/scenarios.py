@@ -14,7 +14,7 @@ import numpy as np
 from erclutch._version import __version__
 from erclutch.errors import SettingError
 from erclutch.rig.twin.excitation import (
-    FieldSettings,
+    both_ways_torque,
     field_sequence,
     field_settings,
     half_sine_torque,
@@ -81,10 +81,7 @@ def _half_sines(rows: int, rng: np.random.Generator, rig: RigParameters) -> Arra
 
 
 def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
-    """Squares up to the motor's rated torque, now one way and now the other, so that the slip changes sign."""
-    size = torque_sequence(rows, rng, 0.04, 0.30, settings=FieldSettings(highest=20.0))
-    side = torque_sequence(rows, rng, -1.0, 1.0, settings=FieldSettings(lowest=0.5, highest=5.0))
-    return np.copysign(size, side)
+    return both_ways_torque(rows, rng)
 
 
 _EXCITED: Mapping[str, float] = {}

@@ -10,7 +10,7 @@ import numpy as np
 from erclutch.rig.interface import Measurement, RigCommand
 from erclutch.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
 from erclutch.rig.twin.parameters import RigParameters, default_rig
-from erclutch.rig.twin.part_parameters import parts_of
+from erclutch.rig.twin.part_parameters import parts_of, single_clutch
 from erclutch.rig.twin.sampled_rows import sense
 from erclutch.rig.twin.supply import interlocked
 
@@ -19,12 +19,13 @@ PERIOD = 1.0e-3
 
 
 class Twin:
-    """Two coaxial ER clutches on a ball screw, stepped at 1 kHz.
+    """Two coaxial ER clutches on a ball screw, or one of them as a brake, stepped at 1 kHz.
 
     Args:
         rig: its parameters; None is the default rig.
         seed: of the torque meter's noise.
         locked: whether the output shaft is held.
+        single: CH1 alone is left; with the output shaft held it is a brake.
         speed: initial speed of the motor in rad/s.
 
     Attributes:
@@ -35,11 +36,17 @@ class Twin:
     period = PERIOD
 
     def __init__(
-        self, rig: RigParameters | None = None, *, seed: int = 0, locked: bool = False, speed: float = 0.0
+        self,
+        rig: RigParameters | None = None,
+        *,
+        seed: int = 0,
+        locked: bool = False,
+        single: bool = False,
+        speed: float = 0.0,
     ) -> None:
         self.rig = rig or default_rig()
         self.events: Counter[str] = Counter()
-        self._parts = parts_of(self.rig)
+        self._parts = single_clutch(parts_of(self.rig)) if single else parts_of(self.rig)
         self._steps = substeps(self.rig)
         self._random = np.random.default_rng(seed)
         self._locked = locked
