@@ -18,8 +18,8 @@ from erclutch.fit.data_check import Finding
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Reference
-from erclutch.models.stages import GROUP, NONE, stage_named, stages_of
-from erclutch.models.stages.stage import Moved, SlipStage, StageFamily
+from erclutch.models.stages import GROUP, NONE, remembers, slip_stages, stage_named, stages_of
+from erclutch.models.stages.stage import Moved, StageFamily
 from erclutch.signals.array import Array, Mask
 
 Rows = NDArray[np.intp]
@@ -132,20 +132,13 @@ def _candidates(dynamics: str) -> Iterator[str]:
         stem = ladder[0].partition("/")[0].partition("-")[0]
         if has < 0 and any(name.startswith(stem) for name in own):  # another form of the family
             continue
-        if has + 1 < len(ladder) and _keeps_state(ladder[has + 1]):
+        if has + 1 < len(ladder) and remembers(stage_named(ladder[has + 1])):
             yield ladder[has + 1]
-
-
-def _keeps_state(name: str) -> bool:
-    stage = stage_named(name)
-    numbers = {p.name: p.scanned[0] for p in stage.parameters(1.0)}
-    return bool(stage.initial(Moved(0.0, 1.0), numbers))
 
 
 def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Array:
     """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
-    stage = stage_named(name)
-    assert isinstance(stage, SlipStage)
+    (stage,) = slip_stages(name)
     shapes = stage.parameters(reference.period)
     found: list[Array] = []
     for way, element in zip((1.0, -1.0), data.elements, strict=False):
