@@ -112,7 +112,7 @@ def real_time(minutes: float) -> None:
                 time.sleep(0.1)
                 last = memory(session, observers) or last
                 if watch.reader.state is State.TRIPPED:
-                    session.order(Order.RESET)
+                    session.run_again()
                 if not first and time.monotonic() > warm:
                     first = last
             watch.poll()
