@@ -1,7 +1,7 @@
 """Time and memory of fits to logs larger than memory, on SYNTHETIC logs: `python studies/large.py [--rows 10000000]`.
 
 The parts are logs of a coaxial pair whose torque follows the command with a lag of 30 ms. A process of its own fits
-each model with each number of workers: `erclutch fit-large`. All that is done is kept in --folder, so that a run that
+the models with each number of workers: `erclutch fit-large`. All that is done is kept in --folder, so that a run that
 was stopped goes on.
 """
 
@@ -60,13 +60,15 @@ def part_file(folder: Path, part: int, rows: int) -> Path:
     return path
 
 
-def fitted(folder: Path, parts: list[Path], test: Path, model: str, cluster: str, workers: int) -> dict[str, Any]:
+def fitted(
+    folder: Path, parts: list[Path], test: Path, models: list[str], cluster: str, workers: int
+) -> dict[str, Any]:
     """What `erclutch fit-large` prints, in a process of its own; kept."""
     rows = pq.ParquetFile(parts[0]).metadata.num_rows * len(parts)
-    path = folder / f"fit-{rows}-{model.replace('/', '_')}-{cluster}-{workers}.json"
+    path = folder / f"fit-{rows}-{'-'.join(models).replace('/', '_')}-{cluster}-{workers}.json"
     if not path.exists():
         command = [sys.executable, "-m", "erclutch", "fit-large", *map(str, parts), "--device", "coaxial"]
-        command += ["--models", model, "--test-log", str(test), "--cluster", cluster, "--workers", str(workers)]
+        command += ["--models", *models, "--test-log", str(test), "--cluster", cluster, "--workers", str(workers)]
         began, wall = os.times(), monotonic()
         done = subprocess.run([*command, "--scratch", str(folder), "--json"], capture_output=True, text=True)
         if done.returncode:
@@ -80,14 +82,20 @@ def fitted(folder: Path, parts: list[Path], test: Path, model: str, cluster: str
     return json.loads(path.read_text())
 
 
-def line(rows: int, model: str, workers: int, found: dict[str, Any]) -> str:
-    """One line of the table."""
-    own, costs = found["models"][0], found["cpu_seconds"]
+def table(rows: int, workers: int, found: dict[str, Any]) -> None:
+    """A line for each model, and one for the process."""
+    costs = found["cpu_seconds"]
+    for own in found["models"]:
+        fit = costs[own["name"]]
+        print(
+            f"{rows:12,} {own['name']:16}{workers:3}{costs['read']:8.1f}{fit:8.1f}{1e6 * (costs['read'] + fit) / rows:9.2f}"
+            f"{own['test_mse']:12.4e}  {own['model_digest'][:12]}"
+        )
     peaks = [1e-6 * (found[key] or 0) for key in ("peak_memory_bytes", "worker_memory_bytes")]
-    return (
-        f"{rows:12,} {model:16}{workers:4}{costs['read']:8.1f}{costs[own['name']]:9.1f}"
-        f"{found['process_cpu_seconds']:9.1f}{1e6 * found['process_cpu_seconds'] / rows:8.2f}"
-        f"{found['wall_seconds']:8.1f}{peaks[0]:8.0f}{peaks[1]:8.0f}{own['test_mse']:12.4e}  {own['model_digest'][:12]}"
+    print(
+        f"all: {found['process_cpu_seconds']:.1f} CPU s, {found['wall_seconds']:.0f} s by the clock; "
+        f"{peaks[0]:.0f} MB, each worker {peaks[1]:.0f} MB",
+        flush=True,
     )
 
 
@@ -108,12 +116,11 @@ def main() -> None:
         *parts, test = [job.result() for job in jobs]
     size = sum(part.stat().st_size for part in parts) / asked.rows
     print(f"SYNTHETIC, {asked.parts} parts of {asked.rows // asked.parts:,} rows, {size:.1f} bytes a row in Parquet")
-    heads = f"{'rows':>12} {'model':16}{'w.':>4}{'read':>8}{'fit':>9}{'CPU s':>9}{'us/row':>8}{'wall s':>8}{'MB':>8}"
-    print(f"{heads}{'MB each':>8}{'test':>12}  digest", flush=True)
-    for model in asked.models:
-        for workers in asked.workers:
-            found = fitted(asked.folder, parts, test, model, asked.cluster, workers)
-            print(line(asked.rows, model, workers, found), flush=True)
+    print(
+        f"{'rows':>12} {'model':16}{'w.':>3}{'read s':>8}{'fit s':>8}{'us/row':>9}{'test MSE':>12}  digest", flush=True
+    )
+    for workers in asked.workers:
+        table(asked.rows, workers, fitted(asked.folder, parts, test, asked.models, asked.cluster, workers))
 
 
 if __name__ == "__main__":

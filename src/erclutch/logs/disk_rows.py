@@ -188,6 +188,8 @@ class _Columns(ExitStack):
         self._stem, self._files, self.rows = stem, list[Any](), 0
 
     def write(self, columns: Sequence[Array]) -> None:
+        if not self._stem.parent.is_dir():
+            raise RunError("the folder of kept rows is gone", where=str(self._stem.parent))
         try:
             if not self._files:
                 self._files = [self.enter_context(_file(self._stem, i).open("wb")) for i in range(len(columns))]

@@ -215,17 +215,17 @@ def fit_large(
     with tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
             began = tasks.seconds
-            _read(logs, how, device, rows, report)
+            _read(logs, how, device, rows, tasks, report)
             seconds = tasks.seconds - began
             sample = rows.thinned(_CHECKED)
             findings = check(sample, np.zeros(sample.rows, np.bool_))
             fits, left_out = _chosen(sample, settings)
             fitted = [_timed(name, fit, rows, tasks, report) for name, fit in fits.items()]
         with DiskRows(scratch, tasks) as others:
-            _read(test, how, device, others, report)
+            _read(test, how, device, others, tasks, report)
             report("score", others.rows)
-            models = [outcome.model for outcome, _ in fitted]
-            errors = _errors(others, models) / others.rows if test else [None] * len(models)
+            made = [outcome.model for outcome, _ in fitted]
+            errors = _errors(others, made) / others.rows if test else [None] * len(made)
     return LargeFit(
         entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, map(_number, errors), strict=True)),
         sources=tuple(rows.sources),
@@ -274,24 +274,26 @@ def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[Tr
 
 
 def _read(
-    logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, report: LargeFitProgress
+    logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, tasks: Tasks, report: LargeFitProgress
 ) -> None:
     jobs = [(str(path), rows.stem(index)) for index, path in enumerate(logs)]
-    for part in rows.spread(partial(_read_log, how, device), jobs):
+    seen = report if tasks.here else None
+    for part in tasks(partial(_read_log, how, device, seen), jobs):
         rows.append(part)
         report(f"read {part.source.name}", rows.rows)
 
 
-def _read_log(how: Reading, device: DeviceName, job: tuple[str, Path]) -> Part:
+def _read_log(how: Reading, device: DeviceName, report: LargeFitProgress | None, job: tuple[str, Path]) -> Part:
     """The rows of one log, on disk. What lies at an address is copied there first, and the copy goes at the end."""
     address, stem = job
+    show = report and partial(report, f"read {PurePosixPath(address).name}")
     if "://" not in address:
-        return read_part(how.batches(address, device), device, how.derivative, stem)
+        return read_part(how.batches(address, device), device, how.derivative, stem, show)
     folder = stem.with_name(f"{stem.name}-copy")
     folder.mkdir(exist_ok=True)
     try:
         copy = copied(address, folder)
-        return read_part(how.batches(copy, device), device, how.derivative, stem)
+        return read_part(how.batches(copy, device), device, how.derivative, stem, show)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -321,7 +323,8 @@ def _timed(
     name: str, fit: Callable[[TrainingRows], AnyOutcome], rows: DiskRows, tasks: Tasks, report: LargeFitProgress
 ) -> tuple[AnyOutcome, float]:
     report(f"fit {name}", rows.rows)
-    began = tasks.seconds
+    began, first = tasks.seconds, tasks.passes
+    tasks.show = lambda passes, done: report(f"fit {name}, pass {passes - first}, {done} tasks done", rows.rows)
     return fit(rows), tasks.seconds - began
 
 

@@ -1,36 +1,45 @@
-"""Tasks run one after another, in threads, in processes or on a Dask cluster; their results come in their order."""
+"""Passes over the rows of a large log run in tasks, in their order; what they take is counted."""
 
 from __future__ import annotations
 
 import sys
-from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import process_time, thread_time
 from typing import Any
 
-from erclutch.errors import SettingError
-from erclutch.fit.one_thread import one_thread
+from erclutch.runs.cluster import TaskPool, in_order, task_pool
+
+
+def _unseen(passes: int, tasks: int) -> None:
+    """Nobody looks."""
 
 
 @dataclass
 class Tasks:
-    """Runs tasks, and counts what they take.
+    """Runs the tasks of each pass.
 
     Attributes:
-        pool: that runs them; None: this thread.
-        workers: side by side.
-        apart: whether they run in other processes.
+        pool: where; None: here, one after the other.
+        show: called with the number of the pass and its tasks that are done.
+        passes: begun so far.
+        elsewhere: CPU time that tasks took in other processes.
+        peak: most bytes of memory of such a process; None where there is none.
     """
 
-    pool: Executor | None
-    workers: int
-    apart: bool
+    pool: TaskPool | None
+    show: Callable[[int, int], None] = _unseen
+    passes: int = 0
     elsewhere: float = 0.0
     peak: int | None = None
+
+    @property
+    def here(self) -> bool:
+        """Whether tasks run in this process."""
+        return self.pool is None or self.pool.here
 
     @property
     def seconds(self) -> float:
@@ -38,55 +47,31 @@ class Tasks:
         return process_time() + self.elsewhere
 
     def __call__(self, of: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        """What a function makes of each item, in their order; few more than the workers wait at a time."""
-        if self.pool is None:
-            yield from map(of, items)
-            return
-        waiting: deque[Future[Any]] = deque()
-        try:
-            for item in items:
-                waiting.append(self.pool.submit(_alone, of, item))
-                if len(waiting) > 2 * self.workers:
-                    yield self._result(waiting.popleft())
-            while waiting:
-                yield self._result(waiting.popleft())
-        finally:
-            for future in waiting:
-                future.cancel()
-
-    def _result(self, future: Future[Any]) -> Any:
-        found, seconds, peak = future.result()
-        if self.apart:
-            self.elsewhere += seconds
-            self.peak = max(self.peak or 0, peak or 0) or None
-        return found
+        """What a function makes of each item, in their order."""
+        self.passes += 1
+        counted = partial(_counted, of)
+        found = map(counted, items) if self.pool is None else in_order(self.pool, counted, items)
+        for done, (value, seconds, peak) in enumerate(found, start=1):
+            if not self.here:
+                self.elsewhere += seconds
+                self.peak = max(self.peak or 0, peak or 0) or None
+            self.show(self.passes, done)
+            yield value
 
 
-def _alone(of: Callable[[Any], Any], item: Any) -> tuple[Any, float, int | None]:
+def _counted(of: Callable[[Any], Any], item: Any) -> tuple[Any, float, int | None]:
     began = thread_time()
-    with one_thread():
-        found = of(item)
-    return found, thread_time() - began, peak_memory()
+    return of(item), thread_time() - began, peak_memory()
 
 
 @contextmanager
 def tasks_on(cluster: str | None, workers: int) -> Generator[Tasks]:
-    """Tasks on a pool of so many workers."""
-    if cluster in (None, "threads"):
-        if workers == 1:
-            yield Tasks(None, 1, apart=False)
-            return
-        pool: Executor = ThreadPoolExecutor(workers)
-    elif cluster == "processes":
-        import multiprocessing
-
-        pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    else:
-        raise SettingError(f"unknown cluster {cluster!r}", remedy="Give threads or processes")
-    try:
-        yield Tasks(pool, workers, apart=cluster == "processes")
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    """Tasks on so many workers; see `task_pool`."""
+    if cluster in (None, "threads") and workers == 1:
+        yield Tasks(None)
+        return
+    with task_pool(cluster, workers) as pool:
+        yield Tasks(pool)
 
 
 def peak_memory() -> int | None:

@@ -141,7 +141,7 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
     tops: list[Array] = []
     for matrix in matrices:
         rows, wide = matrix.shape
-        whole = rows // _SLICE * _SLICE if rows >= 2 * _SLICE else 0
+        whole = rows // _SLICE * _SLICE if tops or rows >= 2 * _SLICE else 0
         tops += [np.triu(dgeqrf(matrix[at : at + _SLICE])[0][:wide]) for at in range(0, whole, _SLICE)]
         tops.append(np.array(matrix[whole:]))
     matrix = tops[0] if len(tops) == 1 else np.vstack(tops)
