@@ -87,8 +87,9 @@ def table(rows: int, workers: int, found: dict[str, Any]) -> None:
     costs = found["cpu_seconds"]
     for own in found["models"]:
         fit = costs[own["name"]]
+        each = 1e6 * (costs["read"] + fit) / rows
         print(
-            f"{rows:12,} {own['name']:16}{workers:3}{costs['read']:8.1f}{fit:8.1f}{1e6 * (costs['read'] + fit) / rows:9.2f}"
+            f"{rows:12,} {own['name']:16}{workers:3}{costs['read']:8.1f}{fit:8.1f}{each:9.2f}"
             f"{own['test_mse']:12.4e}  {own['model_digest'][:12]}"
         )
     peaks = [1e-6 * (found[key] or 0) for key in ("peak_memory_bytes", "worker_memory_bytes")]

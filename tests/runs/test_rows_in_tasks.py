@@ -141,7 +141,8 @@ def test_other_processes_give_the_same_models_and_a_dead_worker_is_replaced(tmp_
     here = fit_large(paths, models)
     there = fit_large(paths, models, cluster=cluster, workers=2)
     assert [e.outcome.model.to_dict() for e in there.entries] == [e.outcome.model.to_dict() for e in here.entries]
-    assert there.worker_memory and here.worker_memory is None
+    assert there.worker_memory
+    assert here.worker_memory is None
     mark = tmp_path / "died"
     with tasks_on(cluster, 2) as tasks:
         assert list(tasks(partial(_dies_once, mark), range(5))) == [0, 1, 4, 9, 16]

@@ -111,11 +111,6 @@ class Dataset:
         """Rows with the smallest and the largest value of each column: all of them."""
         return self
 
-    @property
-    def in_memory(self) -> Dataset:
-        """All rows: this data set."""
-        return self
-
     def thinned(self, most: int) -> Dataset:
         """Every so-many-th row, so that at most ``most`` are left, without their past."""
         return self.picked(slice(None, None, max(1, -(-self.rows // most))))

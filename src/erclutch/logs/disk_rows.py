@@ -39,6 +39,8 @@ _MOST_RANGES = 4096  # tasks of a pass
 _LEAF = 131_072  # rows that are added up at once
 _BEHIND = 0.05  # s that a delay looks back: rows ahead of a block, of a model with a memory
 
+_ALONE = "Leave the folder of --scratch alone, and let all workers see it"
+
 #: What a function makes of each item, in their order: `map`, or a pool's.
 Spread = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 #: Some rows, and which of them count: those before only bring their past along.
@@ -98,9 +100,9 @@ class Part:
                 return np.array(np.memmap(where, np.float64, "r")[start:stop:step])
             values: Array = np.fromfile(where, count=stop - start, offset=8 * start)
         except OSError as error:
-            raise RunError(f"kept rows cannot be read: {error.strerror or error}", where=str(where)) from error
+            raise RunError(f"cannot be read: {error.strerror or error}", where=str(where), remedy=_ALONE) from error
         if values.size < stop - start:
-            raise RunError("kept rows are missing", where=str(where), remedy="Leave the folder of --scratch alone")
+            raise RunError("kept rows are missing", where=str(where), remedy=_ALONE)
         return values
 
 
@@ -189,7 +191,7 @@ class _Columns(ExitStack):
 
     def write(self, columns: Sequence[Array]) -> None:
         if not self._stem.parent.is_dir():
-            raise RunError("the folder of kept rows is gone", where=str(self._stem.parent))
+            raise RunError("the folder of kept rows is gone", where=str(self._stem.parent), remedy=_ALONE)
         try:
             if not self._files:
                 self._files = [self.enter_context(_file(self._stem, i).open("wb")) for i in range(len(columns))]
@@ -383,10 +385,6 @@ class DiskRows(AbstractContextManager["DiskRows"]):
         return float(np.median(list(sum((part.periods for part in self._parts), Counter[float]()).elements())))
 
     @property
-    def in_memory(self) -> None:
-        """The rows need not fit into memory."""
-
-    @property
     def under_both_fields(self) -> int:
         """Rows in which both elements of a pair are under field."""
         return sum(part.both for part in self._parts) * (len(self.like.elements) > 1)
@@ -395,7 +393,8 @@ class DiskRows(AbstractContextManager["DiskRows"]):
     def ends(self) -> Dataset:
         """Two rows: the smallest and the largest value of each column."""
         low, high = (pick([part.ends[:, i] for part in self._parts], axis=0) for i, pick in ((0, np.min), (1, np.max)))
-        return self._dataset(list(np.column_stack([low, high])), Clock(np.arange(2.0), ()))
+        both: Array = np.column_stack([low, high])
+        return self._dataset([*both], Clock(np.arange(2.0), ()))
 
     @property
     def blocks(self) -> Blocks[Dataset]:
@@ -465,7 +464,7 @@ class DiskRows(AbstractContextManager["DiskRows"]):
         if not ordered:
             rows = stop - start
             return self._dataset(columns, Clock(np.arange(float(rows)), (Span(0, rows, None),)))
-        first, last = np.searchsorted(self._spans[:, 0], [start, stop - 1], side="right") - 1
+        first, last = (int(np.searchsorted(self._spans[:, 0], row, side="right")) - 1 for row in (start, stop - 1))
         spans = [Span(int(a), int(b), None if p != p else p) for a, b, p in self._spans[first : last + 1].tolist()]
         time, joins = self._column(self._wide, start, stop), spans[0].start < start
         return self._dataset(columns, Clock(time, within(spans, start, stop), joins))
@@ -476,7 +475,7 @@ class DiskRows(AbstractContextManager["DiskRows"]):
         return 2 * len(self.like.elements) + 1 + len(self.like.extras)
 
     def _column(self, index: int, start: int, stop: int, step: int = 1) -> Array:
-        first, last = np.searchsorted(self._starts, [start, stop - 1], side="right").tolist()
+        first, last = (int(np.searchsorted(self._starts, row, side="right")) for row in (start, stop - 1))
         pieces: list[Array] = []
         for part, begin in zip(self._parts[first - 1 : last], self._starts[first - 1 : last].tolist(), strict=True):
             at = max(start, begin)
@@ -501,5 +500,5 @@ def _whole_blocks(of: Callable[[Iterable[Stretch]], U], blocks: Iterable[Dataset
 
 
 #: The rows that a model is fitted to. What both kinds offer is ``device``, ``units``, ``rows``, ``period``, ``where``,
-#: ``blocks``, ``ends``, ``in_memory`` (None where the rows need not fit into memory) and ``thinned``.
+#: ``blocks``, ``ends`` and ``thinned``.
 TrainingRows = Dataset | DiskRows

@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -305,14 +306,13 @@ def copied(address: str, folder: Path) -> Path:
         LogError: it cannot be read, or what reads such addresses is not installed.
     """
     try:
-        import fsspec
+        fsspec: Any = import_module("fsspec")
     except ImportError as error:
         remedy = 'Run: pip install "erclutch[cluster]"'
         raise LogError("addresses need fsspec", where=address, remedy=remedy) from error
     name = PurePosixPath(address.partition("?")[0]).name or "log"
     try:
-        opened: Any = fsspec.open(address, "rb")
-        with opened as source, (folder / name).open("wb") as to:
+        with fsspec.open(address, "rb") as source, (folder / name).open("wb") as to:
             shutil.copyfileobj(source, to, 1 << 20)
     except Exception as error:  # whatever a file system of another package raises
         raise LogError(f"cannot be read: {error}", where=address, remedy="Check the address and its access") from error

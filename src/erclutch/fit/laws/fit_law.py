@@ -111,12 +111,13 @@ def fit_structure(
         CheckError: rows on disk in which both clutches are under field, which a law's centroids cannot tell apart.
     """
     keep_heap()
-    whole = data.in_memory
-    if whole is None:
+    if isinstance(data, DiskRows):
         require_no_stimulus(structure)
         if data.rows >= MANY_ROWS:
             return _fit_on_disk(data, structure, scan)
         whole, intervals = data.windows([0], data.rows), False
+    else:
+        whole = data
     reference = reference_of(whole, structure.extras)
     shapes = structure.shapes(reference.period)
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more.

@@ -67,8 +67,8 @@ class LawOverRows:
         """Best gains at some coordinates; those of the last two points are kept."""
         key = u.tobytes()
         if key not in self._known:
-            r = reduce(_joined, self._ranges(partial(_triangle, partial(_plain, parameters(self.shapes, u)))))
-            p = r.shape[0] - 1
+            r: Array = reduce(_joined, self._ranges(partial(_triangle, partial(_plain, parameters(self.shapes, u)))))
+            p = len(self.structure.gains())
             while len(self._known) > 1:
                 del self._known[next(iter(self._known))]
             nonnegative: Mask = np.array([gain.nonnegative for gain in self.structure.gains()], np.bool_)

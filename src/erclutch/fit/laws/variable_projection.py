@@ -233,8 +233,9 @@ def corrected(projection: Projection, triangle: Array, slope: Array) -> Projecti
 
     See Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484. The triangle begins with that of the free columns.
     """
-    free, gains, p, solve = ~projection.held, projection.gains.copy(), slope.size, np.linalg.lstsq
-    r: Any = triangle[:p, :p]
+    free, gains, p = ~projection.held, projection.gains.copy(), slope.size
+    solve: Any = np.linalg.lstsq
+    r = triangle[:p, :p]
     scale, eps = np.linalg.norm(r, axis=0), np.finfo(float).eps
     step: Any = solve(r / scale, solve((r / scale).T, slope / scale, rcond=eps)[0], rcond=eps)[0]
     gains[free] += step / scale

@@ -20,7 +20,7 @@ from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.blocks import Blocks
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import TrainingRows
+from erclutch.logs.disk_rows import DiskRows, TrainingRows
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
@@ -56,7 +56,7 @@ def fit_network(
         MappingError: a further input is not in the data.
         SettingError: rows on disk, and a network that needs each row's past or has too many inputs for a grid.
     """
-    if data.in_memory is None:
+    if isinstance(data, DiskRows):
         require_no_past(structure)
     times = dict(dynamics or {})
 
