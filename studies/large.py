@@ -1,8 +1,8 @@
-"""Time and memory of fits to logs larger than memory, on the TWIN: `python studies/large.py [--rows 10000000]`.
+"""Time and memory of fits to logs larger than memory, on SYNTHETIC logs: `python studies/large.py [--rows 10000000]`.
 
-Training runs of the twin with seeds 0, 1, 2, ... (a row group each) become logs of 10^5 rows up to those asked for, and
-a process of its own fits each model to each log: `erclutch fit-large`. All that is done is kept in --folder, so that a
-run that was stopped goes on; --minutes stops it by itself.
+The parts are logs of a coaxial pair whose torque follows the command with a lag of 30 ms. A process of its own fits
+the models with each number of workers: `erclutch fit-large`. All that is done is kept in --folder, so that a run that
+was stopped goes on.
 """
 
 from __future__ import annotations
@@ -21,100 +21,107 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from scipy.signal import lfilter
 
-from erclutch.logs.log_writer import write_log
-from erclutch.rig.twin.scenarios import prepare
-
-SECONDS = 290.0
-PAUSE = 1.0  # s between two runs: a gap in the log, over which no speed is differentiated
-SIZES = (100_000, 1_000_000, 3_000_000, 10_000_000)
-MODELS = ("rbfm-10/forward", "fnn-16")
+RUN = 290_000  # rows at 1 kHz between two gaps of 1 s
+MODELS = ("rbfm-10/forward", "fnn-16", "hem/square+lag")
+UNITS = {"time": "s", "E1": "", "E2": "", "theta_dot": "rad/s", "alpha_dot": "rad/s", "T": "N*m"}
 
 
-def run_file(folder: Path, scenario: str, seed: int) -> Path:
-    """The log of one run, made once."""
-    path = folder / f"{scenario}-{seed}.parquet"
-    if not path.exists():
-        run = prepare(scenario, seed=seed, seconds=SECONDS if scenario == "training" else None)
-        write_log(path, run.names, run.chunks(), run.about(), rows=run.rows)
-    return path
+def run_columns(seed: int, rows: int) -> dict[str, np.ndarray]:
+    """One recording: fields of one clutch at a time, two drives, and the torque with 1 % of noise."""
+    rng = np.random.default_rng([20261123, seed])
+    t = np.arange(rows) * 1e-3
+    a, b, c, d = rng.uniform(0.8, 1.25, 4)
+    signed = 0.5 * np.sin(2.1 * a * t) * np.sin(0.37 * b * t + seed)
+    fields = np.maximum(signed, 0.0), np.maximum(-signed, 0.0)
+    w, v = 30.0 + 6.0 * np.cos(3.0 * c * t), 45.0 * np.cos(1.3 * d * t)
+    share = -np.expm1(-1e-3 / 0.03)
+    torque = 1e-3 * rng.standard_normal(rows)
+    for way, field, slip in ((1.0, fields[0], w - v), (-1.0, fields[1], w + v)):
+        inside = lfilter([share], [1.0, share - 1.0], field)
+        torque += way * (0.4 * inside**2 * np.tanh(slip) + 2e-4 * slip)
+    return {"time": t, "E1": fields[0], "E2": fields[1], "theta_dot": w, "alpha_dot": v, "T": torque}
 
 
-def joined(folder: Path, rows: int) -> Path:
-    """One log of so many rows, made once: a row group a run, one run after another in time."""
-    path = folder / f"twin-{rows}.parquet"
+def part_file(folder: Path, part: int, rows: int) -> Path:
+    """One part, made once: a row group a recording."""
+    path = folder / f"part-{rows}-{part:03}.parquet"
     if path.exists():
         return path
     partial = path.with_suffix(".partial")
-    left, seed = rows, 0
-    first = run_file(folder, "training", 0)
-    schema = pq.read_schema(first)
+    schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in UNITS.items()])
     with pq.ParquetWriter(partial, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False) as to:
-        while left:
-            table = pq.read_table(run_file(folder, "training", seed), schema=schema)[:left]
-            at = schema.get_field_index("time")
-            time = table.column(at).to_numpy() + seed * (SECONDS + PAUSE)
-            to.write_table(table.set_column(at, schema.field(at), pa.array(np.round(time, 3))), row_group_size=10**9)
-            left, seed = left - table.num_rows, seed + 1
+        for k, at in enumerate(range(0, rows, RUN)):
+            columns = run_columns(1000 * part + k, min(RUN, rows - at))
+            columns["time"] = np.round(columns["time"] + k * (1e-3 * RUN + 1.0), 3)
+            to.write_table(pa.Table.from_arrays([pa.array(x) for x in columns.values()], schema=schema))
     os.replace(partial, path)
     return path
 
 
-def fitted(folder: Path, rows: int, model: str) -> dict[str, Any]:
+def fitted(
+    folder: Path, parts: list[Path], test: Path, models: list[str], cluster: str, workers: int
+) -> dict[str, Any]:
     """What `erclutch fit-large` prints, in a process of its own; kept."""
-    path = folder / f"fit-{rows}-{model.replace('/', '_')}.json"
+    rows = pq.ParquetFile(parts[0]).metadata.num_rows * len(parts)
+    path = folder / f"fit-{rows}-{'-'.join(models).replace('/', '_')}-{cluster}-{workers}.json"
     if not path.exists():
-        command = [sys.executable, "-m", "erclutch", "fit-large", str(joined(folder, rows)), "--device", "coaxial"]
-        command += ["--models", model, "--test-log", str(run_file(folder, "test", 1000)), "--workers", "1", "--json"]
-        began = os.times()
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        command = [sys.executable, "-m", "erclutch", "fit-large", *map(str, parts), "--device", "coaxial"]
+        command += ["--models", *models, "--test-log", str(test), "--cluster", cluster, "--workers", str(workers)]
+        began, wall = os.times(), monotonic()
+        done = subprocess.run([*command, "--scratch", str(folder), "--json"], capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(done.stderr)
         ended = os.times()
         spent = ended.children_user + ended.children_system - began.children_user - began.children_system
         partial = path.with_suffix(".partial")
-        partial.write_text(json.dumps({**json.loads(done.stdout), "process_cpu_seconds": spent}))
+        own = {"process_cpu_seconds": spent, "wall_seconds": monotonic() - wall}
+        partial.write_text(json.dumps({**json.loads(done.stdout), **own}))
         os.replace(partial, path)
     return json.loads(path.read_text())
 
 
-def line(rows: int, model: str, found: dict[str, Any]) -> str:
-    """One line of the table."""
-    own, costs = found["models"][0], found["cpu_seconds"]
-    return (
-        f"{rows:12,}  {model:16}{costs['read']:9.1f}{costs[own['name']]:9.1f}{found['process_cpu_seconds']:9.1f}"
-        f"{1e6 * found['process_cpu_seconds'] / rows:9.2f}{found['peak_memory_bytes'] / 1e6:9.0f}"
-        f"{own['train_mse']:12.4e}{own['test_mse']:12.4e}"
+def table(rows: int, workers: int, found: dict[str, Any]) -> None:
+    """A line for each model, and one for the process."""
+    costs = found["cpu_seconds"]
+    for own in found["models"]:
+        fit = costs[own["name"]]
+        each = 1e6 * (costs["read"] + fit) / rows
+        print(
+            f"{rows:12,} {own['name']:16}{workers:3}{costs['read']:8.1f}{fit:8.1f}{each:9.2f}"
+            f"{own['test_mse']:12.4e}  {own['model_digest'][:12]}"
+        )
+    peaks = [1e-6 * (found[key] or 0) for key in ("peak_memory_bytes", "worker_memory_bytes")]
+    print(
+        f"all: {found['process_cpu_seconds']:.1f} CPU s, {found['wall_seconds']:.0f} s by the clock; "
+        f"{peaks[0]:.0f} MB, each worker {peaks[1]:.0f} MB",
+        flush=True,
     )
 
 
 def main() -> None:
     """Make what is missing, then print the table."""
-    parser = argparse.ArgumentParser(description="Fits to long logs of the digital TWIN.")
+    parser = argparse.ArgumentParser(description="Fits to long SYNTHETIC logs.")
     parser.add_argument("--rows", type=int, default=10_000_000)
+    parser.add_argument("--parts", type=int, default=10)
+    parser.add_argument("--models", nargs="+", default=MODELS)
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4])
+    parser.add_argument("--cluster", default="processes")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "erclutch-large")
-    parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after these; run again to go on")
-    parser.add_argument("--processes", type=int, default=2, help="runs of the twin side by side")
     asked = parser.parse_args()
-    began = monotonic()
     asked.folder.mkdir(parents=True, exist_ok=True)
-    sizes = sorted({size for size in SIZES if size < asked.rows} | {asked.rows})
-    print("TWIN, training runs of 290,000 rows and the test run; a process each, one thread")
-    heads = "".join(f"{head:>9}" for head in ("read", "fit", "CPU s", "us/row", "peak MB"))
-    print(f"{'rows':>12}  {'model':16}{heads}{'train':>12}{'test':>12}", flush=True)
-
-    def late() -> None:
-        if monotonic() - began > 60.0 * asked.minutes:
-            sys.exit("not all is done; run this again to go on")
-
-    with ProcessPoolExecutor(asked.processes) as pool:
-        for rows in sizes:
-            runs = [("test", 1000)] + [("training", seed) for seed in range(-(-rows // int(1000 * SECONDS)))]
-            for at in range(0, len(runs), asked.processes):
-                late()
-                some = runs[at : at + asked.processes]
-                list(pool.map(run_file, [asked.folder] * len(some), [s for s, _ in some], [k for _, k in some]))
-            for model in MODELS:
-                late()
-                print(line(rows, model, fitted(asked.folder, rows, model)), flush=True)
+    with ProcessPoolExecutor(2) as pool:
+        jobs = [pool.submit(part_file, asked.folder, k, asked.rows // asked.parts) for k in range(asked.parts)]
+        jobs.append(pool.submit(part_file, asked.folder, 999, RUN))
+        *parts, test = [job.result() for job in jobs]
+    size = sum(part.stat().st_size for part in parts) / asked.rows
+    print(f"SYNTHETIC, {asked.parts} parts of {asked.rows // asked.parts:,} rows, {size:.1f} bytes a row in Parquet")
+    print(
+        f"{'rows':>12} {'model':16}{'w.':>3}{'read s':>8}{'fit s':>8}{'us/row':>9}{'test MSE':>12}  digest", flush=True
+    )
+    for workers in asked.workers:
+        table(asked.rows, workers, fitted(asked.folder, parts, test, asked.models, asked.cluster, workers))
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
-from erclutch.arithmetic.dual import Dual, value_of
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -68,28 +68,32 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
         first: the value in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
         clock: the rows' spans.
     """
-    starts = starts_of(clock)
     keeps, values = np.asarray(value_of(keep)), np.asarray(value_of(drive))
     keeps = np.ascontiguousarray(np.broadcast_to(keeps, values.shape), np.float64)
-    x = _solved(keeps, [values], [value_of(first)], starts)[0]
+    x = _solved(keeps, [values], [value_of(first)], clock)[0]
     if isinstance(drive, Exact):
         return exact(x)
     seeds = sorted({seed for part in (keep, drive, first) if isinstance(part, Dual) for seed in part.partials})
     if not seeds:
         return x
     before = np.concatenate([[0.0], x[:-1]])
-    slopes = [_partial(drive, seed) + _partial(keep, seed) * before for seed in seeds]
-    partials = _solved(keeps, slopes, [_partial(first, seed) for seed in seeds], starts)
+    slopes = [partial_of(drive, seed) + partial_of(keep, seed) * before for seed in seeds]
+    partials = _solved(keeps, slopes, [partial_of(first, seed) for seed in seeds], clock)
     return Dual(x, dict(zip(seeds, partials, strict=True)))
 
 
-def _solved(keep: Array, drives: list[Any], firsts: list[Any], starts: list[int]) -> Array:
+def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> Array:
     """The recursion of several drives with the same share kept, shape (drives, n)."""
+    starts = starts_of(clock)
     right = np.empty((len(drives), keep.size))
     for row, drive, first in zip(right, drives, firsts, strict=True):
         row[:] = drive
         row[starts] = first if np.ndim(first) == 0 else first[starts]
+    if clock.carry:
+        clock.carry.into(right[:, 0])
     _quick(_run_one if len(right) == 1 else _run_all, keep.size)(keep, right, np.array(starts))
+    if clock.carry:
+        clock.carry.end.append(right[:, clock.carry.at].copy())
     return right
 
 
@@ -153,24 +157,39 @@ def follow(
     """
     rows, starts = clock.time.size, starts_of(clock)
     exactly = any(isinstance(value_of(x), Exact) for x in inputs)
-    begin = [_at(value_of(x), starts, rows) for x in first]
-    solve = None
+    begin = _begun([_at(value_of(x), starts, rows) for x in first], clock)
     if linear and not exactly:
         values = [value_of(x) for x in inputs]
         solve, drive = _linearised(advance, [np.zeros(rows) for _ in first], values, starts)
         states = solve([value_of(x) for x in drive], begin)
     else:
         states = _rolled(advance, begin, [value_of(x) for x in inputs], clock)
+    _handed_on(states, clock)
     seeds = sorted({seed for x in (*first, *inputs) if isinstance(x, Dual) for seed in x.partials})
     if exactly or not seeds:
         return tuple(exact(x) if exactly else x for x in states)
     before = [np.concatenate([[0.0], x[:-1]]) for x in states]
     solve, drive = _linearised(advance, before, inputs, starts)
-    partials = {
-        seed: solve([_partial(x, seed) for x in drive], [_at(_partial(x, seed), starts, rows) for x in first])
-        for seed in seeds
-    }
+    partials: dict[int, list[Array]] = {}
+    for seed in seeds:
+        begin = _begun([_at(partial_of(x, seed), starts, rows) for x in first], clock)
+        partials[seed] = solve([partial_of(x, seed) for x in drive], begin)
+        _handed_on(partials[seed], clock)
     return tuple(Dual(x, {seed: partials[seed][i] for seed in seeds}) for i, x in enumerate(states))
+
+
+def _begun(firsts: list[Array], clock: Clock) -> list[Array]:
+    """The states in the first row of each span; that of the first span may come from the rows before."""
+    if clock.carry and clock.carry.begin:
+        own = np.array(firsts)
+        clock.carry.into(own[:, 0])
+        return list(own)
+    return firsts
+
+
+def _handed_on(states: Sequence[Array], clock: Clock) -> None:
+    if clock.carry:
+        clock.carry.end.append(np.array([x[clock.carry.at] for x in states]))
 
 
 def _linearised(
@@ -179,7 +198,7 @@ def _linearised(
     """The linear system of a recursion around some states, and the new states with their other derivatives."""
     own = [Dual(x, {-1 - j: 1.0}) for j, x in enumerate(before)]
     after = advance(tuple(own), tuple(inputs))
-    keeps = [[_partial(x, -1 - j) for j in range(len(before))] for x in after]
+    keeps = [[partial_of(x, -1 - j) for j in range(len(before))] for x in after]
     return _Triangular(keeps, starts, before[0].size), after
 
 
@@ -259,10 +278,6 @@ def _teach_numba() -> None:
     extending.overload(less_select)(choice)
 
 
-def _partial(x: Any, seed: int) -> Any:
-    return x.partials.get(seed, 0.0) if isinstance(x, Dual) else 0.0
-
-
 def _at(first: Any, starts: list[int], rows: int) -> Array:
     return np.asarray(np.broadcast_to(np.asarray(first, np.float64), (rows,))[starts])
 
@@ -308,6 +323,9 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         clock: the rows' spans.
     """
     rising = np.ones(u.size, np.bool_)
+    if clock.carry and clock.carry.begin:  # the state of the recursion that follows
+        u = u.copy()
+        clock.carry.into(u[:1])
     _quick(_run_switched, u.size)(np.ascontiguousarray(u, np.float64), up, down, np.array(starts_of(clock)), rising)
     return rising
 

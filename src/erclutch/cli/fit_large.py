@@ -21,38 +21,42 @@ _MODELS = Group("Models and figures", sort_key=1)
 
 
 def fit_large(
-    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    logs: Annotated[tuple[str, ...], Parameter(name="LOG", negative=())],
     *,
     models: Annotated[
         tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
     ] = ("all",),
-    test_log: Annotated[tuple[Path, ...], Parameter(group=_MODELS, negative=())] = (),
+    test_log: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=())] = (),
     friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
     seed: Annotated[int, Parameter(group=_MODELS)] = 0,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
     batch: Annotated[int, Parameter(group=_MODELS)] = 65_536,
+    cluster: Annotated[str | None, Parameter(group=_MODELS)] = None,
     scratch: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
-    """Fit models without memory to logs larger than memory; all figures are of all rows.
+    """Fit models to logs larger than memory, here or on a cluster; all figures are of all rows.
 
-    Parquet is read in batches, other formats one file at a time. Rows go to a temporary file of 24 to 40 bytes a row.
+    Parquet is read in batches, other formats one file at a time. Rows go to temporary files of 32 to 48 bytes a row.
 
     Args:
-        logs: One log or several of the same device; a folder stands for the logs in it.
+        logs: One log or several of the same device; a folder stands for the logs in it. With fsspec, also an address
+            such as s3://BUCKET/a.parquet.
         models: Laws and networks, for example --models rbfm-10 hem/square fnn-16; 'all' (default) and 'paper' stand for
-            those of their sets that can be fitted this way. No dynamics, no past samples, no laws with a stimulus.
+            those of their sets that can be fitted this way. Laws may have stages (hem/square+lag), networks may not; no
+            past samples, no laws with a stimulus.
         test_log: Log to score the models on; more than once for several.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.
         seed: Seed of the networks' starts.
-        workers: Starts of a network side by side; changes no figure.
+        workers: Tasks side by side; changes no figure.
+        cluster: Where tasks run: threads (default), processes, local (Dask here), or tcp://HOST:PORT of Dask.
         batch: Rows that are read at a time.
-        scratch: Folder for the temporary file. Default: the system's.
+        scratch: Folder for the temporary files, which all workers must see. Default: the system's.
         out: Folder to keep the models in.
         force: Replace such a folder that is already there.
         json: Print everything as JSON instead of a table.
@@ -68,26 +72,27 @@ def fit_large(
     if out is not None:
         may_write(out, force, MARKER)
     how = Reading(_mapped(reading), reading.map, None, reading.variable, reading.filter(), batch)
-    fit_so = partial(fit_them, friction=friction, offset=offset, seed=seed, workers=workers, scratch=scratch)
-    paths, tests, names = expand(logs), expand(test_log), model_names(models)
+    fit_so = partial(fit_them, friction=friction, offset=offset, seed=seed, workers=workers, cluster=cluster)
+    paths, tests, names = _places(logs), _places(test_log), model_names(models)
     with terminal.progress("reading") as bar:
 
         def show(what: str, rows: int) -> None:
             bar(0, None, f"{what}: {rows:,} rows")
 
-        result = fit_so(paths, names, reading=how, device=reading.device, test=tests, progress=show)
+        result = fit_so(paths, names, reading=how, device=reading.device, test=tests, scratch=scratch, progress=show)
     if out is not None:
         write_large(out, result, force=force)
     _print(result, json, out)
 
 
 def _print(result: LargeFit, json: bool, out: Path | None) -> None:
-    from erclutch.runs.large_fit import peak_memory
+    from erclutch.runs.tasks import peak_memory
 
     memory = peak_memory()
     if json:
         seconds = {entry.name: entry.seconds for entry in result.entries}
         costs = {"cpu_seconds": {"read": result.read_seconds, **seconds}, "peak_memory_bytes": memory}
+        costs["worker_memory_bytes"] = result.worker_memory
         print(dumps({**result.to_dict(), **costs}, indent=1, allow_nan=False))
         return
     made = sorted({source.origin for source in result.sources if source.origin})
@@ -126,3 +131,8 @@ def _mapped(reading: LogOptions) -> ColumnMap:
             "--from, --to and --skip need the whole log in memory", remedy="Use erclutch fit, or cut before"
         )
     return reading.column_map()
+
+
+def _places(logs: tuple[str, ...]) -> list[str | Path]:
+    """Paths of logs, folders opened; addresses as they are."""
+    return [place for log in logs for place in ([log] if "://" in log else expand((Path(log),)))]

@@ -3,19 +3,21 @@
 Within a cell a smooth model hardly changes, so the cost of the full data is that of the centroids, plus the scatter
 inside cells, which no parameter moves. Coarse grids give starts, finer ones the fit, all rows the figures.
 
-Rows come in blocks: the centroids are the same to the last bit whatever the blocks, because each cell adds its rows in
-their order.
+Rows come in ranges of blocks. Each cell adds the rows of a range in their order, and then the ranges in theirs: within
+a range the centroids are the same to the last bit whatever the blocks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
+from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.signals.array import Array
 
 Places = NDArray[np.int64]
@@ -103,6 +105,12 @@ class Totals:
                 np.add.at(sums, place, values)
         self._power += float(y @ y)
 
+    def join(self, other: Totals) -> None:
+        """Add the sums over the rows that follow."""
+        self._counts += other._counts
+        self._sums += other._sums
+        self._power += other._power
+
     def centroids(self) -> Centroids:
         """Centroids of the cells that have rows."""
         used = np.flatnonzero(self._counts)
@@ -121,36 +129,56 @@ def grid_of(inputs: int, level: int) -> tuple[int, ...]:
 Gridded = tuple[Array, Array, Array]
 
 
-def centroids_of(blocks: Iterable[Gridded], levels: Collection[int]) -> dict[int, Centroids]:
+def centroids_of(blocks: Blocks[Gridded], levels: Collection[int]) -> dict[int, Centroids]:
     """Centroids of rows on grids between the smallest and the largest value of what the grids are over.
 
     Args:
         blocks: the rows; passed over more than once.
         levels: 0 (coarse) to 2 (fine).
     """
-    ends = [(by.min(axis=1), by.max(axis=1), y.size) for _, y, by in blocks]
+    ends = list(blocks.fold(_ends))
     low, high = np.min([low for low, _, _ in ends], axis=0), np.max([high for _, high, _ in ends], axis=0)
     inputs, rows = low.size, sum(count for _, _, count in ends)
     grids = {level: Grid(low, high, grid_of(inputs, level)) for level in levels}
     used = {level: _used(blocks, grid) if grid.size > 4 * rows + 1_000_000 else None for level, grid in grids.items()}
-    totals = {
-        level: Totals(grids[level].size if cells is None else cells.size, inputs) for level, cells in used.items()
-    }
+    ranges = blocks.fold(partial(_totals, grids, used))
+    totals = next(ranges)
+    for more in ranges:
+        for level, total in totals.items():
+            total.join(more[level])
+    return {level: total.centroids() for level, total in totals.items()}
+
+
+def _ends(blocks: Iterable[Gridded]) -> tuple[Array, Array, int]:
+    ends = [(by.min(axis=1), by.max(axis=1), y.size) for _, y, by in blocks]
+    low, high, counts = zip(*ends, strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0), sum(counts)
+
+
+def _totals(
+    grids: Mapping[int, Grid], used: Mapping[int, Places | None], blocks: Iterable[Gridded]
+) -> dict[int, Totals]:
+    sizes = {level: grids[level].size if cells is None else cells.size for level, cells in used.items()}
+    totals = {level: Totals(size, grids[level].low.size) for level, size in sizes.items()}
     for x, y, by in blocks:
         for level, grid in grids.items():
             place, cells = grid.place(by), used[level]
             totals[level].add(place if cells is None else np.searchsorted(cells, place), x, y)
-    return {level: total.centroids() for level, total in totals.items()}
+    return totals
 
 
-def _used(blocks: Iterable[Gridded], grid: Grid) -> Places:
+def _used(blocks: Blocks[Gridded], grid: Grid) -> Places:
     """The cells that have rows, of a grid with far more cells than rows."""
+    return np.unique(np.concatenate(list(blocks.fold(partial(_places, grid)))))
+
+
+def _places(grid: Grid, blocks: Iterable[Gridded]) -> Places:
     return np.unique(np.concatenate([np.unique(grid.place(by)) for _, _, by in blocks]))
 
 
 def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
     """`centroids_of` rows that are one block, at one level."""
-    return centroids_of([(x, y, x if by is None else by)], [level])[level]
+    return centroids_of(OneBlock((x, y, x if by is None else by)), [level])[level]
 
 
 def not_on_disk(name: str, why: str) -> SettingError:

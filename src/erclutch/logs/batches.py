@@ -14,6 +14,7 @@ from erclutch.logs.assemble import Invalid, assemble_rows
 from erclutch.logs.dataset import Dataset, dataset_of, only_segments
 from erclutch.logs.log_reader import Windows
 from erclutch.logs.mapping import ColumnMap
+from erclutch.signals.clock import Clock, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative, reach
@@ -105,8 +106,10 @@ def datasets(
         data = dataset_of(recording, device, derivative)
         places = data.extras[_PLACE]
         data = replace(data, extras={name: values for name, values in data.extras.items() if name != _PLACE})
-        inside = (places >= batch.start) & (places < batch.stop)
-        yield batch, (data if inside.all() else data.picked(inside))
+        a, b = np.searchsorted(places, [batch.start, batch.stop]).tolist()
+        spans = data.clock.spans
+        clock = Clock(data.clock.time[a:b], within(spans, a, b), any(s.start < a < s.stop for s in spans))
+        yield batch, replace(data.picked(slice(a, b)), clock=clock)
 
 
 def _cored(batch: Batch) -> Recording | None:

@@ -1,13 +1,13 @@
 """Blocks give the rows of a data set some at a time, whether they are in memory or on disk.
 
 Every fit passes over blocks, and takes nothing from a pass but sums, extremes and triangles of QR decompositions: these
-add up over blocks in their order. A log in memory is one block.
+add up over ranges of blocks in their order. A log in memory is one range of one block.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -30,6 +30,10 @@ class Blocks(ABC, Generic[T]):
         """What a function makes of each block."""
 
     @abstractmethod
+    def fold(self, of: Callable[[Iterable[T]], U]) -> Iterator[U]:
+        """What a function makes of the blocks of each range, in the order of the ranges; on disk a task each."""
+
+    @abstractmethod
     def means(self, of: Callable[[T], Sequence[Array]]) -> list[float]:
         """Means over all rows of the arrays (n,) that a function makes of a block: `numpy.mean` of the whole."""
 
@@ -46,6 +50,10 @@ class OneBlock(Blocks[T]):
     def map(self, make: Callable[[T], U]) -> Blocks[U]:
         """See `Blocks.map`."""
         return OneBlock(make(self.whole))
+
+    def fold(self, of: Callable[[Iterable[T]], U]) -> Iterator[U]:
+        """See `Blocks.fold`."""
+        return iter((of((self.whole,)),))
 
     def means(self, of: Callable[[T], Sequence[Array]]) -> list[float]:
         """See `Blocks.means`."""

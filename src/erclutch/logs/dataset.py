@@ -107,8 +107,8 @@ class Dataset:
         return OneBlock(self)
 
     @property
-    def in_memory(self) -> Dataset:
-        """All rows: this data set."""
+    def ends(self) -> Dataset:
+        """Rows with the smallest and the largest value of each column: all of them."""
         return self
 
     def thinned(self, most: int) -> Dataset:
@@ -168,16 +168,16 @@ def build_dataset(
     parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
     seen: dict[str, str] = {}
     for log, part in zip(logs, parts, strict=True):
-        refuse_twin(log, seen)
+        refuse_twin(log.name, log.digest, seen)
         require_units(part, parts[0], log.name)
     return joined(parts)
 
 
-def refuse_twin(log: Recording, seen: dict[str, str]) -> None:
+def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:
     """SettingError for a log whose digest was seen: the same rows twice would shrink every interval; it is now."""
-    if log.digest and log.digest in seen:
-        raise SettingError(f"the same file as {seen[log.digest]}", where=log.name, remedy="Give each log once")
-    seen[log.digest] = log.name
+    if digest and digest in seen:
+        raise SettingError(f"the same file as {seen[digest]}", where=name, remedy="Give each log once")
+    seen[digest] = name
 
 
 def require_units(data: Dataset, first: Dataset, where: str) -> None:

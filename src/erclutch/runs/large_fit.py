@@ -1,42 +1,41 @@
-"""Models without memory of the past are fitted to logs larger than memory and scored on all rows, block by block.
+"""Models are fitted to logs larger than memory and scored on all rows, range of rows by range of rows.
 
     result = erclutch.fit_large(["a.parquet", "b.parquet"], ("rbfm-10/forward", "fnn-16"), device="coaxial")
     result.entries[0].outcome.model
 
-The logs are read once. Their fields, slips and effort go to a temporary file (40 bytes a row of a pair, 24 of a single
-device), over which every fit makes its passes. Laws with a stimulus of their own, dynamics and past samples need rows
-together that are not together in memory, and are refused.
+The logs are read once, a task a log. Fields, slips, effort and time go to the files of a temporary folder (48 bytes a
+row of a pair, 32 of a single device), over which every fit makes its passes, in tasks too. Laws with a memory run over
+the rows in their order. Laws with a stimulus of their own, and networks with past samples or dynamics, are refused.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from pathlib import Path
-from time import process_time
+from importlib import import_module
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 
-from erclutch.errors import SettingError
+from erclutch.errors import LogError, SettingError
 from erclutch.files import whole_folder
 from erclutch.fit.centroids import not_on_disk
 from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, residuals_for, structures_for
 from erclutch.fit.data_check import Finding, check
 from erclutch.fit.laws.fit_law import fit_structure, require_no_stimulus
 from erclutch.fit.networks.fit_network import fit_network, require_no_past
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.scoring import squared_errors
 from erclutch.logs import Batch, ColumnMap, read_batches
 from erclutch.logs.assemble import Invalid
-from erclutch.logs.batches import datasets
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import DiskRows, Source, TrainingRows
+from erclutch.logs.disk_rows import DiskRows, Part, Source, Stretch, TrainingRows, read_part
 from erclutch.models.load import Model
 from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
+from erclutch.runs.tasks import Tasks, tasks_on
+from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.speed import Derivative
 
@@ -119,6 +118,7 @@ class LargeFit:
         findings: what the checks saw, on rows evenly taken from all.
         left_out: models of a set such as "all" that cannot be fitted this way, with the reason.
         read_seconds: CPU time of reading.
+        worker_memory: most bytes of memory that a worker had; None where they are threads of this process.
         settings: what was asked for, as JSON values.
     """
 
@@ -130,6 +130,7 @@ class LargeFit:
     findings: tuple[Finding, ...]
     left_out: tuple[str, ...]
     read_seconds: float
+    worker_memory: int | None
     settings: Mapping[str, Any]
 
     @property
@@ -179,51 +180,63 @@ def fit_large(
     offset: bool | None = None,
     seed: int = 0,
     workers: int = 1,
+    cluster: str | None = None,
     scratch: str | Path | None = None,
     progress: LargeFitProgress | None = None,
 ) -> LargeFit:
     """Fit models to logs that need not fit into memory.
 
     Args:
-        paths: logs of the same device and units. Parquet is read in batches, other formats one whole file at a time.
-        models: laws without a stimulus of their own, and networks; "all" and "paper" leave out what cannot be.
+        paths: logs of the same device and units, in files or at addresses that `fsspec` opens, such as ``s3://...``.
+            Parquet is read in batches, other formats one whole file at a time.
+        models: laws without a stimulus of their own, with stages or without, and networks; "all" and "paper" leave out
+            what cannot be.
         device: "single" or "coaxial".
         reading: columns, units and filters.
         test: logs to score the models on.
         friction: a column of friction at zero field; None: for a single device.
         offset: a constant effort; None: for a single device.
         seed: of the networks' starts.
-        workers: starts of a network side by side; changes no figure.
-        scratch: folder for the temporary file; None is the system's.
+        workers: tasks side by side; changes no figure.
+        cluster: where they run: "threads" (None), "processes", "local", or the address of a Dask scheduler.
+        scratch: folder for the temporary folder; None is the system's. Workers on other machines must see it too.
         progress: called as rows are read and models are done.
 
     Raises:
         LogError, MappingError: a log that cannot be read or understood, in any of its rows.
         CheckError: rows that cannot support a fit.
         SettingError: models that cannot be fitted this way, or none.
-        RunError: no room for the temporary file.
+        RunError: no room for the temporary folder, or a worker that dies again and again.
     """
     logs: list[str | Path] = [paths] if isinstance(paths, str | Path) else list(paths)
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     how, report = reading or Reading(), progress or _silent
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
-    with DiskRows(scratch) as rows:
-        seconds = _read(logs, how, device, rows, report)
-        sample = rows.thinned(_CHECKED)
-        findings = check(sample, np.zeros(sample.rows, np.bool_))
-        fits, left_out = _chosen(sample, settings)
-        fitted = [_timed(name, fit, rows, report) for name, fit in fits.items()]
-    errors, tested = _test_errors(test, how, device, [outcome.model for outcome, _ in fitted], report)
+    with tasks_on(cluster, workers) as tasks:
+        with DiskRows(scratch, tasks) as rows:
+            began = tasks.seconds
+            _read(logs, how, device, rows, tasks, report)
+            seconds = tasks.seconds - began
+            sample = rows.thinned(_CHECKED)
+            findings = check(sample, np.zeros(sample.rows, np.bool_))
+            fits, left_out = _chosen(sample, settings)
+            fitted = [_timed(name, fit, rows, tasks, report) for name, fit in fits.items()]
+        with DiskRows(scratch, tasks) as others:
+            _read(test, how, device, others, tasks, report)
+            report("score", others.rows)
+            made = [outcome.model for outcome, _ in fitted]
+            errors = _errors(others, made) / others.rows if test else [None] * len(made)
     return LargeFit(
-        entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, errors, strict=True)),
+        entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, map(_number, errors), strict=True)),
         sources=tuple(rows.sources),
-        test_sources=tuple(Path(path).name for path in test),
-        test_rows=tested,
+        test_sources=tuple(source.name for source in others.sources),
+        test_rows=others.rows,
         units=rows.units,
         findings=findings,
         left_out=tuple(left_out),
         read_seconds=seconds,
+        worker_memory=tasks.peak,
         settings={"models": list(models), "device": device, "friction": friction, "offset": offset, "seed": seed},
     )
 
@@ -262,35 +275,75 @@ def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[Tr
 
 
 def _read(
-    logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, report: LargeFitProgress
-) -> float:
-    began = process_time()
-    for path in logs:
-        rows.add(how.batches(path, device), device, how.derivative, partial(report, f"read {Path(path).name}"))
-    return process_time() - began
+    logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, tasks: Tasks, report: LargeFitProgress
+) -> None:
+    jobs = [(str(path), rows.stem(index)) for index, path in enumerate(logs)]
+    seen = report if tasks.here else None
+    for part in tasks(partial(_read_log, how, device, seen), jobs):
+        rows.append(part)
+        report(f"read {part.source.name}", rows.rows)
+
+
+def _read_log(how: Reading, device: DeviceName, report: LargeFitProgress | None, job: tuple[str, Path]) -> Part:
+    """The rows of one log, on disk. What lies at an address is copied there first, and the copy goes at the end."""
+    address, stem = job
+    show = report and partial(report, f"read {PurePosixPath(address).name}")
+    if "://" not in address:
+        return read_part(how.batches(address, device), device, how.derivative, stem, show)
+    folder = stem.with_name(f"{stem.name}-copy")
+    folder.mkdir(exist_ok=True)
+    try:
+        copy = copied(address, folder)
+        return read_part(how.batches(copy, device), device, how.derivative, stem, show)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def copied(address: str, folder: Path) -> Path:
+    """A copy of the file at an address that `fsspec` opens.
+
+    Raises:
+        LogError: it cannot be read, or what reads such addresses is not installed.
+    """
+    try:
+        fsspec: Any = import_module("fsspec")
+    except ImportError as error:
+        remedy = 'Run: pip install "erclutch[cluster]"'
+        raise LogError("addresses need fsspec", where=address, remedy=remedy) from error
+    name = PurePosixPath(address.partition("?")[0]).name or "log"
+    try:
+        with fsspec.open(address, "rb") as source, (folder / name).open("wb") as to:
+            shutil.copyfileobj(source, to, 1 << 20)
+    except Exception as error:  # whatever a file system of another package raises
+        raise LogError(f"cannot be read: {error}", where=address, remedy="Check the address and its access") from error
+    return folder / name
 
 
 def _timed(
-    name: str, fit: Callable[[TrainingRows], AnyOutcome], rows: TrainingRows, report: LargeFitProgress
+    name: str, fit: Callable[[TrainingRows], AnyOutcome], rows: DiskRows, tasks: Tasks, report: LargeFitProgress
 ) -> tuple[AnyOutcome, float]:
     report(f"fit {name}", rows.rows)
-    began = process_time()
-    return fit(rows), process_time() - began
+    began, first = tasks.seconds, tasks.passes
+    tasks.show = lambda passes, done: report(f"fit {name}, pass {passes - first}, {done} tasks done", rows.rows)
+    return fit(rows), tasks.seconds - began
 
 
-def _test_errors(
-    test: Sequence[str | Path], how: Reading, device: DeviceName, models: Sequence[Model], report: LargeFitProgress
-) -> tuple[list[float | None], int]:
-    """Mean squared errors over all test logs together, and their rows."""
-    totals, rows = np.zeros(len(models)), 0
-    with one_thread():
-        for path in test:
-            report(f"score on {Path(path).name}", rows)
-            blocks = (data for _, data in datasets(how.batches(path, device), device, how.derivative) if data)
-            errors, more = squared_errors(blocks, models)
-            totals += errors
-            rows += more
-    return ([float(total / rows) for total in totals] if rows else [None] * len(models)), rows
+def _number(error: Any) -> float | None:
+    return None if error is None else float(error)
+
+
+def _errors(rows: DiskRows, models: Sequence[Model]) -> Array:
+    """Sum of squared errors of each model over all rows, shape (models,)."""
+    past = any(model.structure.dynamics != "none" for model in models)
+    return sum(rows.stretches(partial(_squared_errors, models), past=past), np.zeros(len(models)))
+
+
+def _squared_errors(models: Sequence[Model], stretches: Iterable[Stretch]) -> Array:
+    totals = np.zeros(len(models))
+    for data, rows in stretches:
+        errors = [(data.effort - model.predict(data))[rows] for model in models]
+        totals += [float(error @ error) for error in errors]
+    return totals
 
 
 def write_large(out: str | Path, result: LargeFit, *, force: bool = False) -> Path:
@@ -306,23 +359,3 @@ def write_large(out: str | Path, result: LargeFit, *, force: bool = False) -> Pa
         write_json(folder / MARKER, {**body, "digest": digest_of(body)})
         write_models(folder, {entry.name: entry.outcome.model for entry in result.entries})
     return target
-
-
-def peak_memory() -> int | None:
-    """The most bytes of memory that this process has had so far; None where the system does not tell.
-
-    On Linux ``ru_maxrss`` also holds what the process that started this one had, so the kernel's own mark comes first.
-    """
-    try:
-        marks = Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines()
-    except OSError:
-        marks = []
-    for mark in marks:
-        if mark.startswith("VmHWM:"):
-            return 1024 * int(mark.split()[1])
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return most if sys.platform == "darwin" else 1024 * most

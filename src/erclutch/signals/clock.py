@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from erclutch.signals.array import Array
 
@@ -17,6 +17,26 @@ class Span:
     period: float | None
 
 
+@dataclass
+class Carry:
+    """States that recursions hand on over a border inside a span, each in the order in which they run.
+
+    Attributes:
+        begin: the states in the first row, from the rows before; empty where the first row begins a span.
+        at: the row whose states are handed on.
+        end: the states in that row, as recursions run.
+    """
+
+    begin: list[Array]
+    at: int
+    end: list[Array] = field(default_factory=list["Array"])
+
+    def into(self, first: Array) -> None:
+        """Put what comes from the rows before in place of the states, shape (states,), of the first row."""
+        if self.begin:
+            first[:] = self.begin[len(self.end)]
+
+
 @dataclass(frozen=True)
 class Clock:
     """When the rows of a data set were sampled.
@@ -24,13 +44,22 @@ class Clock:
     Attributes:
         time: time stamps in s, shape (n,), increasing inside each span.
         spans: gapless stretches that cover all rows in order.
+        joins: whether the first span goes on from rows before these.
+        carry: states over the borders of a stretch; None where all spans are whole.
     """
 
     time: Array
     spans: tuple[Span, ...]
+    joins: bool = False
+    carry: Carry | None = None
+
+
+def within(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:
+    """The parts of ``spans`` inside rows [start, stop), lone rows too, counted from start."""
+    kept = ((max(s.start, start), min(s.stop, stop), s.period) for s in spans)
+    return tuple(Span(a - start, b - start, period) for a, b, period in kept if a < b)
 
 
 def cut_spans(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:
     """The parts of ``spans`` inside rows [start, stop), counted from start."""
-    kept = ((max(s.start, start), min(s.stop, stop), s.period) for s in spans)
-    return tuple(Span(a - start, b - start, period) for a, b, period in kept if b - a >= 2)
+    return tuple(span for span in within(spans, start, stop) if span.stop - span.start >= 2)

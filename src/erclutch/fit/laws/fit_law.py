@@ -2,38 +2,35 @@
 
 The scan looks at the whole box of the nonlinear parameters on a few thousand rows; the best points are refined on those
 rows and the best of them polished on all rows, so the figures reported are always those of the full data. Of rows on
-disk the nonlinear parameters are those of centroids, the gains and the figures those of all blocks.
+disk the nonlinear parameters of a law without a memory are those of centroids, all else is of all rows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import reduce
-from typing import Any
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.centroids import centroids_of, not_on_disk
-from erclutch.fit.intervals import Uncertainty, uncertainty, unknown
+from erclutch.fit.intervals import uncertainty, unknown
 from erclutch.fit.kept_heap import keep_heap
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
-from erclutch.fit.laws.law_starts import scan_points, thinned, windows
+from erclutch.fit.laws.law_over_rows import LawOverRows, separable
+from erclutch.fit.laws.law_starts import scan_points, thinned, window_starts, windows
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
 from erclutch.fit.laws.variable_projection import (
-    Projection,
     Separable,
     coordinates,
-    gains_of,
     jacobian,
     outer_problem,
     parameters,
     project,
     refined,
-    stack,
     triangle_of,
 )
 from erclutch.fit.levenberg_marquardt import Minimum, minimise
@@ -41,10 +38,11 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import TrainingRows
+from erclutch.logs.disk_rows import RANGE, DiskRows, TrainingRows
 from erclutch.models.law_model import Reference, Structure, TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import further_inputs
+from erclutch.models.stages import outside_stages
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
 
@@ -59,18 +57,25 @@ _ROUGH_STARTS = 3
 
 def reference_of(data: TrainingRows, extras: Sequence[str] = ()) -> Reference:
     """What normalises a model that is trained on these rows, with these further inputs."""
-    field = max(float(np.max(np.abs(e.field))) for block in data.blocks for e in block.elements)
-    slip = float(np.sqrt(np.mean(data.blocks.means(lambda block: [e.slip**2 for e in block.elements]))))
-    squares = data.blocks.means(lambda block: [further_inputs(extras, block.extras)[name] ** 2 for name in extras])
+    field = max(float(np.max(np.abs(e.field))) for e in data.ends.elements)
+    slips = len(data.ends.elements)
+    squares = data.blocks.means(partial(_squares, tuple(extras)))
+    slip, squares = float(np.sqrt(np.mean(squares[:slips]))), squares[slips:]
     scales = tuple(float(np.sqrt(x)) or 1.0 for x in squares)
     warmth = dict(zip(extras, scales, strict=True)).get(TEMPERATURE, 1.0)
     return Reference(field or 1.0, slip or 1.0, data.period, scales, warmth)
 
 
+def _squares(extras: Sequence[str], block: Dataset) -> list[Array]:
+    further = further_inputs(extras, block.extras)
+    return [e.slip**2 for e in block.elements] + [further[name] ** 2 for name in extras]
+
+
 def require_no_stimulus(structure: Structure) -> None:
     """Raise a SettingError for a law that cannot be fitted to rows on disk."""
-    if structure.dynamics != "none":
-        raise not_on_disk(structure.specification, f"its dynamics ({structure.dynamics}) need each row's past")
+    if outside_stages(structure.dynamics):
+        why = f"stages of other packages ({structure.dynamics}) do not say how their memory goes from part to part"
+        raise not_on_disk(structure.specification, why)
     if structure.law.stimulus_shape:
         why = "its stimulus steps or saturates inside cells, so centroids cannot stand for the rows"
         raise not_on_disk(structure.specification, why)
@@ -90,7 +95,7 @@ def fit_structure(
 
     Args:
         data: training rows.
-        structure: device, law and dynamics; on disk without dynamics and without a stimulus of its own.
+        structure: device, law and dynamics; on disk without a stimulus of its own and stages of other packages.
         starts: normalised nonlinear parameters to try besides the scan.
         scan: points of the scan for each nonlinear parameter beyond the first two, at least.
         ordered: whether rows follow in time (decides on how intervals are made).
@@ -106,12 +111,13 @@ def fit_structure(
         CheckError: rows on disk in which both clutches are under field, which a law's centroids cannot tell apart.
     """
     keep_heap()
-    whole = data.in_memory
-    if whole is None:
+    if isinstance(data, DiskRows):
         require_no_stimulus(structure)
         if data.rows >= MANY_ROWS:
-            return _fit_blocks(data, structure, scan)
-        whole, intervals = data.thinned(data.rows), False
+            return _fit_on_disk(data, structure, scan)
+        whole, intervals = data.windows([0], data.rows), False
+    else:
+        whole = data
     reference = reference_of(whole, structure.extras)
     shapes = structure.shapes(reference.period)
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more.
@@ -141,21 +147,6 @@ def fit_structure(
 _LINEAR = Minimum(np.zeros(0), np.nan, "converged", 1, np.zeros(0, np.bool_), np.zeros(0, np.bool_))
 
 
-def separable(
-    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], rows: slice
-) -> Separable:
-    """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
-
-    def columns(q: Sequence[Any]) -> Sequence[Any]:
-        return structure.columns_ahead(data.elements, data.clock, reference, q, rows, extras=data.extras)
-
-    def behind(effort: Any, q: Sequence[Any]) -> Any:
-        return structure.behind(effort, data.clock, q, rows)
-
-    slow = any(stage.place == "effort" for stage in structure.stages)
-    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
-
-
 def _in_order(data: Dataset, structure: Structure) -> bool:
     """Whether centroids cannot stand for rows: few ones, ones that matter in their order, or a law that steps."""
     return (
@@ -177,12 +168,12 @@ def _on_centroids(
     data: TrainingRows, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
 ) -> Separable:
     """The problem on weighted centroids."""
+    return on_cells(centroids_of(data.blocks.map(partial(_gridded, reference)), [2])[2], structure, reference, shapes)
 
-    def gridded(block: Dataset) -> tuple[Array, Array, Array]:
-        rows = signed_rows(block.elements)
-        return rows, block.effort, spaced_rows(rows, reference)
 
-    return on_cells(centroids_of(data.blocks.map(gridded), [2])[2], structure, reference, shapes)
+def _gridded(reference: Reference, block: Dataset) -> tuple[Array, Array, Array]:
+    rows = signed_rows(block.elements)
+    return rows, block.effort, spaced_rows(rows, reference)
 
 
 def _search(
@@ -238,11 +229,11 @@ def _outcome(
     return described(structure, seen, full, found, projection, spread, ends)
 
 
-def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:
-    """The fit to many rows on disk; the rank is that of the centroids, or of the gains for a law that is linear."""
-    reference = reference_of(data)
-    shapes = structure.shapes(reference.period)
-    both = sum(map(_under_both_fields, data.blocks)) if shapes else 0
+def _fit_on_disk(data: DiskRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:
+    """The fit to many rows on disk: without a memory on centroids, with a memory on windows and then on all rows."""
+    reference = reference_of(data, structure.extras)
+    shapes, remembers = structure.shapes(reference.period), structure.dynamics != "none"
+    both = data.under_both_fields if shapes and not remembers else 0
     if both:
         raise CheckError(
             f"both clutches are under field in {both} rows; {structure.specification} is fitted on centroids of one "
@@ -250,41 +241,35 @@ def _fit_blocks(data: TrainingRows, structure: Structure, scan: int) -> FitOutco
             where=data.where,
             remedy="Fit networks, or fit it to a part of the log with erclutch fit",
         )
+    law, found = LawOverRows(data, structure, reference, shapes), _LINEAR
     with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        few = separable(data.thinned(SCAN_ROWS), structure, reference, shapes, slice(None))
-        cells, found = None, _LINEAR
-        if shapes:
+        some = _windows(data, 2 * _ROUGH_ROWS) if remembers else data.thinned(SCAN_ROWS)
+        few = separable(some, structure, reference, shapes, thinned(some.rows, SCAN_ROWS))
+        if shapes and not remembers:
             cells = _on_centroids(data, structure, reference, shapes)
-            best = _search(few, cells, (), scan)
-            found = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
-        q = parameters(shapes, found.point)
-        matrices = data.blocks.map(
-            lambda block: stack(structure.columns(block.elements, block.clock, reference, q), block.effort)
-        )
-        triangle = _triangle_over(matrices, len(few.gains) + 1)
-        if not np.isfinite(triangle).all():
+            found = minimise(outer_problem(cells), _search(few, cells, (), scan), tolerance=1e-8, max_iterations=100)
+        elif shapes:
+            rough = separable(some, structure, reference, shapes, thinned(some.rows, _ROUGH_ROWS))
+            best = _search(few, rough, (), scan, structure.remembers)
+            if data.rows > 4 * RANGE:  # the steps on all rows then start next to the minimum
+                more = _windows(data, RANGE // 4)
+                nearer = outer_problem(separable(more, structure, reference, shapes, slice(None)))
+                best = minimise(nearer, best, tolerance=1e-8, max_iterations=100).point
+            problem = with_curvature(law.outer) if structure.remembers else law.outer
+            found = minimise(problem, best, tolerance=1e-7 if structure.remembers else 1e-8, max_iterations=100)
+        projection = law.projected(found.point)
+        if not np.isfinite(projection.cost):
             raise CheckError(
                 f"{structure.specification} gives values that are not finite at its best parameters",
                 where=data.where,
                 remedy="Leave it out, or check the largest slips and fields of the log",
             )
-        projection = gains_of(triangle, few.nonnegative)
-        cost = sum(float(np.sum((m[:, -1] - m[:, :-1] @ projection.gains) ** 2)) for m in matrices)
-        spread = _rank(cells, found, projection, triangle, data.rows)
-        seen = Seen(reference, data.units, range_of(data), data.rows, cost)
-    return described(structure, seen, few, found, projection, spread, no_intervals(len(shapes) + len(few.gains)))
+        projection, triangle, cost = law.closed(found, projection)
+        further = {name: data.ends.extras[name] for name in structure.extras}
+        seen = Seen(reference, data.units, range_of(data), data.rows, cost, further)
+    unsaid = no_intervals(len(shapes) + len(few.gains))
+    return described(structure, seen, few, found, projection, unknown(triangle, data.rows), unsaid)
 
 
-def _triangle_over(matrices: Iterable[Array], wide: int) -> Array:
-    """R of the QR decomposition of matrices (n, wide) one below the other."""
-    return reduce(
-        lambda upper, r: triangle_of(np.vstack([upper, r])), map(triangle_of, matrices), np.zeros((wide, wide))
-    )
-
-
-def _rank(cells: Separable | None, found: Minimum, projection: Projection, triangle: Array, rows: int) -> Uncertainty:
-    free = ~projection.held
-    if cells is None:
-        return unknown(triangle[:, :-1][:, free], rows)
-    columns, slopes, _ = jacobian(cells, found.point)
-    return unknown(np.column_stack([slopes[:, ~(found.at_lower | found.at_upper)], columns[:, free]]), rows)
+def _windows(data: DiskRows, most: int) -> Dataset:
+    return data.windows(*window_starts(data.rows, most))

@@ -30,7 +30,13 @@ def thinned(rows: int, most: int) -> slice:
 def windows(rows: int, most: int, count: int = 12) -> NDArray[np.bool_]:
     """Mask of ``count`` stretches of neighbouring rows, evenly spread, of at most ``most`` rows together."""
     mask = np.zeros(rows, np.bool_)
-    length = max(1, most // count)
-    for start in np.linspace(0, max(rows - length, 0), count).round().astype(int):
+    starts, length = window_starts(rows, most, count)
+    for start in starts:
         mask[start : start + length] = True
     return mask
+
+
+def window_starts(rows: int, most: int, count: int = 12) -> tuple[list[int], int]:
+    """First rows of such stretches, and the rows of each."""
+    length = max(1, most // count)
+    return np.linspace(0, max(rows - length, 0), count).round().astype(int).tolist(), length

@@ -10,7 +10,7 @@ equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
@@ -131,13 +131,21 @@ def triangle_of(matrix: Array) -> Array:
     A tall matrix goes in slices that stay in the cache, whose triangles are then decomposed together: the same R to
     rounding, two to three times as fast (Demmel, Grigori, Hoemmen and Langou 2012, doi 10.1137/080731992).
     """
+    return triangle_over((matrix,))
+
+
+def triangle_over(matrices: Iterable[Array]) -> Array:
+    """`triangle_of` matrices one below the other: to the bit where all but the last have many whole slices of rows."""
     from scipy.linalg.lapack import dgeqrf  # without NumPy's copies
 
-    rows, wide = matrix.shape
-    whole = rows // _SLICE * _SLICE
-    if whole > _SLICE:
-        tops = [np.triu(dgeqrf(matrix[at : at + _SLICE])[0][:wide]) for at in range(0, whole, _SLICE)]
-        matrix = np.vstack([*tops, matrix[whole:]])
+    tops: list[Array] = []
+    for matrix in matrices:
+        rows, wide = matrix.shape
+        whole = rows // _SLICE * _SLICE if tops or rows >= 2 * _SLICE else 0
+        tops += [np.triu(dgeqrf(matrix[at : at + _SLICE])[0][:wide]) for at in range(0, whole, _SLICE)]
+        tops.append(np.array(matrix[whole:]))
+    matrix = tops[0] if len(tops) == 1 else np.vstack(tops)
+    wide = matrix.shape[1]
     r: Array = np.triu(dgeqrf(matrix)[0][:wide])
     return r if r.shape[0] == wide else np.vstack([r, np.zeros((wide - r.shape[0], wide))])
 
@@ -171,16 +179,17 @@ def seeded(shapes: Sequence[ShapeParameter], u: Array) -> list[Dual]:
 
 def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     """Columns (n, p), derivatives of the fitted effort by the coordinates (n, k), and the gains."""
-    stacked, slopes, projection = _linear(separable, u)
+    stacked, slopes, projection = linearised(separable, u)
     return stacked[:, :-1], slopes, projection
 
 
-def _linear(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
+def linearised(separable: Separable, u: Array, known: Projection | None = None) -> tuple[Array, Array, Projection]:
+    """Columns and target (n, p + 1), derivatives of the fitted effort (n, k), and the gains if they are not known."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         q = seeded(separable.shapes, u)
         columns = separable.columns(q)
         stacked = separable.values(columns, [value_of(x) for x in q])
-        projection = _gains(stacked, separable.nonnegative)
+        projection = known or _gains(stacked, separable.nonnegative)
         slopes = np.zeros((separable.target.size, u.size), order="F")
         for total in _totals(separable, columns, q, separable.with_pinned(projection.gains)):
             for i in range(u.size):
@@ -199,9 +208,8 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
     """The same gains after a step of iterative refinement: what rounding left in the residual is fitted once more.
 
     Ill-conditioned columns have gains that cancel each other, and the rounding of the first solution shows in what they
-    predict. The step is that of the corrected seminormal equations (Björck 1996, chapter 2.9, doi
-    10.1137/1.9781611971484). A step that turns a sign, or raises the residual by more than its own rounding, is not
-    taken. ``tests/fit/test_rbfm_qr.py`` holds the result to a QR whose residuals are in extended precision.
+    predict. A step that turns a sign, or raises the residual by more than its own rounding, is not taken.
+    ``tests/fit/test_rbfm_qr.py`` holds the result to a QR whose residuals are in extended precision.
 
     Args:
         columns: shape (n, p).
@@ -210,22 +218,29 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         triangle: begins with that of the columns whose gains are not held.
     """
     free = ~projection.held
-    p = int(np.count_nonzero(free))
-    if not p or not np.isfinite(projection.cost):
+    if not free.any() or not np.isfinite(projection.cost):
         return projection
-    left, scale = target - columns @ projection.gains, np.linalg.norm(triangle[:p, :p], axis=0)
+    left = target - columns @ projection.gains
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    slope: Any = np.array([np.sum(column * left) for column in columns.T[free]]) / scale
-    r, eps, gains = triangle[:p, :p] / scale, np.finfo(float).eps, projection.gains.copy()
+    better = corrected(projection, triangle, np.array([np.sum(column * left) for column in columns.T[free]]))
+    after = target - columns @ better.gains
+    rounding = np.finfo(float).eps * (np.linalg.norm(triangle, axis=0)[: int(free.sum())] @ np.abs(better.gains[free]))
+    return projection if np.linalg.norm(after) > np.linalg.norm(left) + rounding else better
+
+
+def corrected(projection: Projection, triangle: Array, slope: Array) -> Projection:
+    """The gains after a step of the corrected seminormal equations, but for a step that turns a sign.
+
+    See Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484. The triangle begins with that of the free columns.
+    """
+    free, gains, p = ~projection.held, projection.gains.copy(), slope.size
     solve: Any = np.linalg.lstsq
-    step = solve(r, solve(r.T, slope, rcond=eps)[0], rcond=eps)[0]
+    r = triangle[:p, :p]
+    scale, eps = np.linalg.norm(r, axis=0), np.finfo(float).eps
+    step: Any = solve(r / scale, solve((r / scale).T, slope / scale, rcond=eps)[0], rcond=eps)[0]
     gains[free] += step / scale
-    after = target - columns @ gains
-    rounding = eps * (scale @ np.abs(gains[free]))  # of a residual in doubles
-    turned = np.any(np.sign(gains) * np.sign(projection.gains) < 0)
-    if turned or np.linalg.norm(after) > np.linalg.norm(left) + rounding:
-        return projection
-    return replace(projection, gains=gains)
+    turned = bool(np.any(np.sign(gains) * np.sign(projection.gains) < 0))
+    return projection if turned else replace(projection, gains=gains)
 
 
 def outer_problem(separable: Separable) -> Problem:
@@ -233,10 +248,18 @@ def outer_problem(separable: Separable) -> Problem:
     lower, upper = separable.bounds
 
     def linearise(u: Array) -> Linearisation:
-        stacked, slopes, projection = _linear(separable, u)
-        free = stacked.T[:-1][~projection.held]
-        p, k = len(free), u.size
-        r = triangle_of(np.vstack([free, slopes.T, stacked.T[-1:]]).T)
-        return Linearisation(projection.cost, r[p : p + k, p : p + k], r[p : p + k, p + k])
+        stacked, slopes, projection = linearised(separable, u)
+        return local_model(triangle_of(beside(stacked, slopes, projection)), projection)
 
     return Problem(lambda u: project(separable, parameters(separable.shapes, u)).cost, linearise, lower, upper)
+
+
+def beside(stacked: Array, slopes: Array, projection: Projection) -> Array:
+    """Free columns, derivatives and target side by side."""
+    return np.vstack([stacked.T[:-1][~projection.held], slopes.T, stacked.T[-1:]]).T
+
+
+def local_model(r: Array, projection: Projection) -> Linearisation:
+    """The model over the coordinates alone, from the triangle of what is `beside` each other."""
+    p, end = int(np.count_nonzero(~projection.held)), r.shape[0] - 1
+    return Linearisation(projection.cost, r[p:end, p:end], r[p:end, end])

@@ -21,6 +21,7 @@ from erclutch.fit.networks.exchange import exchanged
 from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
+from erclutch.logs.blocks import Blocks
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
@@ -97,7 +98,7 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Sc
 
 
 def train(
-    blocks: Iterable[Gridded],
+    blocks: Blocks[Gridded],
     hidden: Sequence[int],
     seed: int,
     schedule: Schedule,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.blocks import Blocks
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import TrainingRows
+from erclutch.logs.disk_rows import DiskRows, TrainingRows
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
@@ -55,14 +56,16 @@ def fit_network(
         MappingError: a further input is not in the data.
         SettingError: rows on disk, and a network that needs each row's past or has too many inputs for a grid.
     """
-    if data.in_memory is None:
+    if isinstance(data, DiskRows):
         require_no_past(structure)
     times = dict(dynamics or {})
 
-    def pair_of(block: Dataset) -> Pair:
-        return inputs_of(structure, block.elements, block.clock, block.extras, times), block.effort
+    rows = data.blocks.map(partial(_pair_of, structure, times))
+    return fit_rows(data, rows, structure, times, seed=seed, polish=polish, workers=workers)
 
-    return fit_rows(data, data.blocks.map(pair_of), structure, times, seed=seed, polish=polish, workers=workers)
+
+def _pair_of(structure: NetworkStructure, times: Mapping[str, float], block: Dataset) -> Pair:
+    return inputs_of(structure, block.elements, block.clock, block.extras, times), block.effort
 
 
 def fit_rows(
@@ -81,9 +84,9 @@ def fit_rows(
         CheckError: as for `fit_network`.
     """
     _require_rows(data.rows, structure, data.where)
-    extent = extent_of(rows)
+    extent = _joined(rows.fold(extent_of))
     _require_usable(rows, extent, structure, data.where)
-    middle, *squares = rows.means(lambda pair: [pair[1], *(slip**2 for slip in slips_of(structure, pair[0]).values())])
+    middle, *squares = rows.means(partial(_effort_and_squares, structure))
     scaling = scaling_for(extent, middle, structure.kind)
     by_input = dict(zip(_slip_inputs(structure), squares, strict=True))
     with one_thread():
@@ -95,7 +98,7 @@ def fit_rows(
         model = NetworkModel(
             structure, scaling, weights, dict(times), data.units, range_of(data), span, about, data.period
         )
-        cost = sum(_squared_error(model, *pair) for pair in rows)
+        cost = sum(rows.fold(partial(_squared_error, model)))
     return _outcome(model, stop, steps, cost, data.rows)
 
 
@@ -129,9 +132,13 @@ def require_no_past(structure: NetworkStructure) -> None:
         raise not_on_disk(structure.specification, why)
 
 
-def _squared_error(model: NetworkModel, x: Array, y: Array) -> float:
-    residual = y - model.of_inputs(x, exactly=False)
-    return float(residual @ residual)
+def _squared_error(model: NetworkModel, pairs: Iterable[Pair]) -> float:
+    residuals = (y - model.of_inputs(x, exactly=False) for x, y in pairs)
+    return sum(float(residual @ residual) for residual in residuals)
+
+
+def _effort_and_squares(structure: NetworkStructure, pair: Pair) -> list[Array]:
+    return [pair[1], *(slip**2 for slip in slips_of(structure, pair[0]).values())]
 
 
 def _slip_inputs(structure: NetworkStructure) -> tuple[int, ...]:
@@ -201,6 +208,12 @@ def extent_of(rows: Iterable[Pair]) -> Extent:
     return Extent(np.min(low, axis=0), np.max(high, axis=0), (float(np.min(least)), float(np.max(most))))
 
 
+def _joined(extents: Iterable[Extent]) -> Extent:
+    every = list(extents)
+    low, high = np.min([e.low for e in every], axis=0), np.max([e.high for e in every], axis=0)
+    return Extent(low, high, (float(np.min([e.effort for e in every])), float(np.max([e.effort for e in every]))))
+
+
 def scaling_of(x: Array, y: Array, kind: NetworkKind) -> Scaling:
     """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
     return scaling_for(extent_of([(x, y)]), float(np.mean(y)), kind)
@@ -228,24 +241,28 @@ def learn(
 
     ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
     """
-
-    def unit_of(pair: Pair) -> Gridded:
-        x, y = pair
-        unit = scaling.inputs(x)
-        target = (y - scaling.effort_offset) / scaling.effort_scale
-        return unit, target, unit if squares is None else spaced_by(structure, x, squares)
-
-    units = rows.map(unit_of)
+    units = rows.map(partial(_unit_of, scaling, structure, squares))
     if structure.kind == "rbfn":
         cells = centroids_of(units, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
         centres = _centres_on(cells, structure, seed)
-        w, _ = weights_over(((x, y, None) for x, y, _ in units), centres.centres, centres.spreads)
+        w, _ = weights_over(units.map(_unweighted), centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
     schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
     slips = None if squares is None else slips_for(structure, scaling, squares)
     found = train(units, structure.hidden, seed, schedule, workers, slips)
     return tables_of(found.theta, (scaling.offset.size, *structure.hidden, 1)), found.stop, found.steps
+
+
+def _unit_of(scaling: Scaling, structure: NetworkStructure, squares: Mapping[int, float] | None, pair: Pair) -> Gridded:
+    x, y = pair
+    unit = scaling.inputs(x)
+    target = (y - scaling.effort_offset) / scaling.effort_scale
+    return unit, target, unit if squares is None else spaced_by(structure, x, squares)
+
+
+def _unweighted(rows: Gridded) -> tuple[Array, Array, None]:
+    return rows[0], rows[1], None
 
 
 def _centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> FoundCentres:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from erclutch.fit.centroids import Centroids
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, Stop, minimise
+from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.models.networks.network_model import gaussians
 from erclutch.signals.array import Array
 
@@ -161,13 +163,26 @@ def _least_squares(square: Array, right: Array) -> Array:
 
 def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
     """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left."""
-    return weights_over([(x, y, count)], centres, spreads)
+    return weights_over(OneBlock((x, y, count)), centres, spreads)
 
 
-def weights_over(
-    stretches: Iterable[tuple[Array, Array, Array | None]], centres: Array, spreads: Array
-) -> tuple[Array, float]:
-    """`weights_for` rows that come in stretches of (inputs, effort, count or None)."""
+#: Inputs, effort, and how many rows each stands for or None.
+Weighted = tuple[Array, Array, Array | None]
+
+
+def weights_over(rows: Blocks[Any], centres: Array, spreads: Array) -> tuple[Array, float]:
+    """`weights_for` rows that come in blocks of `Weighted`."""
+    square, right, power = reduce(_added, rows.fold(partial(_normal, centres, spreads)))
+    w = _least_squares(square, right)
+    return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)
+
+
+def _added(one: tuple[Array, Array, float], other: tuple[Array, Array, float]) -> tuple[Array, Array, float]:
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
+
+
+def _normal(centres: Array, spreads: Array, stretches: Iterable[Weighted]) -> tuple[Array, Array, float]:
+    """The normal equations of some rows, and the sum of the squared effort."""
     n = centres.shape[0]
     square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0
     for x, y, count in stretches:
@@ -181,5 +196,4 @@ def weights_over(
             square += columns @ columns.T
             right += columns @ target
             power += float(target @ target)
-    w = _least_squares(square, right)
-    return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)
+    return square, right, power
