@@ -17,6 +17,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic, sleep
+from typing import Any
 
 from distributed import Client
 
@@ -38,7 +39,7 @@ def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
     scheduler += ["--no-dashboard", "--scheduler-file", str(where)]
     worker = [python, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(where), "--host", "127.0.0.1"]
     worker += ["--nworkers", "1", "--nthreads", "1", "--no-dashboard", "--local-directory", str(folder)]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    quiet: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     begun = [subprocess.Popen(scheduler, **quiet)]
     try:
         while not where.exists():
@@ -58,7 +59,8 @@ def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
 def kill_a_worker(address: str) -> None:
     """Kill one worker with -9; its nanny starts another."""
     with Client(address, set_as_default=False) as client:
-        os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+        workers: Any = client.run(os.getpid)
+        os.kill(next(iter(workers.values())), signal.SIGKILL)
 
 
 def peak(process: int) -> float:

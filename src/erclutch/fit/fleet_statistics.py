@@ -63,7 +63,7 @@ def outlier_scores(values: Array, low: Array, high: Array) -> Array:
         own = (high - low) / (2.0 * _NORMAL_95)
     away = values - np.median(values)
     spread = np.hypot(_SIGMA_OF_MAD * np.median(np.abs(away)), np.where(np.isfinite(own), own, 0.0))
-    return np.divide(away, spread, out=np.where(away == 0.0, 0.0, np.sign(away) * np.inf), where=spread > 0.0)
+    return np.divide(away, spread, out=np.where(away == 0.0, 0.0, np.copysign(np.inf, away)), where=spread > 0.0)
 
 
 def trend(x: Array, y: Array) -> Trend | None:

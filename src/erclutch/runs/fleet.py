@@ -124,7 +124,8 @@ class Fleet:
     @property
     def failed(self) -> dict[str, str]:
         """Devices that were not fitted, with the reasons."""
-        return {row["device"]: row["failed"] for row in self.fits if row["failed"]}
+        kept = {row["device"]: str(row["failed"]) for row in self.fits if row["failed"]}
+        return {device: why.removeprefix(f"{device}: ") for device, why in kept.items()}
 
     @property
     def devices(self) -> int:
