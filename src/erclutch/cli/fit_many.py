@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
@@ -14,6 +15,7 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import CheckError, SettingError
 
 if TYPE_CHECKING:
+    from erclutch.fit.comparison import Settings
     from erclutch.runs.fleet import Fleet
 
 _MODELS = Group("Models and figures", sort_key=1)
@@ -57,47 +59,40 @@ def fit_many(
         over: Order for trends and charts: 'name', 'mtime' (time of the file), or a field of --name-pattern.
         baseline: How many of the first devices give the limits of the control charts; 0 for all.
         force: Begin anew where the folder holds a fleet of other settings.
-        cluster: 'threads' (the default), 'processes', 'local' (Dask on this machine), or tcp://HOST:PORT of a Dask
-            scheduler; changes no figure.
+        cluster: 'threads' (the default), 'processes', 'local' (Dask here), or tcp://HOST:PORT of a Dask scheduler.
         workers: How many threads or processes; changes no figure.
         reading: How to read the logs.
     """
     from erclutch.fit.comparison import Settings
     from erclutch.report.html.fleet_page import write_fleet_report
-    from erclutch.runs.fleet import fit_many as fit_them
-    from erclutch.runs.large_fit import Reading
 
     require_counts(workers, seed, "--baseline", baseline, "0, or 5 or more", baseline == 0 or baseline >= 5)
-    if reading.resample is not None:
-        raise SettingError("--resample is not for many logs", remedy="Resample the logs before")
-    how = Reading(reading.column_map(), reading.map, None, reading.variable, reading.filter())
-    settings = Settings(lag=lag, test=test, friction=friction, offset=offset, seed=seed)
-    with terminal.progress("fitting") as bar:
-        fleet = fit_them(
-            logs,
-            model_names(models),
-            out=out,
-            device=reading.device,
-            reading=how,
-            settings=settings,
-            by=by,
-            over=over,
-            baseline=baseline,
-            cluster=cluster,
-            workers=workers,
-            force=force,
-            progress=lambda done, total, name: bar(done, total, f"fitted {name}"),
-        )
+    settings = Settings(model_names(models), lag, test, 0, friction, offset, seed)
+    more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
+    fleet = _fitted(logs, out, settings, reading, more)
     report = write_fleet_report(fleet, out / "report.html")
     _print(fleet)
     terminal.say(f"Kept in {out}; read {report}")
     if fleet.model is None:
-        first = next(iter(fleet.failed.items()))
-        raise CheckError(
-            f"none of {fleet.devices} could be fitted; the first: {first[1].rstrip('.')}",
-            where=first[0],
-            remedy="Try erclutch inspect on this log",
-        )
+        first, why = next(iter(fleet.failed.items()))
+        problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
+        raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
+
+
+def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOptions, more: dict[str, Any]) -> Fleet:
+    from erclutch.runs.fleet import fit_many as fit_them
+    from erclutch.runs.large_fit import Reading
+
+    if reading.resample is not None:
+        raise SettingError("--resample is not for many logs", remedy="Resample the logs before")
+    how = Reading(reading.column_map(), reading.map, None, reading.variable, reading.filter())
+    with terminal.progress("fitting") as bar:
+
+        def show(done: int, total: int, name: str) -> None:
+            bar(done, total, f"fitted {name}")
+
+        about: dict[str, Any] = {"device": reading.device, "reading": how, "settings": settings, "progress": show}
+        return fit_them(logs, settings.models, out=out, **about, **more)
 
 
 def _print(fleet: Fleet) -> None:

@@ -57,9 +57,9 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     if series.chart is not None:
         chart = series.chart
         marks = [Shade(chart.lower, chart.upper), ReferenceLine(chart.centre), *marks]
-    marks.append(Dots(series.x[~outliers], series.value[~outliers], "series1", "device", 2.4))
+    marks.append(Dots(series.x[~outliers], series.value[~outliers], "series1", "device", 3.6))
     if outliers.any():
-        marks.append(Dots(series.x[outliers], series.value[outliers], "series0", "stands out", 3.6))
+        marks.append(Dots(series.x[outliers], series.value[outliers], "series0", "stands out", 5.0))
     values = series.value
     if series.chart is not None:
         values = np.append(values, [series.chart.lower, series.chart.upper])
