@@ -107,6 +107,7 @@ def _print_columns(log: Path, raw: Table) -> None:
 
 
 def _print_signals(recording: Recording, data: Dataset) -> None:
+    from erclutch.fit.data_check import sensor_findings
     from erclutch.fit.history import effort_finding
 
     terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
@@ -124,8 +125,8 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         terminal.tell(terminal.coverage(element.field, element.slip, name, units))
-    found = effort_finding(data)
-    if found is not None:
+    memory = effort_finding(data)
+    for found in (*sensor_findings(data), *([memory] if memory else [])):
         terminal.tell(f"{found.level}: {found}", "yellow")
 
 
