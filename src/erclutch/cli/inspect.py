@@ -48,18 +48,18 @@ def inspect(
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
-    from erclutch.logs import read_table
+    from erclutch.logs import read_table, recordings_in
     from erclutch.logs.mapping_file import write_mapping as write_text
 
     if not seconds > 0 or not (start is None or start >= 0):
         raise SettingError(
             f"--seconds {seconds} --start {start}", remedy="Give a length above 0 and a start of 0 or more"
         )
-    raw = read_table(log, variable=reading.variable)
+    raw = read_table(log, variable=recordings_in(log)[0] if reading.variable == "all" else reading.variable)
     text, missing = reading.mapping_text(raw, log)
-    recording = problem = None
+    recording, more, problem = None, [], None
     try:
-        recording = reading.read([log])[0]
+        recording, *more = reading.read([log])
     except SettingError:
         raise
     except ErclutchError as error:
@@ -79,6 +79,8 @@ def inspect(
             terminal.tell(f"  {note}")
         terminal.tell(f"Not understood yet: {problem}", "yellow")
         return 1
+    if more:
+        terminal.say(f"{len(more) + 1} recordings are read as logs; this is the first of them")
     _print_signals(recording, reading.dataset([recording]))
     for path in drawn:
         terminal.say(f"drawn: {path}")
