@@ -77,7 +77,7 @@ def inspect(
     if recording is None:
         for note in raw.notes:
             terminal.tell(f"  {note}")
-        terminal.tell(f"Not understood yet: {problem}", "yellow")
+        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
         return 1
     if more:
         terminal.say(f"{len(more) + 1} recordings are read as logs; this is the first of them")
