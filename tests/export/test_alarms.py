@@ -17,8 +17,10 @@ from hypothesis import strategies as st
 from erclutch.errors import ExportError
 from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.export.cost import operations
 from erclutch.export.exported_step import DRIFT, NON_FINITE, OUTSIDE, WIDE_BAND, ExportedStep
 from erclutch.export.step_numbers import band_of, inverse, inverse_now, run
+from erclutch.export.step_record import step_record
 from erclutch.export.targets.python import compile_model
 from erclutch.models.alarms import Alarms, alarms_of
 from erclutch.models.band import Band
@@ -28,7 +30,17 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 
 WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
-BAND = Band(0.95, 0.01, 40.0, (100.0, 300.0, 500.0), (5.0, 20.0), WIDTHS, tuple(1.5 * w for w in WIDTHS))
+BAND = Band(
+    0.95,
+    0.01,
+    40.0,
+    (0.0, 2000 / 3),
+    (-30.1, 30.1),
+    (100.0, 300.0, 500.0),
+    (5.0, 20.0),
+    WIDTHS,
+    tuple(1.5 * w for w in WIDTHS),
+)
 BLOCK, SHORT = 20, 5
 #: One of each device, with gaps in the grid, with and without a memory.
 LABELS = ("bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial")
@@ -99,6 +111,15 @@ def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
     low, high = BAND.around(effort, elements, clock)
     assert np.array_equal(band_of(made, rows), np.column_stack([low, high]))
     assert np.array_equal((flags & WIDE_BAND) != 0, high - low > 0.25 * made.scale)
+
+
+def test_edges_of_a_band_cost_nothing_in_a_step(models: dict[str, Model]) -> None:
+    many = alarmed(models[LABELS[0]])
+    assert many.alarms is not None
+    whole = replace(BAND, field_edges=(), slip_edges=(), behind=(1.0, 2.0), ahead=(1.5, 2.5))
+    one = replace(many, alarms=replace(many.alarms, band=whole))
+    counts = [operations(step_record(step).record.flat(), step) for step in (many, one)]
+    assert counts[0] == counts[1]
 
 
 def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> None:

@@ -115,7 +115,7 @@ def test_pieces_are_seconds_of_one_log_and_logs_of_several() -> None:
     assert [name for name, _ in pieces(two, held)] == ["b"]  # 300 rows of the other log are few
 
 
-BAND = Band(0.95, 0.01, 1.0, (), (), (1.0, 1.0), (1.0, 1.0))
+BAND = Band(0.95, 0.01, 1.0, (0.0, 1.0), (-1.0, 1.0), (), (), (1.0, 1.0), (1.0, 1.0))
 
 
 def test_a_sensor_brings_any_band_to_its_level() -> None:

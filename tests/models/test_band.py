@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from erclutch.arithmetic.evaluation import Numbers, evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
-from erclutch.arithmetic.record import recorded
+from erclutch.arithmetic.record import Record
 from erclutch.errors import RunError
-from erclutch.models.band import Band, leading
+from erclutch.models.band import Band
 from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
@@ -24,7 +24,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 WIDTHS = tuple(0.01 * k for k in range(12))
-BAND = Band(0.95, 0.01, 5.0, (10.0, 60.0), (0.3,), WIDTHS, tuple(2.0 * w for w in WIDTHS))
+BAND = Band(0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), WIDTHS, tuple(2.0 * w for w in WIDTHS))
 NUMBERS = st.floats(-1e4, 1e4)
 
 
@@ -38,8 +38,10 @@ def _model() -> TorqueModel:
 
 
 def _cell_of(field: float, slip: float, followed: float) -> int:
-    """The cell, counted as the docstring says."""
-    fields, slips = sum(field > e for e in BAND.field_edges), sum(abs(slip) > e for e in BAND.slip_edges)
+    """The cell, counted as the docstring says: 32 cells of 3.125 V and of 1/16 rad/s, the classes of their centres."""
+    centre = 3.125 * (min(max(int(field / 3.125), 0), 31) + 0.5)
+    speed = 0.0625 * (min(max(int((slip + 1.0) / 0.0625), 0), 31) + 0.5) - 1.0
+    fields, slips = sum(centre > e for e in BAND.field_edges), sum(abs(speed) > e for e in BAND.slip_edges)
     return (int(abs(field - followed) > BAND.threshold) * 3 + fields) * 2 + slips
 
 
@@ -48,27 +50,34 @@ def _alone(field: Array, slip: Array, spans: tuple[Span, ...] | None = None) -> 
     return [Element(field, slip)], Clock(1e-3 * np.arange(float(n)), spans or (Span(0, n, 1e-3),))
 
 
+def _found(fields: Any, slips: Any, followed: Any) -> list[Any]:
+    field, slip, place = BAND.leading(fields, slips)
+    return [field, slip, place, BAND.switching(field, followed)]
+
+
 @given(st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS), NUMBERS)
 def test_cell_and_leading_element(fields: tuple[float, float], slips: tuple[float, float], followed: float) -> None:
-    field, slip = leading([np.array([f]) for f in fields], [np.array([w]) for w in slips])
+    found = _found([np.array([f]) for f in fields], [np.array([w]) for w in slips], np.array([followed]))
+    field, slip, place, switching = (x[0] for x in found)
     first = int(abs(fields[1]) > abs(fields[0]))
-    assert (field[0], slip[0]) == (abs(fields[first]), slips[first])
-    assert BAND.cell(field, slip, np.array([followed]))[0] == _cell_of(abs(fields[first]), slips[first], followed)
+    assert (field, slip) == (fields[first], slips[first])
+    assert switching * 6 + place == _cell_of(fields[first], slips[first], followed)
 
 
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64])
 def test_the_record_has_the_cells(precision: Precision) -> None:
     rng = np.random.default_rng(0)
     x = {name: rng.uniform(-100, 100, 5000).astype(precision.dtype) for name in ("E1", "E2", "w1", "w2", "lag")}
-    for name in ("E1", "E2", "w1", "w2"):  # more of them near zero
-        x[name] = x[name] ** 3 * precision.dtype.type(1e-4)
-
-    def cell(first: Any, second: Any, one: Any, two: Any, lag: Any) -> Any:
-        return BAND.cell(*leading([first, second], [one, two]), lag)
-
-    found = evaluate(recorded(cell, list(x)), x, Numbers(precision))[0]
-    assert found.tolist() == cell(*x.values()).tolist()
-    assert len(set(found.tolist())) == 12
+    for name in ("w1", "w2"):
+        x[name] *= precision.dtype.type(0.01)
+    record = Record()
+    first, second, one, two, lag = map(record.input, x)
+    for value in _found([first, second], [one, two], lag):
+        record.give(value)
+    found = evaluate(record, x, Numbers(precision))
+    wanted = _found([x["E1"], x["E2"]], [x["w1"], x["w2"]], x["lag"])
+    assert all(np.array_equal(a, b) for a, b in zip(found, wanted, strict=True))
+    assert len(set((6 * found[3] + found[2]).tolist())) == 12
 
 
 def test_the_ends_lie_in_the_direction_of_the_slip() -> None:
@@ -104,6 +113,8 @@ def test_a_model_keeps_its_band(tmp_path: Path) -> None:
         ("level", 0.0),
         ("settling_s", 0.0),
         ("threshold", -1.0),
+        ("field", [100.0, 0.0]),
+        ("slip", [-1.0]),
         ("field_edges", [60.0, 10.0]),
         ("field_edges", [10.0, 10.0]),
         ("field_edges", [10.0, 1e30]),

@@ -113,12 +113,12 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     return found.astype(typed, copy=False)
 
 
-def table_entry(table: Sequence[Sequence[Any]], row: Any, column: Any) -> Any:
-    """Entry of a table of truths or numbers at the whole parts of two numbers that lie within it."""
-    recorder = next((x for x in (row, column) if isinstance(x, RecordingOperand)), None)
+def table_entry(table: Sequence[Any], *places: Any) -> Any:
+    """Entry of a nested table of truths, whole numbers up to 255 or real numbers at the whole parts of its places."""
+    recorder = next((x for x in places if isinstance(x, RecordingOperand)), None)
     if recorder is not None:
-        return recorder.record("table", table, row, column)
-    return np.array(table)[np.asarray(row).astype(np.intp), np.asarray(column).astype(np.intp)]
+        return recorder.record("table", table, *places)
+    return np.array(table)[tuple(np.asarray(x).astype(np.intp) for x in places)]
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:

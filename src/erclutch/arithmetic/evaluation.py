@@ -51,7 +51,7 @@ class Numbers:
             return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
         if node.operation == "table":
             entry = table_entry(node.value, *arguments)
-            return entry if node.kind == "truth" else entry.astype(self.precision.dtype)
+            return entry.astype(self.precision.dtype) if node.kind == "real" else entry
         if node.operation == "network":
             assert self.network is not None
             return self.network(np.array(np.broadcast_arrays(*arguments)))

@@ -36,7 +36,7 @@ class Node:
             input, state (the value after the row before, zero at first), constant, negate,
             a key of BINARY or ON_BITS, a name of FUNCTIONS, bits_of, real_of_bits, real_from_bits,
             less, finite, both, either, opposite (these give a truth), choose (by a truth),
-            table (a truth or a number out of rows of them, at the whole parts of row and column),
+            table (a truth, a whole number or a real one out of a nested table, at the whole parts of the arguments),
             delay (a signal some rows back, by whether there was a row before), earlier (what a delay register of
             another record holds so many rows back), call (of a record), network.
         arguments: nodes.
@@ -252,7 +252,8 @@ class Traced(RecordingOperand):
         if operation == "less_select":
             return self.owner.choose(self.owner.less(*arguments[:2]), *arguments[2:])
         if operation == "table":
-            kind = "truth" if isinstance(arguments[0][0][0], bool) else "real"
+            kinds: dict[str, ValueKind] = {"b": "truth", "i": "bits", "f": "real"}
+            kind = kinds[np.array(arguments[0]).dtype.kind]
             return self.owner.operand("table", *arguments[1:], value=arguments[0], kind=kind)
         nodes = [
             self.owner.node("constant", (), x, kind="bits") if bits and isinstance(x, int) else self.owner.node_of(x)

@@ -29,7 +29,7 @@ from erclutch.export.exported_step import (
     described_step,
 )
 from erclutch.models.alarms import Alarms
-from erclutch.models.band import FOLLOWER, leading
+from erclutch.models.band import FOLLOWER
 from erclutch.models.covered_cells import within
 from erclutch.models.model import settled_memory
 from erclutch.models.stages.stage import Place, Stage
@@ -451,9 +451,10 @@ class _Recording:
         alarms, record, e = self.step.alarms, self.record, self.step.elements
         if alarms is None or self.rest:
             return {}
-        field, slip = leading(held[:e], held[e : 2 * e])
-        (followed,) = self._stepped(FOLLOWER, {"tau_e": alarms.band.settling_s}, field, "_band")
-        low, high = alarms.band.ends(effort, slip, alarms.band.cell(field, slip, followed))
+        band = alarms.band
+        field, slip, place = band.leading(held[:e], held[e : 2 * e])
+        (followed,) = self._stepped(FOLLOWER, {"tau_e": band.settling_s}, field, "_band")
+        low, high = band.ends(effort, slip, band.switching(field, followed), place)
         for name, end in (("low", low), ("high", high)):
             record.keep(name, record.label(end, name))
         side = less_select(slip, 0.0, -1.0, 1.0)

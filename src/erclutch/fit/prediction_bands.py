@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from erclutch.fit.intervals import correlated_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import adapted
-from erclutch.models.band import MOST_EDGES, Band, leading
+from erclutch.models.band import MOST_EDGES, Band, centres, leading
 from erclutch.signals.array import Array, Mask
 
 LEVEL = 0.95
@@ -79,11 +79,12 @@ def calibrated(
         parameters: number of parameters of each model.
     """
     field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    field = np.abs(field)
     every = -(-int(train.sum()) // _MOST_ROWS)
     known = np.flatnonzero(train)[::every]
     cells = [
-        (band, band.cells(data.elements, data.clock)[known].astype(np.intp))
-        for band in _empty_bands(data, field[known], np.abs(slip[known]))
+        (band, band.cells(data.elements, data.clock)[known])
+        for band in _empty_bands(data, train, field[known], np.abs(slip[known]))
     ]
     usable = [each for each in cells if _LEAST <= _switching(each) <= 1.0 - _LEAST] or cells[:1]
     found: list[tuple[Band, float] | None] = []
@@ -177,20 +178,44 @@ def _widened(independent: float, parameters: int) -> float:
     return float(np.sqrt((rows + parameters) / (rows - parameters)))
 
 
-def _empty_bands(data: Dataset, field: Array, slip: Array) -> Iterator[Band]:
-    """Bands without widths for magnitudes of field and slip, from the shortest settling time to the longest."""
+def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Iterator[Band]:
+    """Bands without widths, from the shortest settling time to the longest.
+
+    Args:
+        data: all rows.
+        train: rows to calibrate on, shape (n,); the grid lies over their range.
+        field: magnitudes, of the rows that are used of these.
+        slip: the same of the slip.
+    """
     parts = np.arange(1, MOST_EDGES + 1) / (MOST_EDGES + 1)
     low, span = float(field.min()), float(np.ptp(field))
     # On a grid that begins half a step above zero: a command of few levels and some noise is not cut through a level.
     steps = np.minimum(np.floor((np.quantile(field, parts) - low) / (span or 1.0) * _GRID), _GRID - 1)
-    fields = np.unique(low + (steps + 0.5) / _GRID * span) if span else np.zeros(0)
-    slips = np.unique(np.quantile(slip, parts))
-    edges = tuple(fields.tolist()), tuple(slips[slips > 0].tolist())
+    over_fields, over_slips = (_covered(data, name, train) for name in ("field", "slip"))
+    wanted = low + (steps + 0.5) / _GRID * span, np.quantile(slip, parts)
+    fields, slips = (_between_cells(at, covered) for at, covered in zip(wanted, (over_fields, over_slips), strict=True))
     threshold = _SWITCHING * (span or float(field.max()) or 1.0)
     settling = 2.0 * data.period
     while settling <= _LONGEST_S or settling == 2.0 * data.period:
-        yield Band(LEVEL, settling, threshold, *edges, (), ())
+        yield Band(LEVEL, settling, threshold, over_fields, over_slips, fields, slips, (), ())
         settling *= 2.0
+
+
+def _covered(data: Dataset, name: str, rows: Mask) -> tuple[float, float]:
+    """Smallest and largest field or slip of all elements over some rows."""
+    signals = [getattr(element, name)[rows] for element in data.elements]
+    return min(float(x.min()) for x in signals), max(float(x.max()) for x in signals)
+
+
+def _between_cells(edges: Array, covered: tuple[float, float]) -> tuple[float, ...]:
+    """Edges moved to where they part cells of the grid, each one once; none where the grid has no cells apart."""
+    at = centres(covered)
+    sizes = np.unique(np.abs(at))
+    sizes = sizes[np.diff(sizes, prepend=-np.inf) > 0.25 * (at[1] - at[0])]  # both sides of zero may be alike
+    if sizes.size < 2:
+        return ()
+    parting = 0.5 * (sizes[1:] + sizes[:-1])
+    return tuple(np.unique(parting[np.abs(parting - edges[:, None]).argmin(axis=1)]).tolist())
 
 
 def _half_widths(errors: _Errors, at: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:

@@ -5,19 +5,24 @@ direction of the slip (`ahead`) and against it (`behind`), so that one table ser
 
     low = effort - (slip < 0 ? ahead : behind),   high = effort + (slip < 0 ? behind : ahead)
 
-The field is the largest magnitude over the elements, the slip that of the same element. The field is switching while
-it is further than a threshold from its own first-order lag. `fit.prediction_bands` finds the numbers.
+The field is that of the largest magnitude over the elements, the slip that of the same element. A grid over both, twice
+as fine as that which says where training rows were (`Range.near`), says their class, so a step needs no comparison with
+edges. The field is switching while it is further than a threshold from its own first-order lag. `fit.prediction_bands`
+finds the numbers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.arithmetic.elementary import less_select, table_entry
+from erclutch.models.covered_cells import CELLS, grid_cell
 from erclutch.models.stages.effort_lag import EffortLag
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -25,6 +30,8 @@ from erclutch.signals.device import Element
 
 #: Edges of the field, and edges of the slip, that a band may have.
 MOST_EDGES = 3
+#: Cells of the band's grid along a side of a cell of `Range.near`.
+_FINER = 2
 #: What follows the field.
 FOLLOWER = EffortLag()
 
@@ -37,14 +44,18 @@ class Band:
         level: share of rows that the band is to hold.
         settling_s: time constant in s of the lag that follows the field.
         threshold: distance between field and lag, in the field's unit, above which the field is switching.
-        field_edges: ascending magnitudes of the field between classes; a value on an edge belongs below.
+        field, slip: ranges that the grid lies over.
+        field_edges: ascending magnitudes of the field between classes; a cell of the grid is where its centre is.
         slip_edges: the same of the slip.
-        behind, ahead: half widths in the effort's unit against and in the direction of the slip, one a `cell`.
+        behind, ahead: half widths in the effort's unit against and in the direction of the slip, one a cell; the class
+            of the slip changes fastest over the cells, that of switching slowest.
     """
 
     level: float
     settling_s: float
     threshold: float
+    field: tuple[float, float]
+    slip: tuple[float, float]
     field_edges: tuple[float, ...]
     slip_edges: tuple[float, ...]
     behind: tuple[float, ...]
@@ -52,49 +63,65 @@ class Band:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Classes of switching, field and slip; the last one changes fastest over the cells."""
+        """Classes of switching, field and slip."""
         return 2, len(self.field_edges) + 1, len(self.slip_edges) + 1
 
-    def cell(self, field: Any, slip: Any, followed: Any) -> Any:
-        """The cell as a real number, from the signals of `leading` and the lag behind the field; on any operand."""
-        _, fields, slips = self.shape
-        switching = _class(np.abs(field - followed), (self.threshold,))
-        at = switching * float(fields) + _class(field, self.field_edges)
-        return at * float(slips) + _class(np.abs(slip), self.slip_edges)
+    @cached_property
+    def classes(self) -> tuple[tuple[int, ...], ...]:
+        """The class of field and slip, the slip fastest, of each cell of the grid over field and slip."""
+        fields, slips = (
+            np.searchsorted(edges, np.abs(centres(covered)))
+            for edges, covered in ((self.field_edges, self.field), (self.slip_edges, self.slip))
+        )
+        return tuple(map(tuple, (fields[:, None] * self.shape[2] + slips).tolist()))
 
-    def cells(self, elements: Sequence[Element], clock: Clock) -> Array:
+    def leading(self, fields: Sequence[Any], slips: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """Field, slip and class of the element under the largest field; elementwise on any operand."""
+        rows, columns = ([grid_cell(x, of) for x in xs] for xs, of in ((fields, self.field), (slips, self.slip)))
+        field, slip, row, column = leading(fields, slips, rows, columns)
+        return field, slip, table_entry(self.classes, _FINER * row, _FINER * column)
+
+    def switching(self, field: Any, followed: Any) -> Any:
+        """1 where the field is far from the lag behind it, else 0; on any operand."""
+        away = field - followed
+        return less_select(self.threshold**2, away * away, 1.0, 0.0)
+
+    def cells(self, elements: Sequence[Element], clock: Clock) -> NDArray[np.intp]:
         """The cell of each row, shape (n,); the lag starts settled in each span."""
-        field, slip = leading([e.field for e in elements], [e.slip for e in elements])
-        followed = FOLLOWER.respond(field, clock, [self.settling_s], slice(None))
-        return np.asarray(self.cell(field, slip, followed))
+        field, _, place = self.leading([e.field for e in elements], [e.slip for e in elements])
+        return np.ravel_multi_index((self._switched(field, clock), place), (2, self.shape[1] * self.shape[2]))
 
     def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
-        _, slip = leading([e.field for e in elements], [e.slip for e in elements])
-        return self.ends(effort, slip, self.cells(elements, clock))
+        field, slip, place = self.leading([e.field for e in elements], [e.slip for e in elements])
+        return self.ends(effort, slip, self._switched(field, clock), place)
 
-    def ends(self, effort: Any, slip: Any, cell: Any) -> tuple[Any, Any]:
-        """Low and high end in a `cell`; on any operand."""
-        halves = (self.behind, self.ahead)
-        back, forth = less_select(slip, 0.0, 1.0, 0.0), less_select(slip, 0.0, 0.0, 1.0)
-        return effort - table_entry(halves, back, cell), effort + table_entry(halves, forth, cell)
+    def _switched(self, field: Array, clock: Clock) -> NDArray[np.intp]:
+        followed = FOLLOWER.respond(field, clock, [self.settling_s], slice(None))
+        return np.asarray(self.switching(field, followed)).astype(np.intp)
+
+    def ends(self, effort: Any, slip: Any, switching: Any, place: Any) -> tuple[Any, Any]:
+        """Low and high end, from the slip and class of `leading` and from `switching`; on any operand."""
+        behind, ahead = (tuple(map(tuple, np.reshape(x, (2, -1)).tolist())) for x in (self.behind, self.ahead))
+        at = less_select(slip, 0.0, 1.0, 0.0), switching, place
+        return effort - table_entry((behind, ahead), *at), effort + table_entry((ahead, behind), *at)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""
-        tables = ("field_edges", "slip_edges", "behind", "ahead")
+        tables = ("field", "slip", "field_edges", "slip_edges", "behind", "ahead")
         return asdict(self) | {name: list(getattr(self, name)) for name in tables}
 
 
-def leading(fields: Sequence[Any], slips: Sequence[Any]) -> tuple[Any, Any]:
-    """Magnitude of the field, and the slip, of the element under the largest field; elementwise on any operand."""
-    field, slip = np.abs(fields[0]), slips[0]
-    for other, relative in zip(fields[1:], slips[1:], strict=True):
-        size = np.abs(other)
-        slip = less_select(field, size, relative, slip)
-        field = less_select(field, size, size, field)
-    return field, slip
+def leading(fields: Sequence[Any], *signals: Sequence[Any]) -> tuple[Any, ...]:
+    """The field of the largest magnitude over the elements, and further signals of that element; on any operand."""
+    chosen = [fields[0], *(signal[0] for signal in signals)]
+    for others in zip(fields[1:], *(signal[1:] for signal in signals), strict=True):
+        sizes = chosen[0] * chosen[0], others[0] * others[0]
+        chosen = [less_select(*sizes, new, kept) for new, kept in zip(others, chosen, strict=True)]
+    return tuple(chosen)
 
 
-def _class(value: Any, edges: Sequence[float]) -> Any:
-    """How many edges a value is above."""
-    return sum((less_select(edge, value, 1.0, 0.0) for edge in edges), 0.0)
+def centres(covered: tuple[float, float]) -> Array:
+    """Centres of the cells along a range of a band, shape (32,)."""
+    low, high = covered
+    return np.asarray(low + (np.arange(_FINER * CELLS) + 0.5) * ((high - low) / (_FINER * CELLS)), np.float64)

@@ -12,11 +12,21 @@ import numpy as np
 from erclutch.arithmetic.elementary import less_select
 from erclutch.signals.array import Array
 
+#: Cells of the grid over field and slip along each of the two.
+CELLS = 16
+
 
 def within(x: Any, low: float, high: float) -> Any:
     """A value held within two limits, elementwise on any operand; the low one where it is not a number."""
     above = less_select(low, x, x, low)
     return less_select(above, high, above, high)
+
+
+def grid_cell(x: Any, covered: tuple[float, float]) -> Any:
+    """Number of the cell of a value along a range, less than 16, with a fraction; elementwise on any operand."""
+    low, high = covered
+    scale = min(CELLS / (high - low), 1e18) if high > low else 0.0
+    return within((x - low) * scale, 0.0, CELLS - 0.5)
 
 
 @dataclass(frozen=True, eq=False)

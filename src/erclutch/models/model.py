@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.elementary import table_entry
 from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.band import Band
-from erclutch.models.covered_cells import within
+from erclutch.models.covered_cells import CELLS, grid_cell
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.registry import Plugin
@@ -23,9 +23,6 @@ from erclutch.signals.recording import TEMPERATURE
 
 Pair = tuple[float, float]
 _SAME_PERIOD = 0.01
-
-#: Cells of the grid over field and slip along each of the two.
-CELLS = 16
 
 
 def margins(covered: Pair) -> Pair:
@@ -58,7 +55,7 @@ class Range:
 
     def cell(self, field: Any, slip: Any) -> tuple[Any, Any]:
         """Numbers of the cells of field and slip, less than 16, with a fraction; elementwise on any operand."""
-        return tuple(_cell(x, covered) for x, covered in ((field, self.field), (slip, self.slip)))
+        return tuple(grid_cell(x, covered) for x, covered in ((field, self.field), (slip, self.slip)))
 
     def far(self, element: int, field: Any, slip: Any) -> Any:
         """Whether no training row of an element, from 0, was near; elementwise on any operand. It needs `near`."""
@@ -80,12 +77,6 @@ class Range:
         """As plain JSON values."""
         ranges = {key: list(getattr(self, key)) for key in ("field", "slip", "effort")}
         return {**ranges, **({"near": [list(masks) for masks in self.near]} if self.near else {})}
-
-
-def _cell(x: Any, covered: Pair) -> Any:
-    low, high = covered
-    scale = min(CELLS / (high - low), 1e18) if high > low else 0.0
-    return within((x - low) * scale, 0.0, CELLS - 0.5)
 
 
 class Rows(Protocol):

@@ -224,12 +224,13 @@ def band_of(body: Mapping[str, Any]) -> Band:
     if level >= 1.0:
         raise ValueError(f"level is {level:g}, not below 1")
     settling, threshold = (number_of(body[key], key, positive=True) for key in ("settling_s", "threshold"))
+    over_fields, over_slips = (pair_of(body[key], f"the band's {key}") for key in ("field", "slip"))
     fields, slips = (_edges_of(body[key], key) for key in ("field_edges", "slip_edges"))
     cells = 2 * (len(fields) + 1) * (len(slips) + 1)
     behind, ahead = (tuple(table_of(body[key], key, cells).tolist()) for key in ("behind", "ahead"))
     if min(*behind, *ahead) < 0.0:
         raise ValueError(f"a half width is {min(*behind, *ahead):g}")
-    return Band(level, settling, threshold, fields, slips, behind, ahead)
+    return Band(level, settling, threshold, over_fields, over_slips, fields, slips, behind, ahead)
 
 
 def _edges_of(value: Any, name: str) -> tuple[float, ...]:

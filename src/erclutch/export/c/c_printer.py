@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import BINARY, FUNCTIONS, ON_BITS, Node, Record
 
@@ -123,18 +125,22 @@ class Printer:
 
     def _table(self, node: Node) -> Iterator[str]:
         """A table, of truths as bits, 32 a word, printed where it is first used; and the place of the entry."""
+        values = np.array(node.value)
         if node.value not in self._tables:
             self._tables[node.value] = name = f"table{node.index}"
-            entries = [entry for row in node.value for entry in row]
+            entries = values.ravel().tolist()
             if node.kind == "truth":
                 parts = (entries[i : i + 32] for i in range(0, len(entries), 32))
                 words = [f"0x{sum(bit << k for k, bit in enumerate(part)):08x}u" for part in parts]
                 yield from table("uint32_t", name, words).splitlines()
+            elif node.kind == "bits":
+                yield from table("uint8_t", name, [f"{entry}u" for entry in entries], 16).splitlines()
             else:
-                values = [self.precision.constant(value) for value in entries]
-                yield from table(f"{self.prefix}real", name, values).splitlines()
-        row, column = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
-        yield f"const uint32_t entry{node.index} = ({row} * {len(node.value[0])}u) + {column};"
+                yield from table(f"{self.prefix}real", name, list(map(self.precision.constant, entries))).splitlines()
+        at, *more = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
+        for size, place in zip(values.shape[1:], more, strict=True):
+            at = f"(({at} * {size}u) + {place})"
+        yield f"const uint32_t entry{node.index} = {bare(at)};"
 
     def _name(self, node: Node) -> str:
         """The value's label, unless another value has the same."""
@@ -186,7 +192,7 @@ class Printer:
         if node.operation == "choose":
             # Comparisons are written again where they choose: so an analysis sees that the choice keeps to the limits.
             return f"({self._comparisons.get(node.arguments[0].index, a[0])} ? {a[1]} : {a[2]})"
-        if node.operation == "table" and node.kind == "real":
+        if node.operation == "table" and node.kind != "truth":
             return f"{self._tables[node.value]}[entry{node.index}]"
         return self._truth(node, a) if node.kind == "truth" else self._special(node.operation, a)
 

@@ -41,7 +41,7 @@ def _classes(material: Material, band: Band) -> Iterator[tuple[str, str, str, st
     assert ends is not None
     inside = ((ends[0] <= data.effort) & (data.effort <= ends[1]))[test]
     width = (ends[1] - ends[0])[test]
-    places = np.unravel_index(band.cells(data.elements, data.clock)[test].astype(np.intp), band.shape)
+    places = np.unravel_index(band.cells(data.elements, data.clock)[test], band.shape)
     names = (
         ["field has settled", "field is switching"],
         _ranges("field", [edge * material.field.factor for edge in band.field_edges], material.field.unit),
