@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -22,6 +23,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy.signal import lfilter
+from threadpoolctl import threadpool_limits
+
+from erclutch.fit.comparison import Settings, networks_for, structures_for
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network
+from erclutch.logs import read
+from erclutch.logs.dataset import build_dataset
+from erclutch.models.law_model import Structure
+from erclutch.runs.large_fit import fit_large
 
 RUN = 290_000  # rows at 1 kHz between two gaps of 1 s
 MODELS = ("rbfm-10/forward", "fnn-16", "hem/square+lag")
@@ -100,6 +110,22 @@ def table(rows: int, workers: int, found: dict[str, Any]) -> None:
     )
 
 
+def compared(folder: Path, rows: int, models: list[str]) -> None:
+    """Whether the models of one log are those of a fit in memory, to the bit."""
+    path = part_file(folder, 0, rows)
+    data = build_dataset(read(path, device="coaxial"), device="coaxial")
+    found = fit_large(path, models, device="coaxial", scratch=folder)
+    settings = Settings(tuple(models), lag="none")
+    structures = [*structures_for(data, settings), *networks_for(data, settings)]
+    for structure, entry in zip(structures, found.entries, strict=True):
+        with threadpool_limits(1):
+            law = isinstance(structure, Structure)
+            fit: Any = partial(fit_structure, intervals=False) if law else fit_network
+            digests = [o.model.to_dict()["digest"][:12] for o in (fit(data, structure), entry.outcome)]
+        same = "the same" if digests[0] == digests[1] else "another"
+        print(f"{rows:12,} rows in memory: {entry.name:16} {digests[0]}, on disk {digests[1]}: {same}", flush=True)
+
+
 def main() -> None:
     """Make what is missing, then print the table."""
     parser = argparse.ArgumentParser(description="Fits to long SYNTHETIC logs.")
@@ -108,9 +134,13 @@ def main() -> None:
     parser.add_argument("--models", nargs="+", default=MODELS)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--cluster", default="processes")
+    parser.add_argument("--memory", type=int, default=0, help="rows of one log to fit in memory too; then nothing else")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "erclutch-large")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
+    if asked.memory:
+        compared(asked.folder, asked.memory, asked.models)
+        return
     with ProcessPoolExecutor(2) as pool:
         jobs = [pool.submit(part_file, asked.folder, k, asked.rows // asked.parts) for k in range(asked.parts)]
         jobs.append(pool.submit(part_file, asked.folder, 999, RUN))

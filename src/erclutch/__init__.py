@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from erclutch.models.load import load_model
     from erclutch.models.networks import NetworkStructure, network_from_name
     from erclutch.models.networks.network_model import NetworkModel
+    from erclutch.runs.fleet import Fleet, fit_many
     from erclutch.runs.large_fit import LargeFit, fit_large
     from erclutch.runs.run_folder import read_run, write_run
     from erclutch.signals.recording import Recording
@@ -47,6 +48,7 @@ _HOMES = {
     "fit.scoring": ("score",),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
     "fit.flow_curve": ("FlowCurve", "fit_flow_curve"),
+    "runs.fleet": ("Fleet", "fit_many"),
     "runs.large_fit": ("LargeFit", "fit_large"),
     "models.laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
@@ -67,6 +69,7 @@ __all__ = [
     "Derivative",
     "ErclutchError",
     "FitOutcome",
+    "Fleet",
     "FlowCurve",
     "LargeFit",
     "NetworkModel",
@@ -81,6 +84,7 @@ __all__ = [
     "compare",
     "fit_flow_curve",
     "fit_large",
+    "fit_many",
     "fit_network",
     "fit_structure",
     "hold_out",

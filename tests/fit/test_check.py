@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError
-from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, Finding, check, steady_command
+from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, Finding, check, sensor_findings, steady_command
 from erclutch.logs.dataset import Dataset, hold_out
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -77,7 +77,43 @@ def test_a_single_peak_is_no_saturation() -> None:
     data = good()
     effort = data.effort.copy()
     effort[7] = 5.0
-    assert findings(changed(data, effort=effort)) == ()
+    assert (
+        "stands out from the rows beside, the first at 0.007 s with 5"
+        in only(findings(changed(data, effort=effort))).message
+    )
+
+
+def smooth(seed: int = 0) -> Dataset:
+    """A slip to and fro under steps of the field, with noise and quantised as by a converter."""
+    data, t = good(seed=seed), np.arange(N) / 1000
+    rng = np.random.default_rng(seed)
+    slip = 20 * np.sin(9 * t) + 0.01 * rng.normal(size=N)
+    field = np.repeat(rng.uniform(0, 1000, N // 200), 200)
+    effort = 1e-6 * field**2 * np.tanh(slip) + 0.01 * slip + 0.01 * rng.normal(size=N)
+    return changed(data, field=field, slip=np.round(slip, 2), effort=np.round(effort, 3))
+
+
+def test_spikes_are_found_where_they_are_few_and_alone() -> None:
+    data = smooth()
+    assert sensor_findings(data) == ()
+    effort = data.effort.copy()
+    effort[[500, 900, 901]] += 1.5
+    finding = only(sensor_findings(changed(data, effort=effort)))
+    assert finding.message.startswith("3 rows of the effort stand out from the rows beside, the first at 0.5 s with")
+    effort[1000:1200] += np.where(np.arange(200) % 2, 1.5, -1.5)  # ringing
+    assert only(sensor_findings(changed(data, effort=effort))).message.startswith("3 rows")
+
+
+@pytest.mark.parametrize("name", ["effort", "slip"])
+def test_a_sensor_that_was_stuck(name: str) -> None:
+    data = smooth()
+    values = (data.effort if name == "effort" else data.elements[0].slip).copy()
+    values[700:1200] = values[700] + 0.0123
+    stuck = changed(data, effort=values) if name == "effort" else changed(data, slip=values)
+    finding = next(f for f in sensor_findings(stuck) if f.subject == name)
+    assert f"for 500 rows from 0.7 s on while the {'slip' if name == 'effort' else 'effort'} moves" in finding.message
+    rest = changed(data, slip=np.where(np.arange(N) < 800, 0.0, data.elements[0].slip))
+    assert not [f for f in sensor_findings(rest) if "stuck" in f.message]
 
 
 def test_a_differenced_encoder() -> None:

@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import Table, read, read_table
+from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordings_in
+from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
 
 COUNT = 120
@@ -185,6 +186,14 @@ def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     assert np.array_equal(read_table(path, variable="run2").columns["speed"], FORCE)
     with pytest.raises(LogError, match=r"no variable 'run3' \(there are: run1, run2\)"):
         read_table(path, variable="run3")
+    mapping = ColumnMap.from_labels({"slip": "speed [rad/s]", "effort": "force [N]"})
+    run["force"] = FORCE
+    save(path, {"run1": run, "run2": {**run, "speed": 2 * SLIP}})
+    assert recordings_in(path) == ["run1", "run2"]
+    first, second = read_all(path, mapping)
+    assert (first.name, second.name) == ("a.mat: run1", "a.mat: run2")
+    assert np.array_equal(second.signals["slip"], 2 * first.signals["slip"])
+    assert build_dataset([first, second]).rows == 2 * first.rows  # two logs, not one log twice
 
 
 @both

@@ -48,18 +48,18 @@ def inspect(
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
-    from erclutch.logs import read_table
+    from erclutch.logs import read_table, recordings_in
     from erclutch.logs.mapping_file import write_mapping as write_text
 
     if not seconds > 0 or not (start is None or start >= 0):
         raise SettingError(
             f"--seconds {seconds} --start {start}", remedy="Give a length above 0 and a start of 0 or more"
         )
-    raw = read_table(log, variable=reading.variable)
+    raw = read_table(log, variable=recordings_in(log)[0] if reading.variable == "all" else reading.variable)
     text, missing = reading.mapping_text(raw, log)
-    recording = problem = None
+    recording, more, problem = None, [], None
     try:
-        recording = reading.read([log])[0]
+        recording, *more = reading.read([log])
     except SettingError:
         raise
     except ErclutchError as error:
@@ -77,8 +77,10 @@ def inspect(
     if recording is None:
         for note in raw.notes:
             terminal.tell(f"  {note}")
-        terminal.tell(f"Not understood yet: {problem}", "yellow")
+        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
         return 1
+    if more:
+        terminal.say(f"{len(more) + 1} recordings are read as logs; this is the first of them")
     _print_signals(recording, reading.dataset([recording]))
     for path in drawn:
         terminal.say(f"drawn: {path}")
@@ -107,6 +109,7 @@ def _print_columns(log: Path, raw: Table) -> None:
 
 
 def _print_signals(recording: Recording, data: Dataset) -> None:
+    from erclutch.fit.data_check import sensor_findings
     from erclutch.fit.history import effort_finding
 
     terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
@@ -124,8 +127,8 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         terminal.tell(terminal.coverage(element.field, element.slip, name, units))
-    found = effort_finding(data)
-    if found is not None:
+    memory = effort_finding(data)
+    for found in (*sensor_findings(data), *([memory] if memory else [])):
         terminal.tell(f"{found.level}: {found}", "yellow")
 
 

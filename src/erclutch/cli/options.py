@@ -89,7 +89,7 @@ class LogOptions:
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: Annotated[str | None, Parameter(group=_READING)] = None
-    """Which recording of a MATLAB file, or which topic of an MCAP file."""
+    """Which recording of a MATLAB file (all: each of them is a log), or which topic of an MCAP file."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
     resample: Annotated[str | None, Parameter(group=_READING)] = None
@@ -137,12 +137,17 @@ class LogOptions:
         Raises:
             LogError: a log cannot be read; MappingError: or not be understood.
         """
-        from erclutch.logs import read
+        from erclutch.logs import read, read_all
         from erclutch.logs.resample import rate_of, resampled
 
         rate = None if self.resample is None else rate_of(self.resample)
         mapping = self.column_map()
-        logs = [read(path, mapping, device=self.device, mapping_file=self.map) for path in expand(paths)]
+        logs: list[Recording] = []
+        for path in expand(paths):
+            if self.variable == "all":
+                logs += read_all(path, mapping, device=self.device, mapping_file=self.map)
+            else:
+                logs.append(read(path, mapping, device=self.device, mapping_file=self.map))
         logs = [self.cut(log) for log in logs]
         return logs if rate is None else [resampled(log, rate) for log in logs]
 

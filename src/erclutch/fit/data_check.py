@@ -31,6 +31,10 @@ _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
 _RUNS_AWAY = 3.0
 
+_AROUND = 5  # rows: that and the two on either side; a step is none of its spikes
+_SPIKE, _SPIKE_SHARE, _FEW_SPIKES = 30.0, 0.25, 0.005  # of the usual distance; of the range; of all rows
+_STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the other side
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -71,14 +75,24 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _both_fields(data),
         lambda: _drift(data),
         lambda: _sign(train),
-        lambda: _saturation(train),
         lambda: _quantised(train),
         lambda: _one_field(train, data, test),
         lambda: _coverage(train, data, test),
         lambda: _zero_field(train),
         lambda: _unlike(data),
     )
-    return tuple(finding for finding in (look() for look in checks) if finding is not None)
+    return (*(finding for finding in (look() for look in checks) if finding is not None), *sensor_findings(data))
+
+
+def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
+    """Stretches that do not belong to a measurement: spikes, and a sensor that is saturated or stuck.
+
+    Args:
+        data: the rows; a spike or a stuck sensor is looked for in the effort and the slips.
+    """
+    signals = [("effort", data.effort), *(("slip", e.slip) for e in data.elements)]
+    found = [_saturation(data), *(_spikes(data, *each) for each in signals), *(_stuck(data, *each) for each in signals)]
+    return tuple(finding for finding in found if finding is not None)
 
 
 def steady_command(train: Dataset) -> bool:
@@ -201,12 +215,57 @@ def _weight(field: Array) -> Array:
     return np.abs(field) + 1e-3 * float(np.abs(field).max())
 
 
-def _saturation(train: Dataset) -> Finding | None:
-    for end, name in ((float(np.max(train.effort)), "largest"), (float(np.min(train.effort)), "smallest")):
-        share = float(np.mean(np.equal(train.effort, end)))
+def _saturation(data: Dataset) -> Finding | None:
+    for end, name in ((float(np.max(data.effort)), "largest"), (float(np.min(data.effort)), "smallest")):
+        share = float(np.mean(np.equal(data.effort, end)))
         if share > 0.005:
             message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
             return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
+    return None
+
+
+def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
+    """Rows far from the median of the five around them, where such rows are few and all others are near it."""
+    away = np.zeros(values.size)
+    for span in data.clock.spans:
+        part = values[span.start : span.stop]
+        if part.size >= _AROUND:
+            middle = np.median(np.lib.stride_tricks.sliding_window_view(part, _AROUND), axis=1)
+            edge = _AROUND // 2
+            away[span.start + edge : span.stop - edge] = np.abs(part[edge:-edge] - middle)
+    low, high = np.quantile(values, (0.001, 0.999))
+    rows = np.flatnonzero(away > max(_SPIKE * 1.4826 * float(np.median(away)), _SPIKE_SHARE * float(high - low)))
+    rows = rows[(rows >= 4) & (rows < values.size - 4)] if rows.size <= _FEW_SPIKES * values.size else rows[:0]
+    beside = values[rows[:, None] + np.array([-4, -3, -2, 2, 3, 4])]
+    rows = rows[np.ptp(beside, axis=1) < 0.5 * away[rows]]  # ringing after a blow is no spike
+    if not rows.size:
+        return None
+    many = f"{rows.size} row{'s' if rows.size > 1 else ''} of the {name} stand{'s' if rows.size == 1 else ''} out"
+    message = f"{many} from the rows beside, the first at {data.clock.time[rows[0]]:.6g} s with {values[rows[0]]:.4g}"
+    return Finding("warning", name, message, "Correct these rows or leave them out with --from, --to or --invalid drop")
+
+
+def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
+    """A value that stays to the last digit, and is met nowhere else, while the other side of the device moves."""
+    others = [data.effort] if name == "slip" else [e.slip for e in data.elements]
+    cuts = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1, [s.stop for s in data.clock.spans], [values.size]))
+    starts = np.unique(cuts)
+    lengths = np.diff(starts)
+    for place in np.argsort(-lengths)[:3].tolist():
+        start, stop = int(starts[place]), int(starts[place + 1])
+        if stop - start < max(_STUCK_ROWS, _STUCK * float(np.quantile(lengths, 0.99))):
+            return None
+        elsewhere = int(np.count_nonzero(values == values[start])) - (stop - start)
+        moves = max(np.ptp(x[start:stop]) / max(float(np.ptp(x)), 1e-300) for x in others)
+        resting = name == "slip" and bool(data.at_rest[start])
+        if moves > _MOVES and 10 * elsewhere < stop - start and not resting:
+            message = (
+                f"the {name} stays at {values[start]:g} for {stop - start:,} rows from {data.clock.time[start]:.6g} s "
+                f"on while the {'effort' if name == 'slip' else 'slip'} moves: its sensor may have been stuck"
+            )
+            return Finding(
+                "warning", name, message, "Leave that stretch out with --from and --to, and check the sensor"
+            )
     return None
 
 

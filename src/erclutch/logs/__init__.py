@@ -34,9 +34,11 @@ __all__ = [
     "ColumnMap",
     "Table",
     "read",
+    "read_all",
     "read_batches",
     "read_table",
     "recording_from_arrays",
+    "recordings_in",
 ]
 
 _LARGEST = 4 << 30  # bytes
@@ -71,6 +73,39 @@ def read(
     """
     file, chosen = _file_and_map(path, mapping, mapping_file)
     return assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=invalid)
+
+
+def read_all(path: str | Path, mapping: ColumnMap, **others: Any) -> list[Recording]:
+    """All recordings of a file that holds several, each under its own name; the other arguments are those of `read`.
+
+    Raises:
+        LogError, MappingError: see `read`.
+    """
+    found: list[Recording] = []
+    for name in recordings_in(path):
+        log = read(path, replace(mapping, variable=None), variable=name, **others)
+        digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
+        found.append(replace(log, name=f"{log.name}: {name}", digest=digest))
+    return found
+
+
+def recordings_in(path: str | Path) -> list[str]:
+    """Names of the recordings that a file holds beside each other.
+
+    Raises:
+        LogError: the file cannot be read, holds none, or is of a format that has one only.
+    """
+    file = _require_file(path)
+    with _readable(file):
+        data = file.read_bytes()
+    plugin, _ = reader_of(data[:HEAD], file.suffix)
+    listed = plugin.of_type(LogReader).recordings
+    source = LogSource(file, data, "")
+    with placed(file.name), plugin.working(f"failed on {file.name}"):
+        names = list(listed(source)) if listed is not None else []
+        if not names:
+            raise LogError("the file does not hold several recordings", remedy="Leave --variable all out")
+    return names
 
 
 def read_batches(

@@ -13,6 +13,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -231,14 +232,16 @@ class _Passes(Blocks[T]):
         return _Passes(self.rows, (*self.makes, make))
 
     def fold(self, of: Callable[[Iterable[T]], U]) -> Iterator[U]:
-        return iter(self.rows.spread(partial(_fold_range, self, of), self.rows.ranges))
+        jobs = ((self.rows.only(*rows), rows) for rows in self.rows.ranges)
+        return iter(self.rows.spread(partial(_fold_range, self.makes, of), jobs))
 
     def means(self, of: Callable[[T], Sequence[Array]]) -> list[float]:
         """NumPy adds an array by halves, each half by halves again; the same halves are added here."""
         leaves = list(_leaves(0, self.rows.rows))
         several = -(-self.rows.range // _LEAF)
         tasks = [leaves[at : at + several] for at in range(0, len(leaves), several)]
-        totals = itertools.chain.from_iterable(self.rows.spread(partial(_leaf_totals, self, of), tasks))
+        jobs = ((self.rows.only(task[0][0], task[-1][1]), task) for task in tasks)
+        totals = itertools.chain.from_iterable(self.rows.spread(partial(_leaf_totals, self.makes, of), jobs))
 
         def total(start: int, stop: int) -> Array:
             if stop - start <= _LEAF:
@@ -262,19 +265,25 @@ def _leaves(start: int, stop: int) -> Iterator[tuple[int, int]]:
         yield from _leaves(middle, stop)
 
 
-def _fold_range(blocks: _Passes[T], of: Callable[[Iterable[T]], U], rows: tuple[int, int]) -> U:
-    return of(map(blocks.made, blocks.rows.read_blocks(*rows)))
+#: Some rows, and which of them are meant.
+Job = tuple["DiskRows", Any]
+Makes = tuple[Callable[[Any], Any], ...]
 
 
-def _leaf_totals(
-    blocks: _Passes[T], of: Callable[[T], Sequence[Array]], leaves: Sequence[tuple[int, int]]
-) -> list[Array]:
-    values = (of(blocks.made(blocks.rows.read(*leaf))) for leaf in leaves)
+def _fold_range(makes: Makes, of: Callable[[Iterable[Any]], U], job: Job) -> U:
+    rows, (start, stop) = job
+    return of(map(_Passes[Any](rows, makes).made, rows.read_blocks(start, stop)))
+
+
+def _leaf_totals(makes: Makes, of: Callable[[Any], Sequence[Array]], job: Job) -> list[Array]:
+    rows, leaves = job
+    values = (of(_Passes[Any](rows, makes).made(rows.read(*leaf))) for leaf in leaves)
     return [np.array([float(np.add.reduce(v)) for v in each]) for each in values]
 
 
-def _fold_chain(rows: DiskRows, of: Callable[[Iterable[Stretch]], U], chain: Sequence[tuple[int, int]]) -> list[U]:
+def _fold_chain(of: Callable[[Iterable[Stretch]], U], job: Job) -> list[U]:
     """What a function makes of each piece of a chain; states go from block to block and from piece to piece."""
+    rows, chain = job
     carry = None
     found: list[U] = []
 
@@ -318,7 +327,7 @@ class DiskRows(AbstractContextManager["DiskRows"]):
 
     def __getstate__(self) -> dict[str, Any]:
         """What a task gets of it: where the files are."""
-        return {**self.__dict__, "_kept": None, "spread": map}
+        return {**self.__dict__, "_kept": None, "_seen": {}, "spread": map}
 
     def stem(self, index: int) -> Path:
         """Of the files of a part that is to be read."""
@@ -345,7 +354,7 @@ class DiskRows(AbstractContextManager["DiskRows"]):
         refuse_twin(source.name, source.digest, self._seen)
         if self._parts:
             _require_same(part.like, self.like, source.name)
-        self._parts.append(part)
+        self._parts.append(replace(part, spans=part.spans[:0]))
         self._spans = np.vstack([self._spans, part.spans + np.array([self.rows, self.rows, 0.0])])
         self._starts = np.append(self._starts, self.rows + source.kept)
 
@@ -422,7 +431,17 @@ class DiskRows(AbstractContextManager["DiskRows"]):
         """
         if not past:
             return self.blocks.fold(partial(_whole_blocks, of))
-        return itertools.chain.from_iterable(self.spread(partial(_fold_chain, self, of), self._chains()))
+        jobs = ((self.only(chain[0][0], chain[-1][1]), chain) for chain in self._chains())
+        return itertools.chain.from_iterable(self.spread(partial(_fold_chain, of), jobs))
+
+    def only(self, start: int, stop: int) -> DiskRows:
+        """What a task needs to know of these rows: little, however many there are in all."""
+        part, end = (int(np.searchsorted(self._starts, row, side="right")) - 1 for row in (start, stop - 1))
+        span, last = (int(np.searchsorted(self._spans[:, 0], row, side="right")) - 1 for row in (start, stop - 1))
+        some = copy(self)
+        some._parts, some._starts = self._parts[part : end + 1], self._starts[part : end + 2]
+        some._spans = self._spans[span : last + 1]
+        return some
 
     def _chains(self) -> list[list[tuple[int, int]]]:
         chains: list[list[tuple[int, int]]] = []

@@ -6,7 +6,7 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -58,12 +58,14 @@ class LogReader:
         claims: whether a file is of its format, by its first `HEAD` bytes; it goes before the suffix.
         read: the file as a table; raises LogError where it is damaged, with the line or place.
         windows: for files larger than memory: see `Windows`. None: such a file is read whole.
+        recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
     """
 
     suffixes: tuple[str, ...]
     claims: Callable[[bytes], bool]
     read: Callable[[LogSource], Table]
     windows: Windows | None = None
+    recordings: Callable[[LogSource], Sequence[str]] | None = None
 
 
 def claims_nothing(head: bytes) -> bool:

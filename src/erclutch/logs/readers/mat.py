@@ -15,6 +15,7 @@ from erclutch.logs.readers import child_process
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
+_LIST = "*"  # no variable is called so: the child lists the recordings
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -57,11 +58,24 @@ def read_mat(source: LogSource) -> Table:
     )
 
 
+def recordings_of_mat(source: LogSource) -> list[str]:
+    """Names of the recordings of a MATLAB file.
+
+    Raises:
+        LogError: a damaged file.
+    """
+    kind = version(source.data[:520]) or "5"
+    _, texts = child_process.run("erclutch.logs.readers.mat", source.path.resolve(), kind, _LIST)
+    return [str(name) for name in texts["recordings"]]
+
+
 def _read(path: str, kind: str, variable: str) -> tuple[list[Array], dict[str, Any]]:
     """The child's work: file -> tree -> recording."""
     from erclutch.logs.readers import mat_layout, mat_tree
 
     tree = mat_tree.load_v5(path) if kind == "5" else mat_tree.load_v73(path)
+    if variable == _LIST:
+        return [], {"recordings": mat_layout.recordings(tree)}
     found = mat_layout.choose(tree, variable or None)
     return list(found.columns.values()), {
         "labels": list(found.columns),
@@ -77,7 +91,7 @@ def _claims(head: bytes) -> bool:
     return version(head) is not None
 
 
-READER = LogReader((".mat",), _claims, read_mat)
+READER = LogReader((".mat",), _claims, read_mat, recordings=recordings_of_mat)
 
 if __name__ == "__main__":
     sys.exit(child_process.serve(_read))

@@ -63,11 +63,16 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     if recordings:
         names = [*recordings, *(loose.columns if loose else ())]
         problem = f"the file holds several recordings: {', '.join(names)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(names[0])}")
+        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all")
     hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
     objects = any(node is None for node in tree.values())
     problem = f"no recording in the variables {_listed(tree)}{hint if objects else ''}"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
+
+
+def recordings(tree: dict[str, Any]) -> list[str]:
+    """Variables that are a recording each."""
+    return [name for name, node in tree.items() if _structure(name, node) is not None]
 
 
 def _listed(tree: dict[str, Any]) -> str:

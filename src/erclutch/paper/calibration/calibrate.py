@@ -6,12 +6,10 @@ zero). A target gives weighted residuals for a rig; the plausible range enters a
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Generator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
@@ -19,7 +17,6 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.fit.intervals import uncertainty
-from erclutch.fit.one_thread import one_thread
 from erclutch.paper.calibration.calibration_search import (
     STEP,
     Residuals,
@@ -29,6 +26,7 @@ from erclutch.paper.calibration.calibration_search import (
     wide,
 )
 from erclutch.rig.twin.parameters import ParameterEntry, RigParameters
+from erclutch.runs.cluster import in_order, task_pool
 from erclutch.signals.array import Array
 
 __all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate"]
@@ -153,28 +151,8 @@ def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
 @contextmanager
 def _side_by_side(space: _Space, target: CalibrationTarget, workers: int) -> Generator[Residuals, None, None]:
     """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock)."""
-    if workers <= 1:
-        with one_thread():
-            yield lambda points: [space.residuals(u, target) for u in points]
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_one_blas_thread) as pool:
-
-        def all_residuals(points: Sequence[Array]) -> list[Array]:
-            return list(pool.map(space.residuals, points, [target] * len(points)))
-
-        try:
-            yield all_residuals
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-def _one_blas_thread() -> None:
-    """In a worker: one thread, and Ctrl-C is the parent's to answer."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(1)
+    with task_pool("processes" if workers > 1 else None, workers) as pool:
+        yield lambda points: list(in_order(pool, partial(space.residuals, target=target), points))
 
 
 class _Space:

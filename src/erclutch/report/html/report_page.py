@@ -86,20 +86,39 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
         "legend": material.shown,
         "word": material.word,
     }
-    scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if data else []
-    scripts.append(_asset("report/assets/report.js"))
+    bodies = [_body(environment, section, common | values) for section, values in filled]
     shared = {"traces": data.get("traces"), "grids": grids}
-    return environment.get_template("page.html.j2").render(
-        title=title,
-        heading=heading,
-        line=line,
-        badge=material.badge,
-        badge_means=material.badge_means,
-        sections=[_body(environment, section, common | values) for section, values in filled],
-        style=Markup(_asset("report/assets/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
-        scripts=[Markup(s) for s in scripts],
-        allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
-        data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
+    return _document((title, heading, line), (material.badge, material.badge_means), bodies, shared, plots=bool(data))
+
+
+def plain_page(titles: tuple[str, str, str], badge: tuple[str, str], section: Section, values: dict[str, Any]) -> str:
+    """A document of one section that is no run's: titles of window and page, a line; a badge and what it means."""
+    return _document(
+        titles, badge, [_body(_environment(), section, values)], {"traces": None, "grids": []}, plots=False
+    )
+
+
+def _document(
+    titles: tuple[str, str, str], badge: tuple[str, str], sections: list[dict[str, Any]], shared: Any, *, plots: bool
+) -> str:
+    scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if plots else []
+    scripts.append(_asset("report/assets/report.js"))
+    title, heading, line = titles
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            title=title,
+            heading=heading,
+            line=line,
+            badge=badge[0],
+            badge_means=badge[1],
+            sections=sections,
+            style=Markup(_asset("report/assets/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
+            scripts=[Markup(s) for s in scripts],
+            allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
+            data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
+        )
     )
 
 

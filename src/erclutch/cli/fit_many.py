@@ -1,0 +1,120 @@
+"""``erclutch fit-many`` fits the same models to each of many logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.fit import model_names, require_counts
+from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.errors import CheckError, SettingError
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Settings
+    from erclutch.runs.fleet import Fleet
+
+_MODELS = Group("Models and figures", sort_key=1)
+_WHERE = Group("Where it runs", sort_key=2)
+
+
+def fit_many(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    out: Annotated[Path, Parameter(group=_MODELS)],
+    models: Annotated[
+        tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
+    ] = ("all",),
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=_MODELS)] = "auto",
+    test: Annotated[float, Parameter(group=_MODELS)] = 0.3,
+    friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
+    seed: Annotated[int, Parameter(group=_MODELS)] = 0,
+    by: Annotated[str, Parameter(group=_MODELS)] = "log",
+    over: Annotated[str, Parameter(group=_MODELS)] = "name",
+    baseline: Annotated[int, Parameter(group=_MODELS)] = 0,
+    force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    cluster: Annotated[str | None, Parameter(group=_WHERE)] = None,
+    workers: Annotated[int, Parameter(group=_WHERE)] = 2,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Fit the same models to each of many logs or devices: one table of parameters, what stands out, what drifts.
+
+    A log that fails is a row with its reason. The same command again takes what is done and fits the rest.
+
+    Args:
+        logs: Logs; a folder stands for the logs in it and in the folders below.
+        out: Folder for parameters.parquet, fits.parquet, report.html and what is done of each device.
+        models: Models as for `erclutch fit`.
+        lag: Stages as for `erclutch fit`.
+        test: Share of each log, its end, that is held out.
+        friction: Fit a friction effort at zero field. Default: as for `erclutch fit`.
+        offset: Fit a constant effort. Default: as for friction.
+        seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
+        by: What is one device: 'log'; 'folder', all logs of a folder together; or a field of --name-pattern.
+        over: Order for trends and charts: 'name', 'mtime' (time of the file), or a field of --name-pattern.
+        baseline: How many of the first devices give the limits of the control charts; 0 for all.
+        force: Begin anew where the folder holds a fleet of other settings.
+        cluster: 'threads' (the default), 'processes', 'local' (Dask here), or tcp://HOST:PORT of a Dask scheduler.
+        workers: How many threads or processes; changes no figure.
+        reading: How to read the logs.
+    """
+    from erclutch.fit.comparison import Settings
+    from erclutch.report.html.fleet_page import write_fleet_report
+
+    require_counts(workers, seed, "--baseline", baseline, "0, or 5 or more", baseline == 0 or baseline >= 5)
+    settings = Settings(model_names(models), lag, test, 0, friction, offset, seed)
+    more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
+    fleet = _fitted(logs, out, settings, reading, more)
+    report = write_fleet_report(fleet, out / "report.html")
+    _print(fleet)
+    terminal.say(f"Kept in {out}; read {report}")
+    if fleet.model is None:
+        first, why = next(iter(fleet.failed.items()))
+        problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
+        raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
+
+
+def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOptions, more: dict[str, Any]) -> Fleet:
+    from erclutch.runs.fleet import fit_many as fit_them
+    from erclutch.runs.large_fit import Reading
+
+    if reading.resample is not None:
+        raise SettingError("--resample is not for many logs", remedy="Resample the logs before")
+    how = Reading(reading.column_map(), reading.map, None, reading.variable, reading.filter())
+    with terminal.progress("fitting") as bar:
+
+        def show(done: int, total: int, name: str) -> None:
+            bar(done, total, f"fitted {name}")
+
+        about: dict[str, Any] = {"device": reading.device, "reading": how, "settings": settings, "progress": show}
+        return fit_them(logs, settings.models, out=out, **about, **more)
+
+
+def _print(fleet: Fleet) -> None:
+    from erclutch.report.html.fleet_page import beyond, named, shown, trend_of
+
+    if fleet.origins:
+        terminal.tell(f"{' and '.join(fleet.origins)} data: made by a computer, not a measurement")
+    done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
+    terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
+    for device, reason in list(fleet.failed.items())[:5]:
+        terminal.tell(f"failed: {device}: {reason}", "yellow")
+    if fleet.model is not None:
+        rows = [
+            [
+                terminal.with_unit(s.parameter, s.unit),
+                named(s.outliers),
+                named(beyond(s)),
+                terminal.number(median(s.value.tolist())),
+                trend_of(s),
+            ]
+            for s in shown(fleet)
+        ]
+        heads = ["parameter", "stands out", "outside control limits", "median", "trend (95 % interval), p"]
+        terminal.tell(terminal.table(f"{fleet.model}, recommended most often", heads, rows, left=3))
+    terminal.say(f"table digest {fleet.digest}")

@@ -1,0 +1,91 @@
+"""Parameters of many devices are compared: what stands out, what drifts, and what leaves a control chart's limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
+
+OUTLYING = 3.5  # robust standard deviations from the median
+FEWEST = 5  # devices for any of these figures
+_SIGMA_OF_MAD = 1.4826
+_SIGMA_OF_RANGE = 1.128  # mean moving range of two, over the standard deviation
+_NORMAL_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A straight line over time or order.
+
+    Attributes:
+        slope, low, high: Theil and Sen's slope and its 95 % interval, in the unit of y over that of x.
+        chance: probability of such an order without a trend (Mann and Kendall's test, two-sided).
+    """
+
+    slope: float
+    low: float
+    high: float
+    chance: float
+
+
+@dataclass(frozen=True)
+class ControlChart:
+    """Individuals and moving range.
+
+    Attributes:
+        centre, lower, upper: mean and limits at three standard deviations, from the mean moving range.
+        out: which values lie outside, shape (n,).
+    """
+
+    centre: float
+    lower: float
+    upper: float
+    out: NDArray[np.bool_]
+
+
+def outlier_scores(values: Array, low: Array, high: Array) -> Array:
+    """Distance of each value from the median, in standard deviations of the spread and of its own interval together.
+
+    Args:
+        values: of each device, shape (n,).
+        low: lower ends of their 95 % intervals, shape (n,).
+        high: upper ends; an interval that is not finite counts as none.
+
+    Returns:
+        Scores, shape (n,); nan where there are fewer than five values, 0 where nothing spreads.
+    """
+    if values.size < FEWEST:
+        return np.full(values.size, np.nan)
+    with np.errstate(invalid="ignore"):
+        own = (high - low) / (2.0 * _NORMAL_95)
+    away = values - np.median(values)
+    spread = np.hypot(_SIGMA_OF_MAD * np.median(np.abs(away)), np.where(np.isfinite(own), own, 0.0))
+    return np.divide(away, spread, out=np.where(away == 0.0, 0.0, np.copysign(np.inf, away)), where=spread > 0.0)
+
+
+def trend(x: Array, y: Array) -> Trend | None:
+    """The trend of y over x, both of shape (n,); None for fewer than five values, or where x is the same everywhere."""
+    from scipy.stats import kendalltau, theilslopes
+
+    if y.size < FEWEST or np.ptp(x) == 0.0:
+        return None
+    line = theilslopes(y, x, 0.95)
+    chance = 1.0 if np.ptp(y) == 0.0 else float(kendalltau(x, y).pvalue)
+    return Trend(float(line[0]), float(line[2]), float(line[3]), chance)
+
+
+def control_chart(values: Array, baseline: int = 0) -> ControlChart | None:
+    """Limits from the first values of a row; None for fewer than five.
+
+    Args:
+        values: in their order, shape (n,).
+        baseline: how many of the first values give the limits; 0 for all.
+    """
+    first = values[: baseline or None]
+    if first.size < FEWEST:
+        return None
+    centre, reach = float(first.mean()), 3.0 * float(np.abs(np.diff(first)).mean()) / _SIGMA_OF_RANGE
+    return ControlChart(centre, centre - reach, centre + reach, np.abs(values - centre) > reach)
