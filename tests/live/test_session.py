@@ -480,6 +480,27 @@ def test_a_rig_that_does_not_answer() -> None:
 
 
 @pytest.mark.slow
+def test_a_single_device_on_the_twin(tmp_path: Path) -> None:
+    """A brake: one field, a motor that goes both ways, the law's estimate near the torque meter."""
+    log = tmp_path / "brake.csv"
+    erclutch = (sys.executable, "-m", "erclutch")
+    fit = ("--models", "bingham", "--lag", "lag", "--derivative", "kalman", "--out", str(tmp_path / "run"))
+    for words in (("simulate", "brake", "--seconds", "12", "--out", str(log)), ("fit", str(log), *fit)):
+        subprocess.run([*erclutch, *words], check=True, capture_output=True)
+    (model,) = (tmp_path / "run" / "models").glob("bingham+lag.json")
+    done = _cli("--model", str(model), "--headless", "--seconds", "3", "--json", "--record", "--folder", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    (file,) = tmp_path.glob("*.mcap")
+    frames = {name: values[300:] for name, values in read_table(file).columns.items()}
+    assert np.all(frames["field2"] == 0.0)
+    assert np.max(frames["field1"]) > 0.1
+    assert np.min(frames["motor_torque"]) < 0.0 < np.max(frames["motor_torque"])
+    assert np.all(frames["alpha"] == frames["alpha"][0])
+    off, spread = np.nanstd(frames["torque"] - frames["estimate"]), np.nanstd(frames["torque"])
+    assert off < 0.5 * spread, (off, spread)
+
+
+@pytest.mark.slow
 def test_live_on_the_twin(tmp_path: Path) -> None:
     """Whatever the machine does meanwhile: every deadline is a frame or a miss, and a trip has its reason on record."""
     words = ("--seconds", "2", "--no-model", "--json", "--record", "--folder", str(tmp_path))

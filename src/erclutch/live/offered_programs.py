@@ -76,9 +76,7 @@ def _excitations(rig: RigParameters, motor: float, seed: int, device: DeviceName
     if device == "single":
         for table in (sines, squares):
             table[:, 0], table[:, 1] = table[:, 0] + table[:, 1], 0.0
-            table[:, 2] = both_ways_torque(
-                rows, np.random.default_rng(seed)
-            )  # else it runs away
+            table[:, 2] = both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
     how = "constant" if device == "coaxial" else "random"
     return (
         repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
