@@ -339,3 +339,8 @@ def test_a_constant_rate_in_the_log_is_its_clock(log: Callable[..., Path], rows:
     recording = read(path, LABELS)
     assert recording.constants == {"fs": 250.0}
     assert recording.period == 0.004
+
+
+def test_the_time_may_be_an_input_too(log: Callable[..., Path], rows: Rows) -> None:
+    recording = read(log(rows), ColumnMap.from_dict({"columns": LABELS, "inputs": ["t"]}))
+    np.testing.assert_allclose(recording.extras["t"], recording.time)

@@ -56,6 +56,7 @@ class _Draft:
     stepped: dict[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
     notes: list[str] = field(default_factory=list[str])
     choices: dict[str, ColumnChoice] = field(default_factory=dict[str, ColumnChoice])
+    stamps: tuple[str, str | None, float, str] | None = None  # name, unit, factor and source of the time column
     asked: dict[str, MappingError] = field(default_factory=dict[str, MappingError])
 
     def present(self, signals: tuple[str, ...]) -> bool:
@@ -93,7 +94,7 @@ def assemble_rows(
         if draft.asked:
             raise all_asked(draft, chosen)
         rows = np.arange(table.rows)
-        rows = rows[~_bad_stamps(draft, chosen, invalid)]
+        rows = rows[~_bad_stamps(draft, invalid)]
         clock = _clock(draft, chosen, rows)
         return _recording(draft, clock, rows, _invalid_rows(draft, invalid), chosen.file)
 
@@ -101,7 +102,7 @@ def assemble_rows(
 def understood(table: Table, chosen: ColumnMap, device: DeviceName) -> _Draft:
     """Which column is which signal, and what is still to be asked for."""
     draft = _Draft(table, device, constants=dict(table.constants), notes=list(table.notes))
-    steps = (_ask_time, _take_chosen, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw)
+    steps = (_take_chosen, _ask_time, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw)
     for take in steps:
         take(draft, chosen)
     return draft
@@ -136,7 +137,7 @@ def _options(draft: _Draft, chosen: ColumnMap) -> list[str]:
             words += [f"--{option} {shell_word(f'{name}={text}')}" for name, text in texts.items()]
     for signal, error in draft.asked.items():
         example = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
-        taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+        taken = [*draft.columns.values(), *_reserved(draft)]
         position = "--position" in error.remedy and f"--position {error.remedy.partition('--position ')[2]}"
         words.append(position or example.get(signal) or guessed_columns.example(draft.table, signal, taken))
     return words
@@ -146,7 +147,7 @@ def _ask_time(draft: _Draft, chosen: ColumnMap) -> None:
     """Whether there is a clock of any kind; see `_clock`."""
     table = draft.table
     try:
-        column = _stamp_column(draft, chosen)
+        draft.stamps = column = _stamp_column(draft, chosen)
         if column is not None:
             _seconds(column[1], column[0])
             draft.choices["time"] = ColumnChoice(*column)
@@ -309,7 +310,7 @@ def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.i
 
 def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
     """Guess what the device needs and nobody chose; raise where nothing or too much would do."""
-    taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+    taken = [*draft.columns.values(), *_reserved(draft)]
     fieldless: MappingError | None = None  # of a log without a column that is the field; asked for unless none may be
     for group in NEEDS[draft.device]:
         settled = any(draft.present(option) or draft.asked.keys() & set(option) for option in group)
@@ -361,7 +362,7 @@ def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:
 
 def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
     """What the device may have besides, if one column is called so and is finite; it never stops a reading."""
-    taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+    taken = [*draft.columns.values(), *_reserved(draft)]
     for signal in OPTIONAL[draft.device]:
         found = [] if signal in draft.signals else guessed_columns.candidates(draft.table, signal, taken)[0]
         if len(found) == 1 and np.all(np.isfinite(draft.table.columns[found[0]])):
@@ -384,7 +385,7 @@ def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
 
 def _spare(draft: _Draft, chosen: ColumnMap) -> None:
     """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
-    taken = {*draft.columns.values(), *_reserved(draft, chosen)}
+    taken = {*draft.columns.values(), *_reserved(draft)}
     for name, values in draft.table.columns.items():
         if name not in taken and values.size and np.isfinite(values).all() and np.ptp(values) > 0:
             draft.signals[f"{_SPARE}{name}"] = values
@@ -401,14 +402,9 @@ def _counters(table: Table) -> list[str]:
     return [name for name in table.columns if name.replace(" ", "").lower() == _COUNTER]
 
 
-def _reserved(draft: _Draft, chosen: ColumnMap) -> list[str]:
+def _reserved(draft: _Draft) -> list[str]:
     """Columns that are no signals: the time, the sample counter."""
-    if "time" in draft.asked:
-        return _counters(draft.table)
-    if chosen.time is not None:
-        return [locate(draft.table, chosen.time, "time")[0], *_counters(draft.table)]
-    time = guessed_columns.time_column(draft.table, draft.columns.values())
-    return [*_counters(draft.table), *([time] if time else [])]
+    return [*_counters(draft.table), *([draft.stamps[0]] if draft.stamps else [])]
 
 
 def _turn_screw(draft: _Draft, chosen: ColumnMap) -> None:
@@ -440,9 +436,9 @@ def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, fl
     return None if name is None else (*locate(draft.table, choice, "time"), choice.source)
 
 
-def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> Mask:
+def _bad_stamps(draft: _Draft, invalid: Invalid) -> Mask:
     """Rows without a finite time stamp; an error unless they are to be dropped."""
-    column = _stamp_column(draft, chosen)
+    column = draft.stamps
     if column is None:
         return np.zeros(draft.table.rows, dtype=np.bool_)
     bad = ~np.isfinite(draft.table.columns[column[0]])
@@ -485,7 +481,7 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         notes.append(f"time from the sampling rate of {chosen.rate:g} Hz ({chosen.source})")
         return timing.from_rate(rows.size, 1.0 / chosen.rate)
     hint = table.sample_period or _header_rate(table)
-    column = _stamp_column(draft, chosen)
+    column = draft.stamps
     if column is not None:
         name, unit, factor, source = column
         scale = _seconds(unit, name)

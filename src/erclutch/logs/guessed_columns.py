@@ -209,7 +209,8 @@ def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
     """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
     for name in free:
         unit = table.units.get(name)
-        if unit in ("V", "mV") and len(_called(name, signal) or "") > 2:
+        volts = unit in ("V", "mV") and _fits(table, name, SIGNALS[signal].si_units) is False
+        if volts and len(_called(name, signal) or "") > 2:
             scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{unit}")
             return f"--{signal} {shell_word(name)} --scale {scale}"
     return ""
