@@ -164,6 +164,7 @@ class OwnProcesses(Executor):
     def __init__(self, count: int) -> None:
         self._idle: SimpleQueue[ProcessPoolExecutor] = SimpleQueue()
         self._all: dict[ProcessPoolExecutor, Future[int]] = {}
+        self._over = False
         for _ in range(count):
             self._idle.put(self._started())
 
@@ -183,7 +184,8 @@ class OwnProcesses(Executor):
 
         def put_back(done: Future[R]) -> None:
             broken = not done.cancelled() and isinstance(done.exception(), BrokenExecutor)
-            self._idle.put(self._replaced(process) if broken else process)
+            if not self._over:
+                self._idle.put(self._replaced(process) if broken else process)
 
         future.add_done_callback(put_back)
         return future
@@ -194,6 +196,7 @@ class OwnProcesses(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes; at once where their tasks are cancelled."""
+        self._over = True
         for process, number in list(self._all.items()):
             if cancel_futures and number.done() and number.exception() is None:
                 with suppress(OSError):
