@@ -50,10 +50,9 @@ def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
             address = str(client.scheduler.address)  # pyright: ignore[reportOptionalMemberAccess]
         yield address, begun[0].pid
     finally:
-        for process in reversed(begun):
-            process.terminate()
-        for process in begun:
-            process.wait(30)
+        for process in reversed(begun):  # a worker ends with its nanny
+            process.kill()
+            process.wait()
 
 
 def kill_a_worker(address: str) -> None:

@@ -174,11 +174,10 @@ def fit_many(
         RunError: the folder holds something else, or cannot be written.
         WorkerLostError: the cluster went away; what is done is kept.
     """
-    how, report = reading or Reading(), progress or _silent
+    folder, how, report = Path(out), reading or Reading(), progress or _silent
     asked = replace(settings or Settings(), models=tuple(models), workers=1)
     files = _logs_of([logs] if isinstance(logs, str | Path) else logs)
     tasks = [DeviceTask(name, paths, asked, how, device) for name, paths in _grouped(files, by, how).items()]
-    folder = Path(out)
     body = {"settings": asked.to_dict(), "reading": repr(how), "device": device, "by": by, "versions": versions()}
     _begin(folder, body, force)
     found = {task.name: kept for task in tasks if (kept := _kept(folder, task)) is not None}
