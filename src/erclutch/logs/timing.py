@@ -163,6 +163,8 @@ def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     pause = _PAUSE * float(np.percentile(steps[steps > 0], 90))
     if np.any(stamps[back] > stamps[0] + pause) or np.any(stamps[back - 1] - stamps[back] < pause):
         return stamps, ()
+    if back[-1] == stamps.size - 1 or np.any(steps[back] > pause):
+        return stamps, ()  # one damaged stamp: the clock goes on as before it
     shift = np.zeros(stamps.size)
     shift[back] = pause - steps[back - 1]
     rows = ", ".join(f"{row + 1:,}" for row in back[:5]) + (", ..." if back.size > 5 else "")
