@@ -1,0 +1,61 @@
+"""TDMS logs of LabVIEW and DAQmx are read by npTDMS: a group is a recording, waveform properties give its time."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from erclutch.logs.log_reader import LogReader
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.table import Table
+
+_CLOCK = ("wf_increment", "wf_start_offset", "wf_start_time")
+_UNITS = ("unit_string", "NI_UnitDescription")
+
+
+def _group(group: Any) -> Found | None:
+    """The channels of a group on the clock that most of them have; the others are left out, and this is said."""
+    clocks = {one.name: tuple(one.properties.get(key) for key in _CLOCK) for one in group.channels()}
+    clock = Counter(clocks.values()).most_common(1)[0][0] if clocks else (None,)
+    channels = {one.name: one for one in group.channels() if clocks[one.name] == clock}
+    values = {name: np.asarray(one[:]) for name, one in channels.items()}
+    stamps = next(((name, each) for name, each in values.items() if each.dtype.kind == "M" and each.size > 1), None)
+    found = found_recordings.of_vectors(values)
+    if found is None:
+        return None
+    found.units = {
+        name: one.properties.get(key) for key in _UNITS for name, one in channels.items() if key in one.properties
+    }
+    rows = len(next(iter(found.columns.values())))
+    if clock[0]:
+        found.columns = {"time": (clock[1] or 0.0) + np.arange(rows) * clock[0], **found.columns}
+        found.units["time"] = "s"
+    elif stamps is not None and len(stamps[1]) == rows:
+        found.clock = stamps[0], (stamps[1] - stamps[1][0]) / np.timedelta64(1, "s")
+    for name in sorted(set(clocks) - set(channels)):
+        found.notes.append(f"channel {name} has another increment or start than the other channels: left out")
+    return found
+
+
+def _find(path: str, variable: str | None) -> Table:
+    """The child's work."""
+    from nptdms import TdmsFile
+
+    file = TdmsFile.read(path)
+    found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
+    if file.file_status.incomplete_final_segment:
+        for each in found.values():
+            each.notes.append("the last segment was not written completely: the log is cut off there")
+    return found_recordings.chosen(found, variable, "group", "no group of the file holds channels of numbers")
+
+
+_READ = found_recordings.read_in_child("erclutch.logs.readers.tdms", "nptdms")
+_DAMAGE = "not seen: TDMS has no checksums; a log that was cut off is seen"
+READER = LogReader((".tdms",), lambda head: head[:4] == b"TDSm", _READ, tells_damage=_DAMAGE)
+
+if __name__ == "__main__":
+    sys.exit(found_recordings.serve(_find))
