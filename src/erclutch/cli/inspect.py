@@ -161,7 +161,12 @@ def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError 
     for name, values in raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
         columns[name] = {"unit": raw.units.get(name), **dict(zip(_FIGURES, figures, strict=True))}
-    body = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes), "problem": str(problem) if problem else None}
+    body = {
+        "columns": columns,
+        "damage": raw.damage,
+        "notes": list(raw.notes),
+        "problem": str(problem) if problem else None,
+    }
     if recording is not None:
         body |= {
             "signals": dict(recording.units),

@@ -48,7 +48,11 @@ _FORMATS = (
 _TEXTS = (
     (r"\s*<\?xml[^<]*<(?:\w+:)?tdm", "the header of a DIAdem log (.tdm)", "Save it as TDMS, or export it as CSV"),
     (r"\s*<(?:\?xml|!doctype|html|!--)", "XML or HTML", _CSV),
-    (r"date [^\n]*\n\s*base (?:hex|dec)", "a Vector bus log (.asc)", "Decode it with its DBC file and export it as CSV"),
+    (
+        r"date [^\n]*\n\s*base (?:hex|dec)",
+        "a Vector bus log (.asc)",
+        "Decode it with its DBC file and export it as CSV",
+    ),
     (r"%PDF", "a PDF", _CSV),
     (r"\{\\rtf", "a text of Word (.rtf)", _CSV),
 )

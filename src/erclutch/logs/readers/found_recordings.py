@@ -1,16 +1,18 @@
 """A file of measurement software may hold several recordings: what its readers share.
 
-A reader's child finds the recordings, chooses one and makes a table of it (`serve`); the parent starts the child and
-fetches the table (`read_in_child`).
+A reader's module finds the recordings, chooses one and makes a table of it: ``find``. This module, run with -m, is the
+child that calls ``find``; `read_in_child` starts the child and fetches the table.
 """
 
 from __future__ import annotations
 
 import re
 import shlex
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, TypeVar, cast
 
@@ -95,19 +97,20 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(shown[:20]) + (", ..." if len(shown) > 20 else "") if shown else "none"
 
 
-def read_in_child(module: str, library: str | None = None) -> Callable[[LogSource], Table]:
-    """A reader's ``read``: the module, run as a child with limits, makes the table.
+def read_in_child(reader: str, library: str | None = None) -> Callable[[LogSource], Table]:
+    """A reader's ``read``: a child with limits runs ``find(path, variable) -> Table`` of its module.
 
     Args:
-        module: of the reader; run with ``python -m`` it calls `serve`.
+        reader: the module, beside this module.
         library: the package of the extra ``formats`` that the child imports; None: it needs none.
     """
 
     def read(source: LogSource) -> Table:
         if library and find_spec(library) is None:
-            problem = f"a file of this format is read by {library}, which is not installed"
+            problem = f"a file of this format is read by the package {library}, which is not installed"
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
-        arrays, texts = child_process.run(module, source.path.resolve(), source.variable or "")
+        module, path = "erclutch.logs.readers.found_recordings", source.path.resolve()
+        arrays, texts = child_process.run(module, path, reader, source.variable or "")
         columns = dict(zip(texts["labels"], arrays, strict=False))
         clock = arrays[-1] if len(arrays) > len(columns) else None
         more: dict[str, Any] = {**{key: texts[key] for key in _TEXTS}, "notes": tuple(texts["notes"])}
@@ -116,16 +119,12 @@ def read_in_child(module: str, library: str | None = None) -> Callable[[LogSourc
     return read
 
 
-def serve(find: Callable[[str, str | None], Table]) -> int:
-    """The child's side of `read_in_child`: ``find(path, variable)`` makes the table. Returns the exit code."""
-
-    def answer(path: str, variable: str) -> child_process.Answer:
-        table = find(path, variable or None)
-        clock = [] if table.clock is None else [table.clock]
-        texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
-        return [*table.columns.values(), *clock], texts
-
-    return child_process.serve(answer)
+def _answer(path: str, reader: str, variable: str) -> child_process.Answer:
+    """The child's side of `read_in_child`."""
+    table: Table = import_module(f"erclutch.logs.readers.{reader}").find(path, variable or None)
+    clock = [] if table.clock is None else [table.clock]
+    texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
+    return [*table.columns.values(), *clock], texts
 
 
 def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
@@ -176,3 +175,7 @@ def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]
         return [(name, array.astype(np.float64))]
     upright = array if array.shape[0] == (rows or max(array.shape)) else array.T
     return [(f"{name}_{index + 1}", upright[:, index].astype(np.float64)) for index in range(upright.shape[1])]
+
+
+if __name__ == "__main__":
+    sys.exit(child_process.serve(_answer))

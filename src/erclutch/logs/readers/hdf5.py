@@ -1,8 +1,8 @@
-"""HDF5 logs hold a recording in each group with vectors, or in each table; attributes of a data set give its unit."""
+"""HDF5 logs hold a recording in each group with vectors, or in each table; an attribute of a vector gives its unit."""
 
 from __future__ import annotations
 
-import sys
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -16,17 +16,16 @@ from erclutch.logs.table import Table
 _UNITS = ("unit", "units", "Unit", "Units")
 
 
-def _text(value: Any) -> str:
-    """An attribute as text: one text or number; "" for anything else."""
-    single = value.ravel()[0] if isinstance(value, np.ndarray) and value.size == 1 else value
-    single = single.decode("utf-8", "replace") if isinstance(single, bytes) else single
-    return str(single) if isinstance(single, (str, int, float, np.number)) else ""
+def _texts(attributes: Any) -> dict[str, str]:
+    """Attributes that are one text or number, as texts."""
+    single: dict[str, Any] = {key: np.ravel(value)[0] for key, value in attributes.items() if np.size(value) == 1}
+    plain = {key: v.decode("utf-8", "replace") if isinstance(v, bytes) else v for key, v in single.items()}
+    return {key: str(value) for key, value in plain.items() if np.isscalar(value)}
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work. Links and data outside the file are never followed."""
-    import h5py
-
+    h5py: Any = import_module("h5py")
     groups: dict[str, dict[str, Any]] = {}
     units: dict[str, dict[str, str | None]] = {}
     texts: dict[str, dict[str, str]] = {}
@@ -35,16 +34,12 @@ def _find(path: str, variable: str | None) -> Table:
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
             return
         group, _, label = name.rpartition("/")
-        place = name if item.dtype.names else group or "/"
-        parts: dict[str, Any] = {label: item}
-        if item.dtype.names:
-            rows = item[()]
-            parts = {field: rows[field] for field in item.dtype.names}
-        groups.setdefault(place, {}).update({key: np.asarray(part[()]) for key, part in parts.items()})
-        own = next((text for key in _UNITS if key in item.attrs and (text := _text(item.attrs[key]))), None)
-        units.setdefault(place, {}).update(dict.fromkeys(parts, own) if not item.dtype.names else {})
-        above = {**file.attrs, **item.parent.attrs, **(item.attrs if item.dtype.names else {})}
-        texts.setdefault(place, {key: _text(value) for key, value in above.items()})
+        values = np.asarray(item[()])
+        fields = {field: values[field] for field in values.dtype.names or ()}
+        place, own = name if fields else group or "/", _texts(item.attrs)
+        groups.setdefault(place, {}).update(fields or {label: values})
+        units.setdefault(place, {})[label] = next((own[key] for key in _UNITS if key in own), None)
+        texts.setdefault(place, {**_texts(file.attrs), **_texts(item.parent.attrs), **(own if fields else {})})
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
@@ -52,16 +47,12 @@ def _find(path: str, variable: str | None) -> Table:
     for place, nodes in groups.items():
         recording = found_recordings.of_vectors(nodes)
         if recording is not None:
-            recording.units, recording.metadata = units[place], texts[place]
             stated = sample_period(texts[place])
             recording.period = stated[0] if stated else None
-            found[place] = recording
+            recording.units, recording.metadata, found[place] = units[place], texts[place], recording
     return found_recordings.chosen(found, variable, "group", "no group of the file holds vectors of numbers")
 
 
-_DAMAGE = "seen only in data sets that were written with checksums (fletcher32) or packed (gzip)"
-_READ = found_recordings.read_in_child("erclutch.logs.readers.hdf5")
-READER = LogReader((".h5", ".hdf5", ".hdf", ".nc"), lambda head: head[:8] == mat.HDF5, _READ, tells_damage=_DAMAGE)
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))
+_DAMAGE = "seen only in data sets that were written with checksums (fletcher32)"
+_READ = found_recordings.read_in_child("hdf5")
+READER = LogReader((".h5", ".hdf5"), lambda head: head[:8] == mat.HDF5, _READ, tells_damage=_DAMAGE)

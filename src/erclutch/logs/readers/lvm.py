@@ -25,7 +25,7 @@ def _segment(source: LogSource, header: str, body: str, multi: bool) -> Table:
     time = table.columns.get("X_Value")
     columns = {name: values for name, values in table.columns.items() if not name.startswith("X_Value")}
     others = [values for name, values in table.columns.items() if name.startswith("X_Value (")]
-    if any(not np.array_equal(each, time, equal_nan=True) for each in others):
+    if time is not None and any(not np.array_equal(each, time, equal_nan=True) for each in others):
         raise LogError("the channels have times of their own", remedy="Export them with one X column")
     if time is None:
         start, step = (units.quantity(pairs.get(key, [""])[0])[0] for key in ("X0", "Delta_X"))
@@ -33,8 +33,11 @@ def _segment(source: LogSource, header: str, body: str, multi: bool) -> Table:
     said = pairs.get("Y_Unit_Label", [])
     place = {name: table.numbers[name] // 2 - 1 if multi else table.numbers[name] - 2 for name in columns}
     own = {name: said[at] or None for name, at in place.items() if at < len(said)}
+    count = pairs.get("Samples", [""])[0]
+    short = count.isdecimal() and table.rows < int(count)
+    notes = (*table.notes, *([f"a segment has {table.rows} rows of {count}: it is cut off"] if short else []))
     kept = {"time": "s", **{name: table.units.get(name) or own.get(name) for name in columns}}
-    return replace(table, columns={"time": time, **columns}, units=kept, numbers={})
+    return replace(table, columns={"time": time, **columns}, units=kept, numbers={}, notes=notes)
 
 
 def _read(source: LogSource) -> Table:

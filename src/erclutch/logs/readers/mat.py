@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from erclutch.errors import LogError
@@ -25,7 +24,7 @@ def version(head: bytes) -> str | None:
     return None
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work: file -> tree -> recording."""
     from erclutch.logs.readers import mat_layout, mat_tree
 
@@ -43,8 +42,5 @@ def _claims(head: bytes) -> bool:
 
 
 _DAMAGE = "seen where variables are compressed (save -v7); save -v6 and -v7.3 write no checksums"
-_READ = found_recordings.read_in_child("erclutch.logs.readers.mat")
+_READ = found_recordings.read_in_child("mat")
 READER = LogReader((".mat",), _claims, _READ, tells_damage=_DAMAGE)
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))

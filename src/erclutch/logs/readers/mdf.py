@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ def _group(mdf: Any, index: int, into: Found, time: Array, mark: str) -> None:
     for place, channel in enumerate(mdf.groups[index].channels):
         if place == mdf.masters_db.get(index):
             continue
-        signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True, ignore_value2text_conversions=True)
+        signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True)
         if signal.samples.dtype.kind not in "biuf" or signal.samples.ndim != 1:
             into.notes.append(f"channel {channel.name} holds no plain numbers (text or bus frames): left out")
             continue
@@ -34,7 +33,7 @@ def _group(mdf: Any, index: int, into: Found, time: Array, mark: str) -> None:
             into.notes.append(f"channel {channel.name} has {bad.sum()} values marked invalid: read as missing")
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work."""
     from asammdf import MDF
 
@@ -55,9 +54,6 @@ def _find(path: str, variable: str | None) -> Table:
     return found_recordings.chosen(recordings, variable, "group", "no channel group of the file holds rows of numbers")
 
 
-_READ = found_recordings.read_in_child("erclutch.logs.readers.mdf", "asammdf")
+_READ = found_recordings.read_in_child("mdf", "asammdf")
 _DAMAGE = "not seen: MDF has no checksums; packed blocks (.mf4 with compression) have"
 READER = LogReader((".mf4", ".mdf"), lambda head: head[:8] in (b"MDF     ", b"UnFinMF "), _READ, tells_damage=_DAMAGE)
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))

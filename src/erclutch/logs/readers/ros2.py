@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -21,31 +20,30 @@ _MOST = 500  # numbers of a list: a picture has more
 def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
     """Numbers of a message under ``outer.inner`` and ``list[0]``; a stamp in s; texts are left out."""
     fields = [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
-    if isinstance(value, (bool, int, float, np.number)):
-        row[label] = float(value)
-    elif fields == ["sec", "nanosec"]:
+    if fields == ["sec", "nanosec"]:
         row[f"{label} [s]"] = value.sec + value.nanosec * 1e-9
-    elif isinstance(value, (list, tuple, np.ndarray)):
+    elif fields:
+        for name in fields:
+            _flatten(f"{label}.{name}" if label else name, getattr(value, name), row)
+    elif hasattr(value, "__len__") and not hasattr(value, "encode"):
         if len(value) > _MOST:
             raise LogError(f"the field {label} has {len(value)} numbers", remedy="Choose a topic of single numbers")
         for index, each in enumerate(value):
             _flatten(f"{label}[{index}]", each, row)
-    for name in fields if fields != ["sec", "nanosec"] else ():
-        _flatten(f"{label}.{name}" if label else name, getattr(value, name), row)
+    elif hasattr(value, "__float__"):
+        row[label] = float(value)
 
 
-def _rows(bag: Any, connections: list[Any], most: int | None = None) -> tuple[list[int], list[dict[str, float]]]:
-    """Times in ns and numbers of the messages of a topic, or of the first of them."""
-    times: list[int] = []
+def _rows(bag: Any, connections: list[Any], most: int | None = None) -> list[dict[str, float]]:
+    """The messages of a topic, or the first of them: the time of the bag in ns under "", and the numbers."""
     rows: list[dict[str, float]] = []
     for connection, stamp, data in islice(bag.messages(connections=connections), most):
-        times.append(stamp)
-        rows.append({})
+        rows.append({"": stamp})
         _flatten("", bag.deserialize(data, connection.msgtype), rows[-1])
-    return times, rows
+    return rows
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work: topics whose first message holds a number are recordings, on the time of the bag."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -54,19 +52,17 @@ def _find(path: str, variable: str | None) -> Table:
         topics: dict[str, list[Any]] = {}
         for connection in bag.connections:
             topics.setdefault(connection.topic, []).append(connection)
-        named = {topic: topics[topic] for topic in topics if not variable or topic == variable} or topics
-        found = {topic: each for topic, each in named.items() if any(_rows(bag, each, 1)[1])}
+        asked = {variable: topics[variable]} if variable in topics else topics
+        found = {topic: each for topic, each in asked.items() if any(len(row) > 1 for row in _rows(bag, each, 1))}
         topic, connections = found_recordings.choose(found, variable, "topic", "no topic of the bag holds numbers")
-        times, rows = _rows(bag, connections)
+        rows = _rows(bag, connections)
+    times = [row.pop("") for row in rows]
     labels = dict.fromkeys(label for row in rows for label in row)
     columns = {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
     clock = "log_time", (np.array(times) - times[0]) * 1e-9
     return Found(columns, clock=clock, notes=[f"recording read from topic {topic}"]).table()
 
 
-_READ = found_recordings.read_in_child("erclutch.logs.readers.ros2", "rosbags")
-_DAMAGE = "TBD"
+_READ = found_recordings.read_in_child("ros2", "rosbags")
+_DAMAGE = "not seen in the numbers: bags have no checksums, but damaged structure is"
 READER = LogReader((".db3",), claims_nothing, _READ, tells_damage=_DAMAGE, folder="metadata.yaml")
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))

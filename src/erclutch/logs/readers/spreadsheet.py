@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -36,13 +36,12 @@ def _sheet(path: str, sheet: Any) -> Table:
     return replace(table, notes=(f"recording read from sheet {sheet.name}", *table.notes, *note))
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
-    from python_calamine import CalamineWorkbook
-
+    workbook: Any = import_module("python_calamine").CalamineWorkbook
     found: dict[str, Table] = {}
     problem = LogError("the file has no sheet", remedy="Export the log again")
-    with CalamineWorkbook.from_path(path) as book:
+    with workbook.from_path(path) as book:
         for name in [each for each in book.sheet_names if variable in (None, each)] or book.sheet_names:
             try:
                 found[name] = _sheet(path, book.get_sheet_by_name(name))
@@ -57,9 +56,6 @@ def _claims(head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS)
 
 
-_READ = found_recordings.read_in_child("erclutch.logs.readers.spreadsheet", "python_calamine")
-_DAMAGE = "TBD"
+_READ = found_recordings.read_in_child("spreadsheet", "python_calamine")
+_DAMAGE = "seen: the parts of the file have checksums"
 READER = LogReader((".xlsx", ".xlsm", ".ods"), _claims, _READ, tells_damage=_DAMAGE)
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))

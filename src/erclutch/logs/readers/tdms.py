@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import sys
+import re
 from collections import Counter
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +16,15 @@ from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
 
 _CLOCK = ("wf_increment", "wf_start_offset", "wf_start_time")
+#: A start in the file: a time stamp of 16 bytes, or a number.
+_STARTS = re.compile(rb"wf_start_(?:time\x44\0\0\0.{16}|offset\n\0\0\0.{8})", re.DOTALL)
 _UNITS = ("unit_string", "NI_UnitDescription")
 
 
 def _group(group: Any) -> Found | None:
     """The channels of a group on the clock that most of them have; the others are left out, and this is said."""
     clocks = {one.name: tuple(one.properties.get(key) for key in _CLOCK) for one in group.channels()}
-    clock = Counter(clocks.values()).most_common(1)[0][0] if clocks else (None,)
+    clock = Counter(clocks.values()).most_common(1)[0][0] if clocks else (None, None, None)
     channels = {one.name: one for one in group.channels() if clocks[one.name] == clock}
     values = {name: np.asarray(one[:]) for name, one in channels.items()}
     stamps = next(((name, each) for name, each in values.items() if each.dtype.kind == "M" and each.size > 1), None)
@@ -41,21 +45,24 @@ def _group(group: Any) -> Found | None:
     return found
 
 
-def _find(path: str, variable: str | None) -> Table:
+def find(path: str, variable: str | None) -> Table:
     """The child's work."""
-    from nptdms import TdmsFile
-
-    file = TdmsFile.read(path)
+    file: Any = import_module("nptdms").TdmsFile.read(path)
     found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
+    starts = {
+        tuple(one.properties.get(key) for key in _CLOCK[1:]) for group in file.groups() for one in group.channels()
+    }
+    if len(set(_STARTS.findall(Path(path).read_bytes()))) > len({each for start in starts for each in start} - {None}):
+        for each in found.values():  # npTDMS keeps the last of them
+            each.notes.append(
+                "the acquisition was started anew within the file: its time runs on as if there were no gap"
+            )
     if file.file_status.incomplete_final_segment:
         for each in found.values():
             each.notes.append("the last segment was not written completely: the log is cut off there")
     return found_recordings.chosen(found, variable, "group", "no group of the file holds channels of numbers")
 
 
-_READ = found_recordings.read_in_child("erclutch.logs.readers.tdms", "nptdms")
+_READ = found_recordings.read_in_child("tdms", "nptdms")
 _DAMAGE = "not seen: TDMS has no checksums; a log that was cut off is seen"
 READER = LogReader((".tdms",), lambda head: head[:4] == b"TDSm", _READ, tells_damage=_DAMAGE)
-
-if __name__ == "__main__":
-    sys.exit(found_recordings.serve(_find))
