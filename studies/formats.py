@@ -5,7 +5,8 @@
 A process that has imported the reader's library forks a child for each damaged file. The child has the memory limit of
 `child_process` and 10 s, and runs the function that the reader's own child runs; only the start of Python is left out.
 Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence,
-children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number, so the study can be stopped and goes on where it was.
+children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number,
+so the study can be stopped and goes on where it was.
 """
 
 from __future__ import annotations

@@ -142,6 +142,9 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     lengths = Counter(max(array.shape) for array in arrays.values())
     rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
     found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
+    for name, node in nodes.items():
+        if isinstance(node, np.ndarray) and node.size > 1 and flat[name] is None and node.dtype.kind != "M":
+            found.notes.append(f"{name} holds no vector of numbers: left out")
     for name, array in arrays.items():
         parts = columns_of(name, array, rows)
         found.columns.update(parts)

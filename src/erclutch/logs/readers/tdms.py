@@ -31,9 +31,8 @@ def _group(group: Any) -> Found | None:
     found = found_recordings.of_vectors(values)
     if found is None:
         return None
-    found.units = {
-        name: one.properties.get(key) for key in _UNITS for name, one in channels.items() if key in one.properties
-    }
+    given = ((name, one.properties, key) for key in _UNITS for name, one in channels.items())
+    found.units = {name: properties[key] for name, properties, key in given if key in properties}
     rows = len(next(iter(found.columns.values())))
     if clock[0]:
         found.columns = {"time": (clock[1] or 0.0) + np.arange(rows) * clock[0], **found.columns}
@@ -49,17 +48,14 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work."""
     file: Any = import_module("nptdms").TdmsFile.read(path)
     found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
-    starts = {
-        tuple(one.properties.get(key) for key in _CLOCK[1:]) for group in file.groups() for one in group.channels()
-    }
-    if len(set(_STARTS.findall(Path(path).read_bytes()))) > len({each for start in starts for each in start} - {None}):
-        for each in found.values():  # npTDMS keeps the last of them
-            each.notes.append(
-                "the acquisition was started anew within the file: its time runs on as if there were no gap"
-            )
+    starts = {each.properties.get(key) for one in file.groups() for each in one.channels() for key in _CLOCK[1:]}
+    notes: list[str] = []
+    if len(set(_STARTS.findall(Path(path).read_bytes()))) > len(starts - {None}):  # npTDMS keeps the last start
+        notes.append("the acquisition was started anew within the file: its time runs on as if there were no gap")
     if file.file_status.incomplete_final_segment:
-        for each in found.values():
-            each.notes.append("the last segment was not written completely: the log is cut off there")
+        notes.append("the last segment was not written completely: the log is cut off there")
+    for each in found.values():
+        each.notes += notes
     return found_recordings.chosen(found, variable, "group", "no group of the file holds channels of numbers")
 
 
