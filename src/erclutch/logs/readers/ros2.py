@@ -55,12 +55,13 @@ def find(path: str, variable: str | None) -> Table:
         asked = {variable: topics[variable]} if variable in topics else topics
         found = {topic: each for topic, each in asked.items() if any(len(row) > 1 for row in _rows(bag, each, 1))}
         topic, connections = found_recordings.choose(found, variable, "topic", "no topic of the bag holds numbers")
-        rows = _rows(bag, connections)
+        rows, stated = _rows(bag, connections), sum(each.msgcount for each in connections)
     times = [row.pop("") for row in rows]
     labels = dict.fromkeys(label for row in rows for label in row)
     columns = {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
     clock = "log_time", (np.array(times) - times[0]) * 1e-9
-    return Found(columns, clock=clock, notes=[f"recording read from topic {topic}"]).table()
+    missed = [f"the bag counts {stated} messages, {len(rows)} are there"] if stated != len(rows) else []
+    return Found(columns, clock=clock, notes=[f"recording read from topic {topic}", *missed]).table()
 
 
 _READ = found_recordings.read_in_child("ros2", "rosbags")
