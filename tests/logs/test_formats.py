@@ -85,7 +85,7 @@ def printed(*words: object) -> str:
 
 def fitted(path: Path) -> list[Any]:
     """Models as `erclutch fit` prints them."""
-    return json.loads(printed("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json"))["models"]
+    return json.loads(printed("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json"))["ranking"]
 
 
 @pytest.mark.slow
@@ -139,7 +139,7 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
 
         with h5py.File(path, "w") as file:
             file["fast/heat"], file["slow/heat"] = slow, slow
-            file["slow/table"] = np.rec.fromarrays([slow, slow], names="a,b")
+            file["slow/table"] = np.array(list(zip(slow, slow, strict=True)), dtype=[("a", "f8"), ("b", "f8")])
             file["out"] = h5py.ExternalLink("secret.h5", "/")
         fast, last = "fast", "slow"
         assert list(read_table(path, variable="slow/table").columns) == ["a", "b"]
@@ -169,7 +169,8 @@ def test_a_sheet_with_a_title_dates_and_gaps(tmp_path: Path) -> None:
     from openpyxl import Workbook
 
     book = Workbook()
-    sheet, other = book.active, book.create_sheet("Notes")
+    sheet: Any = book.active
+    other = book.create_sheet("Notes")
     other.append(["nothing but text"])
     sheet.title = "Run 1"
     sheet["B1"], sheet["B2"] = "Bench", "# 3"

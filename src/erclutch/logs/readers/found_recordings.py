@@ -143,7 +143,7 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
     found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
     for name, node in nodes.items():
-        if isinstance(node, np.ndarray) and node.size > 1 and flat[name] is None and node.dtype.kind != "M":
+        if flat[name] is None and isinstance(node, np.ndarray) and node.size > 1 and node.dtype.char != "M":
             found.notes.append(f"{name} holds no vector of numbers: left out")
     for name, array in arrays.items():
         parts = columns_of(name, array, rows)
