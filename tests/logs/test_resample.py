@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.data_check import check
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs import recording_from_arrays
@@ -152,7 +152,7 @@ def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
     log = recording_from_arrays({"field": t, "slip": 2 * t - 1, "effort": -t}, UNITS, rate=1000.0)
     try:
         got = resampled(log, 1000.0 * ratio)
-    except SettingError:
+    except (SettingError, ShortLogError):  # nothing, or too little, is left between the ends of the filter
         assert rows < 32 * max(1 / ratio, 1) + 3 / min(ratio, 1) + 2
         return
     np.testing.assert_allclose(got.signals["slip"], 2 * got.time - 1, atol=1e-3)

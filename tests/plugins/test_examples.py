@@ -10,7 +10,9 @@ import sysconfig
 import venv
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from erclutch.registry import names
@@ -91,11 +93,11 @@ def run(environment: Environment, tmp_path_factory: pytest.TempPathFactory) -> P
     folder = tmp_path_factory.mktemp("run")
     environment.erclutch("simulate", "tracking-slow", "--seconds", 4, "--out", "twin.csv", cwd=folder)
     header, *rows = [line for line in (folder / "twin.csv").read_text("utf-8").splitlines() if line[:1] != "#"]
-    labels = header.split(",")
-    pairs = (dict(zip(labels, map(float, row.split(",")), strict=True)) for row in rows)
-    (folder / "twin.jsonl").write_text("\n".join(map(json.dumps, pairs)), encoding="utf-8")
+    columns = np.loadtxt(rows, delimiter=",", unpack=True)
+    arrays: dict[str, Any] = dict(zip(header.split(","), columns, strict=True))
+    np.savez(folder / "twin.npz", **arrays)
     words = ("--device", "coaxial", "--models", "rs", "--lag", "slew-rate", "--out", "run")
-    said = environment.erclutch("fit", "twin.jsonl", *words, cwd=folder)
+    said = environment.erclutch("fit", "twin.npz", *words, cwd=folder)
     assert MODEL in said
     return folder / "run"
 
@@ -126,7 +128,7 @@ def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> 
         "robertson-stiff": "erclutch-law-robertson-stiff 0.1.0",
         "slew-rate": "erclutch-stage-slew-rate 0.1.0",
     }
-    assert "read by 'jsonl' of erclutch-reader-jsonl 0.1.0" in (run / "run.json").read_text("utf-8")
+    assert "read by 'npz' of erclutch-reader-npz 0.1.0" in (run / "run.json").read_text("utf-8")
     environment.erclutch("report", run)
     page = (run / "report.html").read_text("utf-8")
     assert "<math>" in page

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -104,6 +104,7 @@ def _print_columns(log: Path, raw: Table) -> None:
         for name, values in raw.columns.items()
     ]
     terminal.tell(terminal.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
+    terminal.tell(f"  damage to the file is {raw.damage}")
     if raw.clock is not None:
         terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
 
@@ -187,8 +188,8 @@ def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError 
     for name, values in raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
         columns[name] = {"unit": raw.units.get(name), **dict(zip(_FIGURES, figures, strict=True))}
-    body = {"columns": columns, "notes": list(raw.notes), "problem": str(problem) if problem else None}
-    body["missing"] = list(missing)
+    body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
+    body |= {"problem": str(problem) if problem else None, "missing": list(missing)}
     if recording is not None:
         body |= {
             "signals": dict(recording.units),

@@ -89,7 +89,7 @@ class LogOptions:
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: Annotated[str | None, Parameter(group=_READING)] = None
-    """Which recording of a MATLAB file (all: each of them is a log), or which topic of an MCAP file."""
+    """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them: all."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
     resample: Annotated[str | None, Parameter(group=_READING)] = None
@@ -206,19 +206,21 @@ DEFAULT_READING = LogOptions()
 
 
 def expand(paths: Sequence[Path]) -> list[Path]:
-    """Files, with folders replaced by the logs in them, by name.
+    """Logs, with folders replaced by the logs in them, by name; a folder that is one log (a ROS 2 bag) stays.
 
     Raises:
         LogError: a folder without a log.
     """
-    from erclutch.logs.log_reader import log_suffixes
+    from erclutch.logs.log_reader import folder_reader, log_suffixes
 
     files: list[Path] = []
     for path in paths:
-        if not path.is_dir():
+        if not path.is_dir() or folder_reader(path):
             files.append(path)
             continue
-        inside = sorted(p for p in path.iterdir() if p.suffix.lower() in log_suffixes() and p.is_file())
+        suffixes = log_suffixes()
+        named = (p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file())
+        inside = sorted([*named, *(p for p in path.iterdir() if p.is_dir() and folder_reader(p))])
         if not inside:
             remedy = f"Logs end in {', '.join(log_suffixes())}"
             raise LogError("the folder holds no log", where=str(path), remedy=remedy)

@@ -1,4 +1,4 @@
-"""Log files of test benches become Recordings: text of any dialect, MATLAB, Parquet, MCAP, or arrays in memory.
+"""Log files of test benches become Recordings: text of any dialect, binary formats by plug-ins, or arrays in memory.
 
     recording = read("run1.csv", ColumnMap.from_labels({"slip": "V [cm/s]", "field": "Y [V]", "effort": "F [N]"}))
 
@@ -20,9 +20,10 @@ from numpy.typing import ArrayLike
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs.assemble import NEEDS, Invalid, assemble
 from erclutch.logs.batches import Batch, windowed_batches
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, read_by, reader_of
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
@@ -57,14 +58,15 @@ def read(
     """Read a log as a Recording in SI units.
 
     Args:
-        path: text (also .gz), .mat (v5 and v7.3), .parquet, .mcap, or what a plug-in reads; the content decides.
+        path: text (also .gz), .mat (v5 and v7.3), .parquet, .mcap, .mf4, .tdms, .xlsx, .ods, .h5, .lvm, .jsonl, a ROS 2
+            bag (its folder or its file), or what a plug-in reads; the content decides.
         mapping: which column is which signal; a plain mapping is read as labels (``{"slip": "V [cm/s]"}``) or, where it
             has the keys of a mapping file (``columns``, ``time``, ``rate``, ...), as such. It wins over the mapping
             file beside the log, and that over guesses from names and units.
         device: "single" (field, slip or position, effort) or "coaxial" (E1 and E2 or E; theta or theta_dot; alpha,
             alpha_dot or alpha_raw with a lead; T).
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
-        variable: which recording of a MATLAB file to take, or which topic of an MCAP file.
+        variable: which recording of a file that holds several: variable, group, sheet, topic.
         mapping_file: a mapping file in place of the one beside the log.
 
     Raises:
@@ -128,12 +130,11 @@ def read_batches(
         SettingError: a constant that is given by segments.
     """
     file, chosen = _file_and_map(path, mapping, mapping_file)
-    with _readable(file), file.open("rb") as content:
-        plugin, _ = reader_of(content.read(HEAD), file.suffix)
-        windows = plugin.of_type(LogReader).windows
-        content.seek(0)
-        digest = hashlib.file_digest(content, "sha256").hexdigest() if windows else ""
+    plugin = folder_reader(file) or _file_reader(file)
+    windows = plugin.of_type(LogReader).windows
     if windows:
+        with _readable(file), file.open("rb") as content:
+            digest = hashlib.file_digest(content, "sha256").hexdigest()
         with placed(file.name), plugin.working(f"failed on {file.name}"):
             yield from windowed_batches(windows, file, digest, chosen, device, invalid, rows)
         return
@@ -147,21 +148,18 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
 
     Args:
         path: see `read`.
-        variable: which recording of a MATLAB file to take, or which topic of an MCAP file.
+        variable: which recording of a file that holds several: variable, group, sheet, topic.
 
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
     file = _require_file(path)
+    plugin = folder_reader(file)
     with placed(file.name):
-        with _readable(file):
-            if file.stat().st_size > _LARGEST:
-                raise LogError("the file is larger than 4 GiB", remedy="Split the log")
-            data = file.read_bytes()
-        if not data:
-            raise LogError("the file is empty", remedy=_ROWS_WANTED)
-    plugin, notes = reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, hashlib.sha256(data).hexdigest(), variable))
+        data = b"" if plugin else _bytes(file)
+        digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
+    plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
+    table = read_by(plugin, LogSource(file, data, digest, variable))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     return replace(table, notes=(*table.notes, *notes)) if notes else table
@@ -244,16 +242,44 @@ def _require_file(path: str | Path) -> Path:
     file = Path(path)
     with placed(str(path)):
         try:
-            if file.is_dir():
+            if file.is_dir() and folder_reader(file) is None:
                 raise LogError("this is a folder, not a file", remedy="Give one log file")
             if not file.exists():
                 raise LogError("there is no such file", remedy="Check the path")
-            if not file.is_file():
+            if not (file.is_file() or file.is_dir()):
                 raise LogError("this is not a regular file", remedy="Give a log file")
         except (OSError, ValueError) as error:
             problem = f"the file cannot be read ({error})"
             raise LogError(problem, remedy="Check the path and its permissions") from error
     return file
+
+
+def _file_reader(file: Path) -> Plugin:
+    with _readable(file), file.open("rb") as content:
+        return reader_of(content.read(HEAD), file.suffix)[0]
+
+
+def _bytes(file: Path) -> bytes:
+    with _readable(file):
+        if file.stat().st_size > _LARGEST:
+            raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+        data = file.read_bytes()
+    if not data:
+        raise LogError("the file is empty", remedy=_ROWS_WANTED)
+    return data
+
+
+def _folder_digest(folder: Path) -> str:
+    """SHA-256 over names and SHA-256 of the files in a folder, by name."""
+    digest = hashlib.sha256()
+    with _readable(folder):
+        inside = sorted(path for path in folder.iterdir() if path.is_file())
+        if sum(path.stat().st_size for path in inside) > _LARGEST:
+            raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
+        for path in inside:
+            with path.open("rb") as content:
+                digest.update(f"{path.name}\0{hashlib.file_digest(content, 'sha256').hexdigest()}\0".encode())
+    return digest.hexdigest()
 
 
 @contextmanager

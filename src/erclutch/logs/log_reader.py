@@ -28,8 +28,8 @@ class LogSource:
 
     Attributes:
         path: of the file.
-        data: all of its bytes.
-        digest: SHA-256 of these, for the table.
+        data: all of its bytes; none where the log is a folder.
+        digest: SHA-256 of these, for the table; of a folder, of the digests of its files by name.
         variable: which of several recordings in the file the user wants; None: there is to be one only.
     """
 
@@ -59,6 +59,8 @@ class LogReader:
         read: the file as a table; raises LogError where it is damaged, with the line or place.
         windows: for files larger than memory: see `Windows`. None: such a file is read whole.
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
+        tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
+        folder: name of the file by which a folder is one log of this format; "": a log is a file.
     """
 
     suffixes: tuple[str, ...]
@@ -66,6 +68,8 @@ class LogReader:
     read: Callable[[LogSource], Table]
     windows: Windows | None = None
     recordings: Callable[[LogSource], Sequence[str]] | None = None
+    tells_damage: str = "seen or not: the reader does not say"
+    folder: str = ""
 
 
 def claims_nothing(head: bytes) -> bool:
@@ -76,6 +80,12 @@ def claims_nothing(head: bytes) -> bool:
 def log_suffixes() -> tuple[str, ...]:
     """Suffixes of all logs that can be read."""
     return tuple(sorted({suffix for _, reader in _readers([]) for suffix in reader.suffixes}))
+
+
+def folder_reader(path: Path) -> Plugin | None:
+    """The reader for which a folder is one log, or None: then the folder holds logs."""
+    found = ((plugin, reader.folder) for plugin, reader in _readers([]) if reader.folder)
+    return next((plugin for plugin, mark in found if (path / mark).is_file()), None)
 
 
 def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
@@ -110,7 +120,8 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     with plugin.working(f"failed on {source.name}"):
         with placed(source.name):
             table = reader.read(source)
-        return table if plugin.own else _checked(table, plugin)
+        table = table if plugin.own else _checked(table, plugin)
+        return replace(table, damage=reader.tells_damage)
 
 
 def _checked(table: Any, plugin: Plugin) -> Table:

@@ -30,6 +30,7 @@ class Table:
         metadata: texts of the header block, of a MATLAB structure or of a Parquet file.
         notes: what was dropped, renamed or assumed while reading, one sentence each.
         unsampled: rows of a live recording in which no good sample came, shape (n,); None in all other files.
+        damage: what the format does about damaged bytes, see `LogReader.tells_damage`.
         first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
     """
 
@@ -45,6 +46,7 @@ class Table:
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
     unsampled: NDArray[np.bool_] | None = None
+    damage: str = ""
     first_row: int = 0
 
     @property

@@ -33,15 +33,17 @@ Answer = tuple[list[Array], dict[str, Any]]
 def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds: float = SECONDS) -> Answer:
     """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
-    Its limits are bytes of address space, where the platform has them, and seconds of processor time.
+    Its limits are bytes of address space and of each file that it writes, where the platform has them, and seconds of
+    processor time.
 
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
     root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
-    environment = {**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
+        settings = {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": folder}
+        environment = {**os.environ, **settings}
         limits = str(memory), str(int(seconds))
         command = [sys.executable, "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
         no_input, wait = subprocess.DEVNULL, 2 * seconds
@@ -86,21 +88,21 @@ def serve(read: Callable[..., Answer]) -> int:
         report = {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
         report = {"problem": f"reading the file needs more than {int(memory) >> 20} MiB", "remedy": _DAMAGED}
-    except Exception as error:  # scipy and h5py raise anything on damaged files
+    except Exception as error:  # libraries raise anything on damaged files
         cause = f"{type(error).__name__}: {str(error).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"
-        report = {"problem": problem, "remedy": "Copy the file again, or save it anew with save -v7 or as CSV"}
+        report = {"problem": problem, "remedy": "Copy the file again, or export it as CSV"}
     (Path(folder) / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
     return 0
 
 
 def _limit(memory: int, seconds: int) -> None:
-    """Limit address space, processor time and core dumps, where the platform can."""
+    """Limit address space, files, processor time and core dumps, where the platform can."""
     try:
         import resource
     except ImportError:
         return  # Windows: the wall-clock limit of the parent remains
-    for limit, value in (("RLIMIT_AS", memory), ("RLIMIT_CPU", seconds), ("RLIMIT_CORE", 0)):
+    for limit, value in (("RLIMIT_AS", memory), ("RLIMIT_FSIZE", memory), ("RLIMIT_CPU", seconds), ("RLIMIT_CORE", 0)):
         try:
             hard = resource.getrlimit(getattr(resource, limit))[1]
             bound = value if hard == resource.RLIM_INFINITY else min(value, hard)

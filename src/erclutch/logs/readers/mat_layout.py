@@ -13,28 +13,14 @@ import json
 import re
 import shlex
 from collections import Counter
-from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.signals.array import Array
+from erclutch.logs.readers.found_recordings import ALL, Found, RecordingNames, columns_of, listed, of_vectors, vector
 
-_TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
-
-
-@dataclass
-class Found:
-    """One recording: columns by label with units, and what else was said about it."""
-
-    columns: dict[str, Array]
-    units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
-    period: float | None = None
-    constants: dict[str, float] = field(default_factory=dict[str, float])
-    metadata: dict[str, str] = field(default_factory=dict[str, str])
-    notes: list[str] = field(default_factory=list[str])
 
 
 def choose(tree: dict[str, Any], variable: str | None) -> Found:
@@ -43,13 +29,15 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
+    if variable == ALL:
+        raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
     if variable is not None and variable not in tree:
-        problem = f"there is no variable '{variable}' (there are: {_listed(tree)})"
+        problem = f"there is no variable '{variable}' (there are: {listed(tree)})"
         raise LogError(problem, remedy="Give one of these as --variable")
     if variable is not None:
         found = _structure(variable, tree[variable]) or _workspace({variable: tree[variable]})
         if found is None:
-            remedy = f"Give another as --variable ({_listed(tree)})"
+            remedy = f"Give another as --variable ({listed(tree)})"
             raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
         return found
     recordings = {name: found for name, node in tree.items() if (found := _structure(name, node)) is not None}
@@ -66,18 +54,8 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
         raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all")
     hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
     objects = any(node is None for node in tree.values())
-    problem = f"no recording in the variables {_listed(tree)}{hint if objects else ''}"
+    problem = f"no recording in the variables {listed(tree)}{hint if objects else ''}"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
-
-
-def recordings(tree: dict[str, Any]) -> list[str]:
-    """Variables that are a recording each."""
-    return [name for name, node in tree.items() if _structure(name, node) is not None]
-
-
-def _listed(tree: dict[str, Any]) -> str:
-    names = list(tree)
-    return ", ".join(names[:20]) + (", ..." if len(names) > 20 else "") if names else "none"
 
 
 def _structure(name: str, node: Any) -> Found | None:
@@ -115,12 +93,12 @@ def _dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
     if others:
         found.notes.append(f"{others} signals on other time axes than X({raster}) left out")
     kept = [one for one, index in zip(signals, indices, strict=True) if index == raster]
-    time = _vector(axis.get("Data"))
+    time = vector(axis.get("Data"))
     rows = time.size if time is not None and time.size > 1 else None
     if time is not None and rows:
         found.columns["time"], found.units["time"] = time, _text(axis.get("Unit")) or "s"
     for label, one in zip(_short_names([str(one["Name"]) for one in kept]), kept, strict=True):
-        parts = _columns_of(label, one["Data"], rows)
+        parts = columns_of(label, one["Data"], rows)
         found.columns.update(parts)
         found.units.update({part: _text(one.get("Unit")) for part, _ in parts})
         if not parts:
@@ -138,7 +116,7 @@ def _text(node: Any) -> str | None:
 
 def _scalar(node: Any, default: float) -> float:
     """The first number of a node; the default where there is none or it is not finite."""
-    array = _vector(node)
+    array = vector(node)
     return float(array[0]) if array is not None and array.size and np.isfinite(array[0]) else default
 
 
@@ -168,27 +146,11 @@ def _simulink(fields: dict[str, Any]) -> Found | None:
 
 
 def _workspace(nodes: dict[str, Any]) -> Found | None:
-    """Vectors and matrices of one length as a recording; single numbers become constants, other lengths a note."""
-    flat = {name: _flat(node) for name, node in nodes.items()}
-    arrays = {name: array for name, array in flat.items() if array is not None}
-    constants = {name: float(array.ravel()[0]) for name, array in arrays.items() if array.size == 1}
-    arrays = {name: array for name, array in arrays.items() if array.size > 1}
-    if not arrays:
-        return None
-    time = next((array for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1), None)
-    lengths = Counter(max(array.shape) for array in arrays.values())
-    rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
-    found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
-    units = _own_units(found.metadata)
-    for name, array in arrays.items():
-        parts = _columns_of(name, array, rows)
-        found.columns.update(parts)
-        found.units.update({part: units.get(part) for part, _ in parts})
-        if not parts:
-            found.notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
-        elif array.ndim == 2 and array.shape[0] != rows:
-            found.notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
-    return found if found.columns else None
+    """Vectors of the workspace, with the units that erclutch writes beside its own."""
+    found = of_vectors(nodes)
+    if found is not None:
+        found.units |= _own_units(found.metadata)
+    return found
 
 
 def _own_units(metadata: dict[str, str]) -> dict[str, str]:
@@ -199,27 +161,3 @@ def _own_units(metadata: dict[str, str]) -> dict[str, str]:
         return {}
     pairs = cast("dict[str, Any]", units).items() if isinstance(units, dict) else ()
     return {name: unit for name, unit in pairs if isinstance(unit, str)}
-
-
-def _flat(node: Any) -> np.ndarray[Any, Any] | None:
-    """Numbers as a vector or a matrix; None for anything else, and for arrays of more dimensions."""
-    if not isinstance(node, np.ndarray):
-        return None
-    squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
-    return squeezed if squeezed.dtype.kind in "biuf" and squeezed.ndim <= 2 else None
-
-
-def _vector(node: Any) -> Array | None:
-    array = _flat(node)
-    return None if array is None or array.ndim == 2 else np.atleast_1d(array).astype(np.float64)
-
-
-def _columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
-    """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
-    array = _flat(node)
-    if array is None or array.size < 2 or (rows is not None and rows not in array.shape):
-        return []
-    if array.ndim == 1:
-        return [(name, array.astype(np.float64))]
-    upright = array if array.shape[0] == (rows or max(array.shape)) else array.T
-    return [(f"{name}_{index + 1}", upright[:, index].astype(np.float64)) for index in range(upright.shape[1])]

@@ -16,4 +16,4 @@ def _read(source: LogSource) -> Table:
     return read_mcap(source)
 
 
-READER = LogReader((".mcap",), _claims, _read)
+READER = LogReader((".mcap",), _claims, _read, tells_damage="seen by checksums, where the writer added them")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -20,6 +19,7 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import mcap_records
+from erclutch.logs.readers.found_recordings import choose
 from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun, TornError
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
@@ -29,6 +29,7 @@ MAGIC = mcap_records.MAGIC
 UNIT_KEY = "unit."
 #: Key of a live recording's channel: bits of the column ``events`` that mark a row without a good sample.
 UNSAMPLED_KEY = "unsampled_events"
+_NONE = "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)"
 _COPY = "Copy the file again, or keep what is whole of it with erclutch recover"
 
 _TYPES = {
@@ -56,7 +57,7 @@ def read_mcap(source: LogSource) -> Table:
     except MemoryError as error:
         raise LogError("the MCAP file does not fit into memory", remedy="Split the log") from error
     notes: list[str] = []
-    channel, columns, times = _choose(_tables(contents, notes), source.variable)
+    channel, columns, times = choose(_tables(contents, notes), source.variable, "topic", _NONE)[1]
     seconds = (times - times[0]).astype(np.float64) * 1e-9
     own = [channel.metadata.get(UNIT_KEY + label) for label in columns]
     names, units, renamed = name_columns(list(columns), own)
@@ -103,19 +104,6 @@ def _tables(contents: Contents, notes: list[str]) -> dict[str, _Found]:
                 raise LogError(f"two channels are called {channel.topic}", remedy="Record one channel a topic")
             found[channel.topic] = (channel, columns, times)
     return found
-
-
-def _choose(tables: Mapping[str, _Found], variable: str | None) -> _Found:
-    if variable is not None and variable not in tables:
-        problem = f"there is no topic '{variable}' of numbers (there are: {', '.join(tables) or 'none'})"
-        raise LogError(problem, remedy="Give one of these as --variable")
-    if not tables:
-        problem = "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)"
-        raise LogError(problem, remedy="Record the signals as numbers, or export them as CSV")
-    if variable is None and len(tables) > 1:
-        problem = f"the file holds several recordings: {', '.join(tables)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(tables)))}")
-    return tables[variable] if variable is not None else next(iter(tables.values()))
 
 
 def _columns(contents: Contents, number: int, channel: kinds.Channel) -> tuple[dict[str, Array], NDArray[np.int64]]:

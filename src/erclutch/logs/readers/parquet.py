@@ -174,4 +174,5 @@ def _claims(head: bytes) -> bool:
     return head.startswith(MAGIC)
 
 
-READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows)
+_DAMAGE = "seen where the writer added checksums to the pages; a note says where not"
+READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows, tells_damage=_DAMAGE)

@@ -17,7 +17,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
-from erclutch.logs.readers import dates
+from erclutch.logs.readers import dates, first_bytes
 from erclutch.logs.readers.dialect import LINE_END, WORDS, Dialect, cells_of, is_comment, is_number, sniff
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 # Bytes after decompression: a text of numbers shrinks to a tenth, so one that shrank to a hundredth is no log.
 _LARGEST, _ROOM, _EXPANSION = 1 << 32, 1 << 28, 100
 _BLOCK = 1 << 20
+DAMAGE = "not seen: text has no checksums; as .gz it has"
 _BLANK = " \t\r\n"  # other white space makes a row
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
@@ -52,18 +53,18 @@ def decode(data: bytes) -> str:
         head = data[:65536]
         odd = len(head) - len(head.translate(None, _CONTROL))
         if b"\0" in data or odd > 0.01 * len(head):
-            raise _not_text()
+            raise _not_text(data)
     try:
         return data.decode(encoding)
     except UnicodeDecodeError:
         if encoding != "utf-8-sig":
-            raise _not_text() from None
+            raise _not_text(data) from None
         return data.decode("latin-1")
 
 
-def _not_text() -> LogError:
-    remedy = "Export it as CSV, or give a .mat (MATLAB) or .parquet file"
-    return LogError("the file holds binary data, not text", remedy=remedy)
+def _not_text(data: bytes) -> LogError:
+    name, remedy = first_bytes.named(data)
+    return LogError(f"the file holds {name}, not text", remedy=remedy)
 
 
 def _unzip(data: bytes) -> bytes:
@@ -90,6 +91,8 @@ def read_text(source: LogSource) -> Table:
     text = decode(source.data)
     if not text.strip():
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
+    if other := first_bytes.named_text(text):
+        raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
     dialect = sniff(text)
     body, notes = _body(text, dialect)
     return _table(_parse(body, dialect), body, dialect, source, notes)
@@ -273,4 +276,4 @@ def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, n
             raise LogError(problem, remedy="Correct or delete that line")
 
 
-READER = LogReader((".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), claims_nothing, read_text)
+READER = LogReader((".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), claims_nothing, read_text, tells_damage=DAMAGE)

@@ -14,6 +14,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import text
 from erclutch.logs.table import Table
 
 
@@ -54,4 +55,4 @@ def _read(source: LogSource) -> Table:
     return Table(source.name, columns, dict(zip(names, units, strict=True)), source.digest, notes=tuple(notes))
 
 
-READER = LogReader(suffixes=(".jsonl", ".ndjson"), claims=_claims, read=_read)
+READER = LogReader((".jsonl", ".ndjson"), _claims, _read, tells_damage=text.DAMAGE)

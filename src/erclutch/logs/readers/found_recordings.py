@@ -1,0 +1,222 @@
+"""A file of measurement software may hold several recordings: what its readers share.
+
+A reader's module finds the recordings, chooses one and makes a table of it: ``find``. This module, run with -m, is the
+child that calls ``find``; `in_child` starts the child and fetches the table.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, TypedDict, TypeVar, cast
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.labels import name_columns
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers import child_process
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array
+
+_TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
+_TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
+_T = TypeVar("_T")
+#: In place of a name: the names of all recordings are wanted. No recording is called so.
+ALL = "*"
+
+
+class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
+    """What a choice among recordings raises where their names are wanted."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self.names = list(names)
+
+
+@dataclass
+class Found:
+    """One recording: columns by label with units, and what else was said about it."""
+
+    columns: dict[str, Array]
+    units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
+    period: float | None = None
+    constants: dict[str, float] = field(default_factory=dict[str, float])
+    metadata: dict[str, str] = field(default_factory=dict[str, str])
+    notes: list[str] = field(default_factory=list[str])
+    clock: tuple[str, Array] | None = None
+
+    def table(self) -> Table:
+        """The recording as a table without file name and digest; labels become names and units."""
+        own = [self.units.get(label) for label in self.columns]
+        names, units, renamed = name_columns(list(self.columns), own)
+        return Table(
+            name="",
+            columns=dict(zip(names, self.columns.values(), strict=True)),
+            units=dict(zip(names, units, strict=True)),
+            digest="",
+            sample_period=self.period,
+            clock=self.clock[1] if self.clock else None,
+            clock_name=self.clock[0] if self.clock else "",
+            constants=self.constants,
+            metadata=self.metadata,
+            notes=(*self.notes, *renamed),
+        )
+
+
+def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str) -> tuple[str, _T]:
+    """The only recording of a file, or the one that ``variable`` names, with its name.
+
+    Args:
+        found: the recordings by name.
+        variable: what the user chose.
+        what: what the format calls a recording, such as "group".
+        none: the problem where there is none.
+
+    Raises:
+        LogError: none, several without a choice, or none of that name.
+        RecordingNames: ``variable`` is `ALL`.
+    """
+    if variable == ALL:
+        raise RecordingNames(found)
+    if variable and variable not in found:
+        problem = f"there is no {what} '{variable}' of numbers (there are: {listed(found)})"
+        raise LogError(problem, remedy="Give one of these as --variable" if found else "Leave --variable out")
+    if not found:
+        raise LogError(none, remedy="Record the signals as numbers of one length, or export them as CSV")
+    if not variable and len(found) > 1:
+        problem = f"the file holds several recordings: {listed(found)}"
+        raise LogError(
+            problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(found)))}, or --variable all"
+        )
+    name = variable or next(iter(found))
+    return name, found[name]
+
+
+def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:
+    """The table of the recording that `choose` takes; a note names the recording."""
+    name, recording = choose(found, variable, what, none)
+    recording.notes.insert(0, f"recording read from {what} {name}")
+    return recording.table()
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a message, the first 20 of them."""
+    shown = list(names)
+    return ", ".join(shown[:20]) + (", ..." if len(shown) > 20 else "") if shown else "none"
+
+
+class InChild(TypedDict):
+    """The functions of a `LogReader` that start a child."""
+
+    read: Callable[[LogSource], Table]
+    recordings: Callable[[LogSource], Sequence[str]]
+
+
+def in_child(reader: str, library: str | None = None) -> InChild:
+    """A reader's functions: a child with limits runs ``find(path, variable) -> Table`` of its module.
+
+    Args:
+        reader: the module, beside this module.
+        library: the package of the extra ``formats`` that the child imports; None: it needs none.
+    """
+
+    def answer(source: LogSource, variable: str | None) -> child_process.Answer:
+        if library and find_spec(library) is None:
+            problem = f"a file of this format is read by the package {library}, which is not installed"
+            raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
+        module, path = "erclutch.logs.readers.found_recordings", source.path.resolve()
+        return child_process.run(module, path, reader, variable or "")
+
+    def read(source: LogSource) -> Table:
+        arrays, texts = answer(source, source.variable)
+        columns = dict(zip(texts["labels"], arrays, strict=False))
+        clock = arrays[-1] if len(arrays) > len(columns) else None
+        more: dict[str, Any] = {**{key: texts[key] for key in _TEXTS}, "notes": tuple(texts["notes"])}
+        return Table(source.name, columns, digest=source.digest, clock=clock, **more)
+
+    def recordings(source: LogSource) -> list[str]:
+        return [str(name) for name in answer(source, ALL)[1]["recordings"]]
+
+    return {"read": read, "recordings": recordings}
+
+
+def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
+    """The child's side of `in_child`."""
+    try:
+        table: Table = import_module(f"erclutch.logs.readers.{reader}").find(path, variable or None)
+    except RecordingNames as found:
+        return [], {"recordings": found.names}
+    clock = [] if table.clock is None else [table.clock]
+    texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
+    return [*table.columns.values(), *clock], texts
+
+
+def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
+    """Vectors and matrices of one length as a recording; single numbers become constants, other lengths a note.
+
+    Returns None where no node holds two numbers or more. Texts become metadata.
+    """
+    flat = {name: _flat(node) for name, node in nodes.items()}
+    arrays = {name: array for name, array in flat.items() if array is not None}
+    constants = {name: float(array.ravel()[0]) for name, array in arrays.items() if array.size == 1}
+    arrays = {name: array for name, array in arrays.items() if array.size > 1}
+    if not arrays:
+        return None
+    time = next((array for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1), None)
+    lengths = Counter(max(array.shape) for array in arrays.values())
+    rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
+    found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
+    for name, node in nodes.items():
+        if flat[name] is None and _left_out(node):
+            found.notes.append(f"{name} holds no vector of numbers: left out")
+    for name, array in arrays.items():
+        parts = columns_of(name, array, rows)
+        found.columns.update(parts)
+        if not parts:
+            found.notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
+        elif array.ndim == 2 and array.shape[0] != rows:
+            found.notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
+    return found if found.columns else None
+
+
+def _left_out(node: Any) -> bool:
+    """Whether it is an array of something else than numbers and dates."""
+    array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
+    return array is not None and array.size > 1 and array.dtype.kind != "M"
+
+
+def _flat(node: Any) -> np.ndarray[Any, Any] | None:
+    """Numbers as a vector or a matrix; None for anything else, and for arrays of more dimensions."""
+    if not isinstance(node, np.ndarray):
+        return None
+    squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
+    return squeezed if squeezed.dtype.kind in "biuf" and squeezed.ndim <= 2 else None
+
+
+def vector(node: Any) -> Array | None:
+    """Numbers in one row or column as float64; None for anything else."""
+    array = _flat(node)
+    return None if array is None or array.ndim == 2 else np.atleast_1d(array).astype(np.float64)
+
+
+def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
+    """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
+    array = _flat(node)
+    if array is None or array.size < 2 or (rows is not None and rows not in array.shape):
+        return []
+    if array.ndim == 1:
+        return [(name, array.astype(np.float64))]
+    upright = array if array.shape[0] == (rows or max(array.shape)) else array.T
+    return [(f"{name}_{index + 1}", upright[:, index].astype(np.float64)) for index in range(upright.shape[1])]
+
+
+if __name__ == "__main__":
+    from erclutch.logs.readers import found_recordings  # readers raise the errors of the module of this name
+
+    sys.exit(child_process.serve(found_recordings.answer_of))

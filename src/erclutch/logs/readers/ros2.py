@@ -1,0 +1,99 @@
+"""ROS 2 bags, as folder or file, are read by rosbags: a topic is a recording, fields of messages are columns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogReader, claims_nothing
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.table import Table
+
+_MOST = 500  # numbers of a list: a picture has more
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
+    """Message types become Python code in rosbags; so no name in the types of a bag may be more than a name."""
+
+    def texts(node: Any) -> Iterator[str]:
+        if isinstance(node, str):
+            yield node
+        elif isinstance(node, tuple | list):
+            yield from (text for part in cast("Sequence[Any]", node) for text in texts(part))
+
+    def checked(store: Any, types: Mapping[str, tuple[Any, Any]]) -> None:
+        for name, (constants, fields) in types.items():
+            for text in (name, *texts(fields), *texts([each[:2] for each in constants])):
+                if not _PLAIN.fullmatch(text):
+                    problem = f"the bag defines a type with the name {text[:60]!r}"
+                    raise LogError(problem, remedy="Record the bag again, or export the topic as CSV")
+        register(store, types)
+
+    return checked
+
+
+def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
+    """Numbers of a message under ``outer.inner`` and ``list[0]``; a stamp in s; texts are left out."""
+    fields = [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
+    if fields == ["sec", "nanosec"]:
+        row[f"{label} [s]"] = value.sec + value.nanosec * 1e-9
+    elif fields:
+        for name in fields:
+            _flatten(f"{label}.{name}" if label else name, getattr(value, name), row)
+    elif hasattr(value, "__len__") and not hasattr(value, "encode"):
+        if len(value) > _MOST:
+            raise LogError(f"the field {label} has {len(value)} numbers", remedy="Choose a topic of single numbers")
+        for index, each in enumerate(value):
+            _flatten(f"{label}[{index}]", each, row)
+    elif hasattr(value, "__float__"):
+        row[label] = float(value)
+
+
+def _rows(bag: Any, connections: list[Any], most: int | None = None) -> list[dict[str, float]]:
+    """The messages of a topic, or the first of them: the time of the bag in ns under "", and the numbers."""
+    rows: list[dict[str, float]] = []
+    for connection, stamp, data in islice(bag.messages(connections=connections), most):
+        rows.append({"": stamp})
+        _flatten("", bag.deserialize(data, connection.msgtype), rows[-1])
+    return rows
+
+
+def find(path: str, variable: str | None) -> Table:
+    """The child's work: topics whose first message holds a number are recordings, on the time of the bag."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys.store import Typestore
+
+    setattr(Typestore, "register", _held_to_names(Typestore.register))  # noqa: B010  # in this child, before any bag is opened
+    with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as bag:
+        topics: dict[str, list[Any]] = {}
+        for connection in bag.connections:
+            topics.setdefault(connection.topic, []).append(connection)
+        asked = {variable: topics[variable]} if variable in topics else topics
+        found = {topic: each for topic, each in asked.items() if any(len(row) > 1 for row in _rows(bag, each, 1))}
+        topic, connections = found_recordings.choose(found, variable, "topic", "no topic of the bag holds numbers")
+        rows, stated = _rows(bag, connections), sum(each.msgcount for each in connections)
+    times = [row.pop("") for row in rows]
+    labels = dict.fromkeys(label for row in rows for label in row)
+    columns = {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
+    clock = "log_time", (np.array(times) - times[0]) * 1e-9
+    missed = [f"the bag counts {stated} messages, {len(rows)} are there"] if stated != len(rows) else []
+    return Found(columns, clock=clock, notes=[f"recording read from topic {topic}", *missed]).table()
+
+
+_DAMAGE = "not seen in the numbers: bags have no checksums, but damaged structure is"
+READER = LogReader(
+    (".db3",),
+    claims_nothing,
+    **found_recordings.in_child("ros2", "rosbags"),
+    tells_damage=_DAMAGE,
+    folder="metadata.yaml",
+)

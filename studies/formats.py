@@ -1,0 +1,305 @@
+"""Logs of each format, written by the usual library of the format, then damaged: what do the readers make of them?
+
+    python studies/formats.py mutate [--formats mdf tdms ...] [--count 10000] [--results build/formats]
+
+A process that has imported the reader's library forks a child for each damaged file. The child has the memory limit of
+`child_process` and 10 s, and runs the function that the reader's own child runs; only the start of Python is left out.
+Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence,
+children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number,
+so the study can be stopped and goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers import child_process
+from erclutch.logs.table import Table
+
+Columns = Mapping[str, tuple[str, np.ndarray]]  # name -> unit and samples
+SECONDS, CHUNK = 10, 250
+
+
+def write_mdf(path: Path, columns: Columns, **options: Any) -> None:
+    """MDF4 by asammdf: one channel group."""
+    from asammdf import MDF, Signal
+
+    time = columns["time"][1]
+    with MDF(version=options.pop("version", "4.10")) as file:
+        file.append([Signal(v, time, name=n, unit=u) for n, (u, v) in columns.items() if n != "time"], comment="run 1")
+        file.save(path, overwrite=True, **options)
+
+
+def write_tdms(path: Path, columns: Columns) -> None:
+    """TDMS by npTDMS: one group, waveform properties."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    time = columns["time"][1]
+    clock = {"wf_increment": float(time[1] - time[0]), "wf_start_offset": float(time[0])}
+    with TdmsWriter(path) as file:
+        channels = [(n, v, {**clock, "unit_string": u}) for n, (u, v) in columns.items() if n != "time"]
+        file.write_segment([ChannelObject("run 1", name, values, more) for name, values, more in channels])
+
+
+def write_xlsx(path: Path, columns: Columns) -> None:
+    """Excel by openpyxl: a row of names, a row of units."""
+    from openpyxl import Workbook
+
+    book = Workbook(write_only=True)
+    sheet = book.create_sheet("run 1")
+    sheet.append(list(columns))
+    sheet.append([unit for unit, _ in columns.values()])
+    for row in zip(*(values.tolist() for _, values in columns.values()), strict=True):
+        sheet.append(row)
+    book.save(path)
+
+
+def write_ods(path: Path, columns: Columns) -> None:
+    """OpenDocument by hand, after the standard (OASIS ODF 1.3): no office program was at hand."""
+    import zipfile
+
+    def cell(value: object) -> str:
+        kind = "string" if isinstance(value, str) else f'float" office:value="{value!r}'
+        return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
+
+    rows = [[f"{n} [{u}]" for n, (u, _) in columns.items()]]
+    rows += map(list, zip(*(values.tolist() for _, values in columns.values()), strict=True))
+    body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
+    names = "".join(f' xmlns:{n}="urn:oasis:names:tc:opendocument:xmlns:{n}:1.0"' for n in ("office", "table", "text"))
+    with zipfile.ZipFile(path, "w") as file:
+        kind = "application/vnd.oasis.opendocument.spreadsheet"
+        file.writestr("mimetype", kind)
+        entry = f'<manifest:file-entry manifest:full-path="/" manifest:media-type="{kind}"/>'
+        space = 'xmlns:manifest="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0"'
+        manifest = f'<manifest:manifest {space} manifest:version="1.3">{entry}</manifest:manifest>'
+        file.writestr("META-INF/manifest.xml", manifest)
+        file.writestr(
+            "content.xml",
+            f'<?xml version="1.0" encoding="UTF-8"?><office:document-content{names} office:version="1.3"><office:body>'
+            f'<office:spreadsheet><table:table table:name="run 1">{body}</table:table></office:spreadsheet>'
+            "</office:body></office:document-content>",
+            zipfile.ZIP_DEFLATED,
+        )
+
+
+def write_hdf5(path: Path, columns: Columns, **options: Any) -> None:
+    """HDF5 by h5py: one group, units as attributes."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for name, (unit, values) in columns.items():
+            file.create_dataset(f"run 1/{name}", data=values, **options).attrs["unit"] = unit
+
+
+def write_bag(path: Path, columns: Columns, storage: str = "SQLITE3") -> None:
+    """A ROS 2 bag by rosbags: a folder, one topic of a message of its own with a header."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    names = [name for name in columns if name != "time"]
+    store, kind = get_typestore(Stores.ROS2_HUMBLE), "rig/msg/Row"
+    store.register(get_types_from_msg("std_msgs/Header header\n" + "".join(f"float64 {n}\n" for n in names), kind))
+    make, header, stamp = (store.types[n] for n in (kind, "std_msgs/msg/Header", "builtin_interfaces/msg/Time"))
+    with Writer(path, version=9, storage_plugin=StoragePlugin[storage]) as bag:
+        topic = bag.add_connection("/rig", kind, typestore=store)
+        for row, seconds in enumerate(columns["time"][1]):
+            at = round(seconds * 1e9)
+            message = make(header(stamp(*divmod(at, 10**9)), "rig"), *(float(columns[n][1][row]) for n in names))
+            bag.write(topic, 1_700_000_000 * 10**9 + at, store.serialize_cdr(message, kind))
+
+
+def write_lvm(path: Path, columns: Columns) -> None:
+    """LVM by hand, after National Instruments' specification of the file format: no LabVIEW was at hand."""
+    channels = [(name, unit, values) for name, (unit, values) in columns.items() if name != "time"]
+    time, count = columns["time"][1], len(columns["time"][1])
+
+    def line(key: str, *values: object) -> str:
+        return "\t".join([key, *map(str, values)]) + "\n"
+
+    head = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n"
+    head += "Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/01/31\nTime\t12:00:00.5\n"
+    head += "***End_of_Header***\t\n\t\n" + line("Channels", len(channels)) + line("Samples", *[count] * len(channels))
+    head += line("Y_Unit_Label", *(unit for _, unit, _ in channels)) + line("X_Dimension", *["Time"] * len(channels))
+    head += line("X0", *[f"{time[0]:.16E}"] * len(channels))
+    head += line("Delta_X", *[f"{time[1] - time[0]:.6f}"] * len(channels)) + "***End_of_Header***\t\n"
+    head += line("X_Value", *(name for name, _, _ in channels), "Comment")
+    rows = zip(time.tolist(), *(values.tolist() for _, _, values in channels), strict=True)
+    path.write_text(head + "".join(line(*map(repr, row)) for row in rows), encoding="utf-8")  # pyright: ignore
+
+
+def write_jsonl(path: Path, columns: Columns) -> None:
+    """JSON Lines by Python's json."""
+    labels = [f"{name} [{unit}]" for name, (unit, _) in columns.items()]
+    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
+    path.write_text("".join(json.dumps(dict(zip(labels, row, strict=True))) + "\n" for row in rows), encoding="utf-8")
+
+
+#: Name of the format -> reader, name of the file or folder, its writer.
+FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
+    "mdf": ("mdf", "a.mf4", write_mdf),
+    "mdf packed": ("mdf", "b.mf4", lambda path, columns: write_mdf(path, columns, compression=2)),
+    "mdf 3": ("mdf", "a.mdf", lambda path, columns: write_mdf(path, columns, version="3.30")),
+    "tdms": ("tdms", "a.tdms", write_tdms),
+    "xlsx": ("spreadsheet", "a.xlsx", write_xlsx),
+    "ods": ("spreadsheet", "a.ods", write_ods),
+    "hdf5": ("hdf5", "a.h5", write_hdf5),
+    "hdf5 checked": ("hdf5", "b.h5", lambda path, columns: write_hdf5(path, columns, fletcher32=True)),
+    "bag sqlite": ("ros2", "bag1", write_bag),
+    "bag mcap": ("ros2", "bag2", lambda path, columns: write_bag(path, columns, "MCAP")),
+    "lvm": ("lvm", "a.lvm", write_lvm),
+    "jsonl": ("jsonl", "a.jsonl", write_jsonl),
+}
+
+
+def small_log(rows: int = 200) -> Columns:
+    """A log to damage: 1 kHz, voltage, speed, torque."""
+    random = np.random.default_rng(7)
+    field, slip, effort = random.uniform(0, 2, rows), 10 * random.normal(size=rows), random.normal(size=rows)
+    columns = {"field": ("V", field), "slip": ("rad/s", slip), "effort": ("N*m", effort)}
+    return {"time": ("s", np.arange(rows) / 1000), **{n: (u, v.round(4)) for n, (u, v) in columns.items()}}
+
+
+def mutated(data: bytes, seed: tuple[int, ...]) -> bytes:
+    """A file with a few other bytes, a part cut off at the end, set to zero, left out, or in there twice."""
+    random = np.random.default_rng(seed)
+    out, kind = bytearray(data), random.integers(6)
+    start = int(random.integers(len(data)))
+    part = slice(start, start + int(random.integers(1, max(2, len(data) // 10))))
+    if kind <= 1:
+        for place in random.integers(len(data), size=int(random.integers(1, 9))):
+            out[place] = random.integers(256)
+    elif kind == 2:
+        del out[start:]
+    elif kind == 3:
+        out[part] = bytes(len(out[part]))
+    elif kind == 4:
+        del out[part]
+    else:
+        out[start:start] = out[part]
+    return bytes(out)
+
+
+def finder(reader: str) -> Callable[[str], Table]:
+    """What the child of a reader runs; readers of text run in the process itself."""
+    module = import_module(f"erclutch.logs.readers.{reader}")
+    if hasattr(module, "find"):
+        return lambda path: module.find(path, None)
+    return lambda path: module._read(LogSource(Path(path), Path(path).read_bytes(), ""))
+
+
+def difference(table: Table, whole: Table) -> str:
+    """In which way a table is not that of the whole file; "" where it is."""
+    if list(table.columns) != list(whole.columns) or dict(table.units) != dict(whole.units):
+        return "names or units"
+    if table.rows != whole.rows:
+        return "rows"
+    pairs = [(table.columns[name], whole.columns[name]) for name in whole.columns]
+    if whole.clock is not None:
+        pairs.append((table.clock if table.clock is not None else whole.clock * np.nan, whole.clock))
+    return "" if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs) else "values"
+
+
+def outcome(find: Callable[[str], Table], log: Path, whole: Table) -> str:
+    """What a damaged log gives, as one phrase."""
+    try:
+        table = find(str(log))
+    except LogError as error:
+        return "error" if error.remedy else "crash: no remedy"
+    except MemoryError:
+        return "error: memory"
+    except Exception as error:  # `child_process.serve` makes an error of it, as here
+        return f"error: {type(error).__name__}"
+    found = difference(table, whole)
+    if not table.columns or not table.rows:
+        return "error"  # by `read_table`
+    return f"{'noted' if table.notes != whole.notes else 'silent'}: {found}" if found else "same"
+
+
+def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str, int]:
+    """The outcome in a forked child with its limits, and the child's largest memory in KiB."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(SECONDS)
+        child_process._limit(child_process.MEMORY, SECONDS)
+        silence = os.open(os.devnull, os.O_WRONLY)
+        for standard in (1, 2):
+            os.dup2(silence, standard)
+        os.write(writing, outcome(find, log, whole).encode()[:200])
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        said = pipe.read().decode()
+    _, status, usage = os.wait4(child, 0)
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        said = "hang" if number in (signal.SIGALRM, signal.SIGXCPU) else f"crash: signal {number}"
+    return said or f"crash: code {status}", usage.ru_maxrss
+
+
+def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
+    """Damage a log of a format ``count`` times. Kept in chunks, so that a second call goes on."""
+    reader, file, write = FORMATS[name]
+    log, kept = folder / file, results / f"{name.replace(' ', '-')}.jsonl"
+    write(log, small_log())
+    parts = sorted(log.iterdir(), reverse=True) if log.is_dir() else [log]
+    data, find = {part: part.read_bytes() for part in parts}, finder(reader)
+    whole = find(str(log))
+    chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
+    for first in range(len(chunks) * CHUNK, count, CHUNK):
+        began, found, peak = time.perf_counter(), Counter[str](), 0
+        for number in range(first, first + CHUNK):
+            part = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
+            for each in parts:
+                seed = (sorted(FORMATS).index(name), number)
+                each.write_bytes(mutated(data[each], seed) if each == part else data[each])
+            said, memory = in_child(find, log, whole)
+            found[said], peak = found[said] + 1, max(peak, memory)
+            if said.startswith(("crash", "hang")):
+                (results / f"{said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
+        chunks.append({"found": found, "peak_mib": peak >> 10, "seconds": round(time.perf_counter() - began, 1)})
+        with kept.open("a", encoding="utf-8") as out:
+            out.write(json.dumps(chunks[-1]) + "\n")
+        print(f"{name}: {first + CHUNK} of {count}", file=sys.stderr, flush=True)
+    total = sum((Counter[str](chunk["found"]) for chunk in chunks), Counter[str]())
+    kinds = Counter[str]()
+    for said, times in total.items():
+        kinds[said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]] += times
+    peak = max(chunk["peak_mib"] for chunk in chunks)
+    print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, at most {peak} MiB", flush=True)
+    return total
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["mutate"])
+    parser.add_argument("--formats", nargs="+", default=list(FORMATS), choices=list(FORMATS))
+    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--results", type=Path, default=Path("build/formats"))
+    given = parser.parse_args()
+    given.results.mkdir(parents=True, exist_ok=True)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for name in given.formats:
+        with tempfile.TemporaryDirectory() as folder:
+            mutate(name, given.count, given.results, Path(folder))
+
+
+if __name__ == "__main__":
+    main()

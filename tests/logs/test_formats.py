@@ -1,0 +1,280 @@
+"""Logs of each format, written by the usual library of the format (LVM and OpenDocument by hand), read as numbers.
+
+The writers and the damage are those of `studies/formats.py`.
+"""
+
+from __future__ import annotations
+
+import datetime
+import importlib.util
+import json
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import Table, log_reader, read, read_table
+from erclutch.logs.readers import found_recordings
+
+ROOT = Path(__file__).parents[2]
+UNITS = ("--field", "field [V]", "--slip", "slip [rad/s]", "--effort", "effort [N*m]")
+LVM = """LabVIEW Measurement\t
+Separator\tTab
+Decimal_Separator\t{mark}
+X_Columns\t{x}
+***End_of_Header***\t
+\t
+"""
+
+
+def load() -> Any:
+    spec = importlib.util.spec_from_file_location("studies_formats", ROOT / "studies" / "formats.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+STUDY = load()
+COLUMNS = STUDY.small_log()
+# Libraries of text formats are in this package: their files are read at once.
+every = pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n in ("lvm", "jsonl") else pytest.mark.slow) for n in STUDY.FORMATS],
+)
+
+
+def written(folder: Path, name: str) -> Path:
+    _, file, write = STUDY.FORMATS[name]
+    write(folder / file, COLUMNS)
+    return folder / file
+
+
+def refused(path: Path, variable: str | None = None) -> str:
+    with pytest.raises(LogError) as caught:
+        read_table(path, variable=variable)
+    return str(caught.value)
+
+
+@every
+def test_a_log_of_each_format_has_the_numbers_that_were_written(tmp_path: Path, name: str) -> None:
+    recording = read(written(tmp_path, name))
+    for signal in ("field", "slip", "effort"):
+        np.testing.assert_array_equal(recording.signals[signal], COLUMNS[signal][1])
+    np.testing.assert_allclose(recording.time, COLUMNS["time"][1], rtol=0, atol=1e-15)
+    if not name.startswith("bag"):  # messages have no units
+        assert recording.units == {name: unit for name, (unit, _) in COLUMNS.items() if name != "time"}
+
+
+def printed(*words: object) -> str:
+    """What a command prints; it must succeed."""
+    command = [sys.executable, "-m", "erclutch", *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def fitted(path: Path) -> list[Any]:
+    """Parameters and scores as `erclutch fit` prints them; 0.001 * n and n / 1000 differ, so the band may by a bit."""
+    said = printed("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json")
+    return [
+        (each["name"], each["fit"]["parameters"], each["train"], each["test"]) for each in json.loads(said)["ranking"]
+    ]
+
+
+@pytest.mark.slow
+def test_fit_gives_the_same_numbers_for_each_format_as_for_csv(tmp_path: Path) -> None:
+    header = ",".join(f"{name} [{unit}]" for name, (unit, _) in COLUMNS.items())
+    rows = zip(*(values.tolist() for _, values in COLUMNS.values()), strict=True)
+    lines = [header, *(",".join(map(repr, row)) for row in rows)]
+    (tmp_path / "log.csv").write_text("\n".join(lines), encoding="utf-8")
+    wanted = fitted(tmp_path / "log.csv")
+    assert len(wanted) == 2
+    for name in ("mdf", "tdms", "xlsx", "ods", "hdf5", "bag sqlite", "lvm", "jsonl"):
+        assert fitted(written(tmp_path, name)) == wanted, name
+
+
+@every
+def test_a_damaged_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, name: str) -> None:
+    log = written(tmp_path, name)
+    part = log if log.is_file() else next(path for path in log.iterdir() if path.suffix != ".yaml")
+    data = part.read_bytes()
+    for number in range(30 if name in ("lvm", "jsonl") else 5):
+        part.write_bytes(STUDY.mutated(data, (77, number)))
+        with suppress(ErclutchError):
+            assert isinstance(read_table(log), Table)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mdf", "tdms", "hdf5"])
+def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
+    from asammdf import MDF, Signal
+
+    slow = np.arange(50) / 100
+    path = tmp_path / STUDY.FORMATS[name][1]
+    if name == "mdf":
+        time, effort = COLUMNS["time"][1], COLUMNS["effort"][1]
+        with MDF() as file:
+            file.append([Signal(effort, time, name="effort", unit="N*m")], comment="fast")
+            file.append([Signal(2 * effort, time, name="effort", unit="N*m")], comment="same time")
+            file.append([Signal(slow, slow, name="heat", unit="K")], comment="slow")
+            file.save(path)
+        fast, last = "fast", "slow"
+        assert list(read_table(path, variable="fast").columns) == ["time", "effort", "effort (same time)"]
+    elif name == "tdms":
+        from nptdms import ChannelObject, TdmsWriter
+
+        with TdmsWriter(path) as file:
+            for group in ("fast", "slow"):
+                file.write_segment([ChannelObject(group, "heat", slow, {"wf_increment": 0.01})])
+        fast, last = "fast", "slow"
+    else:
+        import h5py
+
+        with h5py.File(path, "w") as file:
+            file["fast/heat"], file["slow/heat"] = slow, slow
+            file["slow/table"] = np.array(list(zip(slow, slow, strict=True)), dtype=[("a", "f8"), ("b", "f8")])
+            file["out"] = h5py.ExternalLink("secret.h5", "/")
+        fast, last = "fast", "slow"
+        assert list(read_table(path, variable="slow/table").columns) == ["a", "b"]
+    assert "the file holds several recordings: fast, slow" in refused(path)
+    assert f"Choose one, such as --variable {fast}" in refused(path)
+    assert "there is no group 'none' of numbers (there are: fast, slow" in refused(path, "none")
+    np.testing.assert_array_equal(read_table(path, variable=last).columns["heat"], slow)
+
+
+@pytest.mark.slow
+def test_what_tdms_does_not_hold_is_said(tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    path = tmp_path / "a.tdms"
+    with TdmsWriter(path) as file:
+        for second in (0, 5):
+            start = np.datetime64("2026-01-31T12:00:00") + np.timedelta64(second, "s")
+            more = {"wf_increment": 1e-3, "wf_start_time": start}
+            file.write_segment([ChannelObject("run", name, np.arange(20.0), more) for name in "ab"])
+    assert any(note.startswith("the acquisition was started anew") for note in read_table(path).notes)
+    path.write_bytes(path.read_bytes()[:-200])
+    assert any(note.startswith("the last segment was not written completely") for note in read_table(path).notes)
+
+
+@pytest.mark.slow
+def test_a_sheet_with_a_title_dates_and_gaps(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    sheet: Any = book.active
+    other = book.create_sheet("Notes")
+    other.append(["nothing but text"])
+    sheet.title = "Run 1"
+    sheet["B1"], sheet["B2"] = "Bench", "# 3"
+    for column, cell in enumerate(["when", "F [N]", "remark"], start=2):
+        sheet.cell(4, column, cell)
+    for row in range(20):
+        sheet.cell(5 + row, 2, datetime.datetime(2026, 1, 31, 12) + datetime.timedelta(milliseconds=10 * row))
+        sheet.cell(5 + row, 3, row / 3 if row != 7 else None)
+    path = tmp_path / "a.xlsx"
+    book.save(path)
+    table = read_table(path)
+    assert table.labels == ("F [N]",)
+    assert table.clock is not None
+    np.testing.assert_allclose(table.clock, np.arange(20) / 100, atol=1e-9)
+    third = [row / 3 if row != 7 else np.nan for row in range(20)]
+    np.testing.assert_allclose(table.columns["F"], third, rtol=1e-15)  # openpyxl writes 16 digits
+    assert "the dates of column when are read to 1 ms" in table.notes
+    assert "recording read from sheet Run 1" in table.notes
+    sheet.cell(10, 3, "stalled")
+    book.save(path)
+    assert "sheet Run 1: line 10, column F is 'stalled' where a number is expected" in refused(path)
+
+
+@pytest.mark.slow
+def test_a_bag_is_one_log_in_a_folder_and_its_names_are_no_program(tmp_path: Path) -> None:
+    bag = written(tmp_path, "bag sqlite")
+    inside = read_table(bag / "bag1.db3")
+    assert inside.labels == read_table(bag).labels == ("header.stamp [s]", "field", "slip", "effort")
+    said = printed("inspect", bag, *UNITS)
+    assert "recording read from topic /rig" in said
+    assert "damage to the file is not seen in the numbers" in said
+    assert fitted(tmp_path)  # the folder above holds one log: the bag
+    with sqlite3.connect(bag / "bag1.db3") as file:
+        file.execute("update topics set type = ?", (f"a/msg/B:\n    open({str(tmp_path / 'made')!r}, 'w')\nclass C",))
+    file.close()
+    assert refused(bag / "bag1.db3")
+    assert not (tmp_path / "made").exists()
+
+
+def test_segments_of_an_lvm_file(tmp_path: Path) -> None:
+    rows = "X_Value\tF\tX_Value\tG\tComment\n{0}\t1,5\t{0}\t2\t\n{1}\t2,5\t{1}\t3\t\n"
+    segment = "Channels\t2\nSamples\t{n}\t{n}\nY_Unit_Label\tN\tV\n***End_of_Header***\t\n" + rows
+    head, path = LVM.format(mark=",", x="Multi"), tmp_path / "a.lvm"
+    path.write_text(head + segment.format("0,0", "0,1", n=2) + segment.format("0,2", "0,3", n=3), encoding="utf-8")
+    table = read_table(path)
+    assert table.labels == ("time [s]", "F [N]", "G [V]")
+    np.testing.assert_array_equal(table.columns["time"], [0.0, 0.1, 0.2, 0.3])
+    assert "2 segments are joined: their time goes on" in table.notes
+    path.write_text(head + segment.format("0,0", "0,1", n=2) * 2, encoding="utf-8")
+    assert "several recordings: segment 1, segment 2" in refused(path)
+    assert read_table(path, variable="segment 2").rows == 2
+    path.write_text(head + segment.format("0,0", "0,1", n=3), encoding="utf-8")
+    assert "a segment has 2 rows of 3" in read_table(path).notes
+
+
+def test_an_lvm_file_without_times(tmp_path: Path) -> None:
+    path = tmp_path / "a.lvm"
+    body = "X0\t1.0E+0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tF [N]\tComment\n\t1\t\n\t2\t\n\t3\t\n"
+    path.write_text(LVM.format(mark=".", x="No") + "Channels\t1\n" + body, encoding="utf-8")
+    np.testing.assert_array_equal(read_table(path).columns["time"], [1.0, 1.5, 2.0])
+
+
+@pytest.mark.parametrize("line", ["{", "[1]", '{"F": "x"}', '{"F": true}', '{"F": 1' + "0" * 400 + "}", "{" * 10**5])
+def test_a_wrong_line_of_json_is_named(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "a.jsonl"
+    path.write_text('{"F": 1}\n' + line, encoding="utf-8")
+    assert "line 2" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"TDSh\0\0", "the index of a TDMS log (.tdms_index), not text. Give the .tdms file beside it."),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0", "an old Office file (.xls), not text. Save it as .xlsx."),
+        (b"SQLite format 3\0", "a SQLite database"),
+        (b"PK\x03\x04" + bytes(26) + b"a.npy\0", "NumPy arrays (.npz)"),
+        (b"PK\x03\x04" + bytes(26) + b"a.csv\0", "a zip archive, not text. Unpack it"),
+        (b"\x80\x04\x95\0\0", "a Python pickle, which may run programs and is never opened"),
+        (b"ORC\0\1\2", "Apache ORC"),
+        (b'<?xml version="1.0"?>\n<usi:tdm version="1.0">', "the header of a DIAdem log (.tdm), not a table"),
+        (b"date Sat Jan 31\nbase hex timestamps absolute\n 0.1 1 123 Rx d 1 00\n", "a Vector bus log (.asc)"),
+        (b"\0\1\2\3", "binary data, not text. Export it as CSV"),
+    ],
+)
+def test_the_first_bytes_name_a_format(tmp_path: Path, data: bytes, said: str) -> None:
+    path = tmp_path / "log.dat"
+    path.write_bytes(data)
+    assert said in refused(path)
+
+
+def test_a_missing_library_is_named_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing: Callable[[str], None] = lambda name: None  # noqa: E731
+    monkeypatch.setattr(found_recordings, "find_spec", nothing)
+    (tmp_path / "a.tdms").write_bytes(b"TDSm" + bytes(100))
+    assert refused(tmp_path / "a.tdms").endswith(
+        'nptdms, which is not installed. Install it: pip install "erclutch[formats]".'
+    )
+
+
+def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
+    own = [reader for plugin, reader in log_reader._readers([]) if plugin.own]
+    assert len(own) >= 11
+    assert all(reader.tells_damage.startswith(("seen", "not seen")) for reader in own)
+    assert read_table(written(tmp_path, "jsonl")).damage == "not seen: text has no checksums; as .gz it has"
