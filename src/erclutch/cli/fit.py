@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
 
 _MODELS = Group("Models and figures", sort_key=1)
+_CLOCKS = Group("Two logs of one experiment", sort_key=5)
 
 
 def fit(
@@ -37,6 +38,9 @@ def fit(
     past: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
+    align: Annotated[bool, Parameter(group=_CLOCKS, negative=())] = False,
+    on: Annotated[tuple[str, ...], Parameter(group=_CLOCKS, consume_multiple=True, negative=())] = (),
+    near: Annotated[str | None, Parameter(group=_CLOCKS, allow_leading_hyphen=True)] = None,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
@@ -60,6 +64,9 @@ def fit(
             a unit counts rows.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
         workers: How many models are fitted side by side; changes no figure.
+        align: The two logs are of one experiment, on two clocks: join them first, as `erclutch align` does.
+        on: The signal that both logs have; see `erclutch align`.
+        near: About what the second log's clock shows more; see `erclutch align`.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
@@ -73,7 +80,9 @@ def fit(
         may_write(out, force)
     require_counts(workers, seed, "--blocks", blocks, "0 or 2 to 50", blocks == 0 or 2 <= blocks <= 50)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
-    recordings = reading.read(logs)
+    if not align and (on or near is not None):
+        raise SettingError("--on and --near match two clocks", remedy="Give --align with them, or leave them out")
+    recordings = reading.read_aligned(logs, on, near) if align else reading.read(logs)
     comparison = _compared(reading.dataset(recordings), Settings(*asked))
     if json:
         _print_json(comparison, recordings, reading)

@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError
 from erclutch.logs.resample import low_pass_taps
-from erclutch.logs.timing import LogClock
 from erclutch.signals.array import Array, Mask
 
 #: Drifts that are searched, as shares: quartz clocks differ by less than a fifth of this.
@@ -68,6 +68,10 @@ class ClockMatch:
         """Times of A, in s, as B's clock shows them."""
         return time + self.offset + self.drift * (time - self.origin)
 
+    def on_a(self, time: Array) -> Array:
+        """Times of B, in s, as A's clock shows them."""
+        return self.origin + (time - self.offset - self.origin) / (1.0 + self.drift)
+
 
 @dataclass(frozen=True, eq=False)
 class Track:
@@ -95,26 +99,28 @@ class Track:
         """The values around zero with a standard deviation of one."""
         return (self.values - np.mean(self.values)) / (float(np.std(self.values)) or 1.0)
 
-    def sampler(self, period: float) -> Callable[[Array], tuple[Array, Mask]]:
+    def sampler(self, period: float, *, plain: bool = False) -> Callable[[Array], tuple[Array, Mask]]:
         """What samples the signal at given times, behind a low-pass where it is to be sampled more slowly.
 
         Args:
             period: of the samples that are wanted, in s.
+            plain: the values as they are, by curves that never overshoot; else the scaled ones, by smooth curves.
 
         Returns:
             A function of times, shape (m,), that gives values (zero where there are none) and where there are.
         """
-        from scipy.interpolate import make_interp_spline
+        from scipy.interpolate import PchipInterpolator, make_interp_spline
 
-        values, reach = self.scaled, 0
+        values = self.values if plain else self.scaled
+        curve_of: Callable[..., Any] = PchipInterpolator if plain else make_interp_spline
         taps = low_pass_taps(period / self.period) if period > 1.2 * self.period else np.ones(1)
         reach = len(taps) // 2
-        curves = []
+        curves: list[tuple[float, float, Callable[[Array], Array]]] = []
         for start, stop in self.stretches:
             if stop - start > 2 * reach + 4:
                 even = np.convolve(values[start:stop], taps / taps.sum(), "valid")
                 time = self.time[start + reach : stop - reach]
-                curves.append((float(time[0]), float(time[-1]), make_interp_spline(time, even, k=3)))
+                curves.append((float(time[0]), float(time[-1]), curve_of(time, even)))
 
         def sample(times: Array) -> tuple[Array, Mask]:
             found, there = np.zeros(times.size), np.zeros(times.size, np.bool_)
@@ -149,13 +155,12 @@ def track_of(time: Array, values: Array, period: float) -> Track:
         period: sampling period in s.
 
     Raises:
-        LogError: fewer than two samples, or all of them alike.
+        LogError: fewer than two samples.
     """
     fine = np.isfinite(values)
     time, values = time[fine], values[fine]
-    if time.size < 2 or not np.ptp(values) > 0.0:
-        problem = f"the signal has {time.size} finite samples, " + ("all alike" if time.size else "none to match")
-        raise LogError(problem, remedy=_REMEDY)
+    if time.size < 2:
+        raise LogError(f"the column has {time.size} finite samples", remedy="Choose another column with --on")
     steps = np.maximum(np.rint(np.diff(time) / period), 1.0).astype(np.int64)
     gaps = steps > _BRIDGED
     place = np.concatenate([[0], np.cumsum(np.where(gaps, 1, steps))])
@@ -176,6 +181,9 @@ def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch
     Raises:
         LogError: nothing correlates, too little overlaps, or several offsets fit equally well.
     """
+    for track, name in ((a, "A"), (b, "B")):
+        if not np.ptp(track.values) > 0.0:
+            raise LogError(f"the signal never changes in log {name}", remedy=_REMEDY)
     if b.period > 1.01 * a.period:  # the slower log is taken at its own times, so that it is not interpolated
         return _turned(_matched(b, a, None if near is None else -near))
     return _matched(a, b, near)
@@ -276,14 +284,14 @@ def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, near: float | 
     peaks = 1 + np.flatnonzero((heights[1:-1] >= heights[:-2]) & (heights[1:-1] > heights[2:]))
     as_good = peaks[heights[best] - heights[peaks] < _APART * errors[best]]
     others = as_good[np.abs(lags[as_good] - lags[best]) > apart]
-    strong = abs(scan.correlation[best]) > 0.5
     needed = -float(ndtri(0.5 * _CHANCE / max(tried, 1.0)))
+    strong = abs(scan.correlation[best]) > 0.8 or scores[best] >= needed
     if others.size and strong and near is not None:
         return int(_nearest(np.append(others, best), lags, near))
     if scores[best] >= needed and scan.independent[best] >= _FEWEST and not others.size:
         return best
     if others.size and strong:
-        listed = ", ".join(f"{1e3 * lag:.6g}" for lag in sorted(lags[[best, *others[:4]]], key=abs)[:4])
+        listed = ", ".join(f"{1e3 * lag:.6g}" for lag in sorted(lags[[best, *others]], key=abs)[:4])
         raise LogError(
             f"{others.size + 1} offsets fit equally well, such as {listed} ms: the signal repeats itself",
             remedy="Say about where the offset is, such as --near 2.5s, or choose another signal with --on",
@@ -426,12 +434,13 @@ def _far_from_gaps(there: Mask, reach: int) -> Mask:
 def _taps(weights: Array) -> tuple[Array, Array]:
     """A symmetric filter of such weights, shape (m / 2 + 1,), and the same with a derivative after the row."""
     size = 2 * (weights.size - 1)
-    turn = 1j * np.linspace(0.0, np.pi, weights.size)
+    even = np.roll(np.fft.irfft(weights, size), size // 2) * np.hanning(size + 1)[:size]
+    padded = np.concatenate([np.zeros(size), even, np.zeros(size)])
+    turn = 1j * np.linspace(0.0, np.pi, padded.size // 2 + 1)
     turn[-1] = 0.0
-    window = np.hanning(size + 1)
-    both = (np.roll(np.fft.irfft(shape, size), size // 2) for shape in (weights, weights * turn))
-    even, odd = (np.append(taps, taps[0])[: size + 1] * window for taps in both)
-    return even, odd
+    odd = np.fft.irfft(np.fft.rfft(padded) * turn, padded.size)
+    kept = slice(size - size // 8, 2 * size + size // 8 + 1)
+    return padded[kept], odd[kept]
 
 
 def _flat(x: Array, y: Array, there: Mask) -> Array:
@@ -453,8 +462,9 @@ def _by_agreement(x: Array, y: Array, there: Mask) -> Array:
     fx, fy = (np.fft.rfft((s[rows] - s[rows].mean(axis=1, keepdims=True)) * window) for s in (x, y))
     cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))
     powers = np.mean(np.abs(fx) ** 2, axis=0) * np.mean(np.abs(fy) ** 2, axis=0)
-    by_chance = 2.0 / starts.size
-    agreed = np.clip((cross**2 / np.maximum(powers, 1e-300) - by_chance) / (1.0 - by_chance), 0.0, 0.9999)
+    agreed = np.minimum(cross**2 / np.maximum(powers, 1e-300), 0.9999)
+    # Noise that agrees by chance would hold the line where it is: its coherence exceeds this once in ten thousand.
+    agreed[agreed < 10.0 / starts.size] = 0.0
     weights = np.sqrt(agreed / (1.0 - agreed) / np.maximum(cross, 1e-300))
     weights[0] = 0.0
     return weights / weights.max() if weights.max() > 0.0 else _flat(x, y, there)
@@ -464,17 +474,14 @@ def _turned(found: ClockMatch) -> ClockMatch:
     """The match of A's clock against B's, of that of B's against A's."""
     rate = 1.0 + found.drift
     origin, stop = (float(t) for t in found.on_b(np.array(found.overlap)))
-
-    def turned(interval: tuple[float, float]) -> tuple[float, float]:
-        return -interval[1] / rate, -interval[0] / rate
-
+    (least, most), (slowest, fastest) = found.offset_interval, found.drift_interval
     return replace(
         found,
         origin=origin,
         offset=-found.offset,
-        offset_interval=turned(found.offset_interval),
+        offset_interval=(-most, -least),
         drift=-found.drift / rate,
-        drift_interval=turned(found.drift_interval),
+        drift_interval=(-fastest / rate, -slowest / rate),
         overlap=(origin, stop),
         gain=1.0 / found.gain,
         centres=found.on_b(found.centres),
