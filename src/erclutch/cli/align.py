@@ -2,18 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.options import LogOptions, expand
 from erclutch.errors import RunError, SettingError, UnitError
 
 if TYPE_CHECKING:
     from erclutch.logs.aligned_logs import AlignedLogs
+    from erclutch.signals.recording import Recording
 
 _Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())]
+_CLOCKS = Group("Two logs of one experiment", sort_key=5)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ClockOptions:
+    """Whether the logs of a fit are two logs of one experiment."""
+
+    align: Annotated[bool, Parameter(group=_CLOCKS, negative=())] = False
+    """The two logs are of one experiment, on two clocks: join them first, as `erclutch align` does."""
+    on: Annotated[_Names, Parameter(group=_CLOCKS)] = ()
+    """The signal that both logs have; see `erclutch align`."""
+    near: Annotated[str | None, Parameter(group=_CLOCKS, allow_leading_hyphen=True)] = None
+    """About what the second log's clock shows more; see `erclutch align`."""
+
+    def read(self, reading: LogOptions, paths: Sequence[Path]) -> list[Recording]:
+        """Read logs; two of one experiment as one recording, on the first log's clock.
+
+        Raises:
+            SettingError: not two logs to align; LogError, MappingError: see `LogOptions.read` and `aligned`.
+        """
+        if not self.align:
+            if self.on or self.near is not None:
+                raise SettingError("--on and --near match two clocks", remedy="Give --align too, or leave them out")
+            return reading.read(paths)
+        from erclutch.logs import ColumnMap
+        from erclutch.logs.mapping import beside
+        from erclutch.logs.resample import rate_of, resampled
+
+        files = expand(paths)
+        if len(files) != 2:
+            remedy = "Give the two logs of one experiment; of several experiments, run erclutch align on each pair"
+            raise SettingError(f"--align with {len(files)} logs", remedy=remedy)
+        time, rate = (() if given is None else (str(given),) for given in (reading.time, reading.rate))
+        logs = aligned(files[0], files[1], self.on, self.near, time, rate)
+        own = beside(files[0]) if reading.map is None else ColumnMap.from_toml(reading.map)
+        log = logs.recording(reading.column_map().over(own), device=reading.device)
+        return [log if reading.resample is None else resampled(log, rate_of(reading.resample))]
+
+
+ONE_CLOCK = ClockOptions()
 
 
 def align(
@@ -25,7 +70,7 @@ def align(
     near: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     picture: Path | None = None,
     time: _Names = (),
-    rate: Annotated[tuple[float, ...], Parameter(consume_multiple=True, negative=())] = (),
+    rate: _Names = (),
     force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Find offset and drift between the clocks of two logs of one experiment, and write both as one log.
@@ -61,7 +106,9 @@ def align(
     for line in logs.notes:
         terminal.tell(line)
     match = logs.matches[0]
-    terminal.tell(f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples")
+    terminal.tell(
+        f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
+    )
     logs.write(out)
     save_plot(describe_clocks(logs), shown)
     terminal.say(f"Written to {out}: {logs.table.rows:,} rows; picture {shown}")
@@ -73,26 +120,22 @@ def aligned(
     on: tuple[str, ...],
     near: str | None,
     time: tuple[str, ...] = (),
-    rate: tuple[float, ...] = (),
+    rate: tuple[str, ...] = (),
 ) -> AlignedLogs:
     """Two log files as one log.
 
     Raises:
         LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
     """
-    from erclutch.logs import ColumnMap, read_table
-    from erclutch.logs.aligned_logs import align_tables
-    from erclutch.logs.mapping import beside
+    from erclutch.logs import align as aligned_logs
 
-    tables = read_table(a), read_table(b)
-    if tables[0].digest == tables[1].digest:
-        raise SettingError(f"the same file as {a.name}", where=b.name, remedy="Give two logs of one experiment")
-    maps = [beside(path) for path in (a, b)]
-    for i in range(2):
-        timed = ({"time": time[min(i, len(time) - 1)]} if time else {}) | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
-        maps[i] = ColumnMap.from_dict(timed).over(maps[i])
+    def given(i: int) -> dict[str, str]:
+        named: dict[str, str] = {"time": time[min(i, len(time) - 1)]} if time else {}
+        return named | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
+
+    about = None if near is None else _seconds(near)
     with terminal.progress("matching clocks"):
-        return align_tables(*tables, on, maps=(maps[0], maps[1]), near=None if near is None else _seconds(near))
+        return aligned_logs(a, b, on, near=about, times=(given(0), given(1)))
 
 
 def _seconds(text: str) -> float:

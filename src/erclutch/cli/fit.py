@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.align import ONE_CLOCK, ClockOptions
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
 
 _MODELS = Group("Models and figures", sort_key=1)
-_CLOCKS = Group("Two logs of one experiment", sort_key=5)
 
 
 def fit(
@@ -38,12 +38,10 @@ def fit(
     past: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=_MODELS)] = 2,
-    align: Annotated[bool, Parameter(group=_CLOCKS, negative=())] = False,
-    on: Annotated[tuple[str, ...], Parameter(group=_CLOCKS, consume_multiple=True, negative=())] = (),
-    near: Annotated[str | None, Parameter(group=_CLOCKS, allow_leading_hyphen=True)] = None,
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    clocks: ClockOptions = ONE_CLOCK,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Fit all models to a log, score them on rows held out, rank them, and recommend one.
@@ -60,16 +58,13 @@ def fit(
         friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: Fit a constant effort. Default: as for friction.
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
-        past: Networks also take the signals of so long ago as inputs, for example --past 1ms 2ms 4ms; a number without
-            a unit counts rows.
+        past: Networks also take signals of so long ago as inputs, such as --past 1ms 2ms; a plain number counts rows.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
         workers: How many models are fitted side by side; changes no figure.
-        align: The two logs are of one experiment, on two clocks: join them first, as `erclutch align` does.
-        on: The signal that both logs have; see `erclutch align`.
-        near: About what the second log's clock shows more; see `erclutch align`.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
+        clocks: Of two logs of one experiment.
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
@@ -80,9 +75,7 @@ def fit(
         may_write(out, force)
     require_counts(workers, seed, "--blocks", blocks, "0 or 2 to 50", blocks == 0 or 2 <= blocks <= 50)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
-    if not align and (on or near is not None):
-        raise SettingError("--on and --near match two clocks", remedy="Give --align with them, or leave them out")
-    recordings = reading.read_aligned(logs, on, near) if align else reading.read(logs)
+    recordings = clocks.read(reading, logs)
     comparison = _compared(reading.dataset(recordings), Settings(*asked))
     if json:
         _print_json(comparison, recordings, reading)

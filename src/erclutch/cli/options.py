@@ -125,27 +125,6 @@ class LogOptions:
         logs = [read(path, mapping, device=self.device, mapping_file=self.map) for path in expand(paths)]
         return logs if rate is None else [resampled(log, rate) for log in logs]
 
-    def read_aligned(self, paths: Sequence[Path], on: tuple[str, ...], near: str | None) -> list[Recording]:
-        """Read two logs of one experiment as one recording, on the first log's clock.
-
-        Raises:
-            SettingError: not two logs; LogError, MappingError: see `read` and `erclutch.cli.align.aligned`.
-        """
-        from erclutch.cli.align import aligned
-        from erclutch.logs import ColumnMap
-        from erclutch.logs.mapping import beside
-        from erclutch.logs.resample import rate_of, resampled
-
-        files = expand(paths)
-        if len(files) != 2:
-            remedy = "Give the two logs of one experiment; of several experiments, run erclutch align on each pair"
-            raise SettingError(f"--align with {len(files)} logs", remedy=remedy)
-        time, rate = ((given,) if given is not None else () for given in (self.time, self.rate))
-        logs = aligned(files[0], files[1], on, near, time, rate)
-        mapping = self.column_map().over(beside(files[0]) if self.map is None else ColumnMap.from_toml(self.map))
-        log = logs.recording(mapping, device=self.device)
-        return [log if self.resample is None else resampled(log, rate_of(self.resample))]
-
     def filter(self) -> Derivative:
         """The filter for speeds."""
         from erclutch.signals.speed import Derivative
@@ -209,18 +188,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
 
 
 def opened(path: Path, name: str | None) -> tuple[Run | None, Model]:
-    """The model of a file, or one of a run with the run: that with the name, or the recommended one.
+    """The model of a file, or one of a run with the run; see `erclutch.runs.new_rows.opened`."""
+    from erclutch.runs import new_rows
 
-    Raises:
-        RunError: no run, no model, or a model's file that is not as it was written.
-        SettingError: a name beside a file.
-    """
-    from erclutch.models.load import load_model
-    from erclutch.runs.run_folder import read_run
-
-    if path.is_dir():
-        run = read_run(path)
-        return run, run.model(name)
-    if name is not None:
-        raise SettingError("--name needs the folder of a run", where=str(path), remedy="Give the run, or leave it out")
-    return None, load_model(path)
+    return new_rows.opened(path, name)

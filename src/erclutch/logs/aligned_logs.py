@@ -100,7 +100,9 @@ def align_tables(
     )
     if len(runs_a) > 1:
         problem = f"the clock restarts {len(runs_a) - 1} times"
-        raise MappingError(problem, where=a.name, remedy="Give the log whose clock runs through first, or split this log")
+        raise MappingError(
+            problem, where=a.name, remedy="Give the log whose clock runs through first, or split this log"
+        )
     names, factors = _shared(a, b, on, clocks_a, clocks_b)
     rows_a, clock_a = runs_a[0]
     with placed(a.name):
@@ -118,7 +120,9 @@ def align_tables(
         for name, values in moved.items():
             found, fine = _sampled(clock.time, b.columns[name][rows], clock.period, wanted, clock_a.period)
             values[within] = np.where(fine, found, np.nan)[within]
-    table, renamed = _joined(a, b, clock_a.time, {n: v[rows_a] for n, v in a.columns.items() if n not in clocks_a}, moved, there)
+    table, renamed = _joined(
+        a, b, clock_a.time, {n: v[rows_a] for n, v in a.columns.items() if n not in clocks_a}, moved, there
+    )
     notes = [f"{t.name}: {note}" for t, own in ((a, notes_a), (b, notes_b)) for note in dict.fromkeys(own)]
     notes += [f"clock of {b.name} against {a.name} by {_pair(names)}: {said(match)}" for match in matches]
     if lost := int((~there).sum()):

@@ -8,6 +8,7 @@ that is correlated over less than a window does not make them too narrow.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ _CHANCE = 1e-4  # that the best of all offsets is as good by chance
 _APART = 3.0  # standard errors between the best offset and the next that is as good
 _BRIDGED = 5  # periods of a gap
 _WINDOWS = 20
+_MOST_STEPS, _SETTLED = 25, 1e-6  # Newton steps; a step that ends them, in periods
 _SEGMENT = 128  # rows of a spectrum, at most
 _REMEDY = "Choose another signal with --on, and check that both logs are of one experiment"
 
@@ -118,7 +120,7 @@ class Track:
         curves: list[tuple[float, float, Callable[[Array], Array]]] = []
         for start, stop in self.stretches:
             if stop - start > 2 * reach + 4:
-                even = np.convolve(values[start:stop], taps / taps.sum(), "valid")
+                even: Array = np.asarray(np.convolve(values[start:stop], taps / taps.sum(), "valid"), np.float64)
                 time = self.time[start + reach : stop - reach]
                 curves.append((float(time[0]), float(time[-1]), curve_of(time, even)))
 
@@ -134,15 +136,16 @@ class Track:
     def means(self, first: float, period: float, count: int) -> tuple[Array, Mask]:
         """Mean in each cell of a grid that begins at a time, and which cells the log fills by half at least."""
         edges = first + period * np.arange(count + 1)
-        total, filled = np.zeros(count), np.zeros(count)
+        total: Array = np.zeros(count)
+        filled: Array = np.zeros(count)
         for start, stop in self.stretches:
             time, values = self.time[start:stop], self.scaled[start:stop]
             steps = np.diff(time)
             area = np.concatenate([[0.0], np.cumsum(steps * 0.5 * (values[1:] + values[:-1]))])
             # The area under straight lines, exact at the samples; between them straight too: cells hold some samples.
-            total += np.diff(np.interp(edges, time, area))
-            filled += np.diff(np.interp(edges, time, time - time[0]))
-        there = filled >= 0.5 * period
+            total = total + np.diff(np.interp(edges, time, area))
+            filled = filled + np.diff(np.clip(edges, time[0], time[-1]))
+        there: Mask = filled >= 0.5 * period
         return np.divide(total, filled, out=np.zeros(count), where=there), there
 
 
@@ -163,10 +166,10 @@ def track_of(time: Array, values: Array, period: float) -> Track:
         raise LogError(f"the column has {time.size} finite samples", remedy="Choose another column with --on")
     steps = np.maximum(np.rint(np.diff(time) / period), 1.0).astype(np.int64)
     gaps = steps > _BRIDGED
-    place = np.concatenate([[0], np.cumsum(np.where(gaps, 1, steps))])
-    every = np.arange(place[-1] + 1)
-    bounds = [0, *(place[1:][gaps]).tolist(), every.size]
-    stretches = tuple((a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b - a > 1)
+    place: NDArray[np.int64] = np.concatenate([[0], np.cumsum(np.where(gaps, 1, steps))]).astype(np.int64)
+    every: Array = np.arange(int(place[-1]) + 1, dtype=np.float64)
+    bounds: list[int] = [0, *place[1:][gaps].tolist(), every.size]
+    stretches = tuple((a, b) for a, b in itertools.pairwise(bounds) if b - a > 1)
     return Track(np.interp(every, place, time), np.interp(every, place, values), period, stretches)
 
 
@@ -256,7 +259,8 @@ def _search(a: Track, b: Track, near: float | None) -> tuple[_Line, float, float
     shares: list[float] = (MOST_DRIFT * np.arange(-drifts, drifts + 1) / max(drifts, 1)).tolist()
     scans = [_scanned(*grids[0], *grids[1], drift) for drift in shares]
     best = max(scans, key=lambda scan: float(scan.scores.max()))
-    lags = (np.arange(best.scores.size) - (grids[0][0].size - 1)) * step * (1.0 + best.drift) + b.ends[0] - a.ends[0]
+    shift: Array = np.arange(best.scores.size, dtype=np.float64) - (grids[0][0].size - 1)
+    lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])
     place = _chosen(best, lags, len(scans) * lags.size * step / width, 1.5 * width, near)
     line = _Line(a.ends[0], float(lags[place]), best.drift)
     low, high = _overlap(a, b, line)
@@ -287,7 +291,7 @@ def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, near: float | 
     needed = -float(ndtri(0.5 * _CHANCE / max(tried, 1.0)))
     strong = abs(scan.correlation[best]) > 0.8 or scores[best] >= needed
     if others.size and strong and near is not None:
-        return int(_nearest(np.append(others, best), lags, near))
+        return _nearest(np.append(others, best), lags, near)
     if scores[best] >= needed and scan.independent[best] >= _FEWEST and not others.size:
         return best
     if others.size and strong:
@@ -304,7 +308,7 @@ def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, near: float | 
     raise LogError(f"nothing correlates: {stands}", remedy=_REMEDY)
 
 
-def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> np.intp:
+def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> int:
     """The place whose lag is nearest to what the user said."""
     distance = np.abs(lags[places] - near)
     order = np.argsort(distance)
@@ -312,7 +316,7 @@ def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> np.intp:
         listed = " and ".join(f"{1e3 * lags[place]:.6g} ms" for place in places[order[:2]])
         problem = f"--near {1e3 * near:.6g} ms lies between two offsets that fit equally well, {listed}"
         raise LogError(problem, remedy="Say more exactly where the offset is")
-    return places[order[0]]
+    return int(places[order[0]])
 
 
 def _width(track: Track, period: float, shorter: float) -> float:
@@ -361,7 +365,9 @@ def _scanned(x: Array, x_there: Mask, y: Array, y_there: Mask, drift: float) -> 
     r = np.divide(lagged(0, 0), both, out=np.zeros(rows.size), where=both > 0.0)
     spectra = [np.abs(each[0]) ** 2 for each in (xs, ys)]
     # Rows that are worth one independent row: the sum of the product of both autocorrelations (Bartlett).
-    spread = float(np.sum(spectra[0][1:] * spectra[1][1:])) / float(np.sum(spectra[0][1:])) / float(np.sum(spectra[1][1:]))
+    spread = (
+        float(np.sum(spectra[0][1:] * spectra[1][1:])) / float(np.sum(spectra[0][1:])) / float(np.sum(spectra[1][1:]))
+    )
     worth = rows / max(spread * (size // 2), 1.0)
     enough = (rows >= _LEAST_SHARE * min(x_there.sum(), there.sum())) & (rows >= 8)
     return _Scan(drift, np.clip(r, -1.0, 1.0), np.where(enough, worth, 0.0))
@@ -394,35 +400,50 @@ def _stepped(a: Track, b: Track, line: _Line, period: float, weigh: _Weights) ->
     Raises:
         LogError: too few rows without a gap are left.
     """
-    from scipy.signal import fftconvolve
-
     low, high = _overlap(a, b, line)
     grid = a.ends[0] + period * np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
-    samplers = a.sampler(period), b.sampler(period)
-    x, x_there = samplers[0](grid)
+    sample = b.sampler(period)
+    x, x_there = a.sampler(period)(grid)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     line = _Line(middle, float(line(np.array(middle))) - middle, line.drift)
-    taps: tuple[Array, Array] | None = None
-    for _ in range(25):
-        y, y_there = samplers[1](line(grid))
-        there = x_there & y_there
-        taps = taps or _taps(weigh(x, y, there))
-        rows = _far_from_gaps(there, taps[0].size // 2)
-        if rows.sum() < 4 * _WINDOWS:
-            problem = f"{int(rows.sum())} rows of the overlap lie far enough from gaps, {4 * _WINDOWS} are needed"
-            raise LogError(problem, remedy="Give longer logs, or logs with fewer gaps")
-        u, v = (np.where(there, signal, 0.0) for signal in (x, y))
-        fx, fy, dx, dy = (fftconvolve(s, t, "same")[rows] for t in taps for s in (u, v))
-        gain = float(fx @ fy) / (float(fy @ fy) or 1.0)
-        time, score, slope = grid[rows] - middle, gain * dy * (fx - gain * fy) / period, gain * dy * dx / period**2
-        design = np.vstack([np.ones(time.size), time / half])
-        move = np.linalg.lstsq((design * slope) @ design.T, design @ score, rcond=1e-9)[0]
-        move *= min(1.0, period / (float(np.abs(move).sum()) or 1.0))
+    y, y_there = sample(line(grid))
+    taps = _taps(weigh(x, y, x_there & y_there))
+    for _ in range(_MOST_STEPS):
+        seen = _seen(grid, (x, y), x_there & y_there, taps)
+        design = np.vstack([np.ones(seen.time.size), (seen.time - middle) / half])
+        move = np.linalg.lstsq((design * seen.slope) @ design.T, design @ seen.score, rcond=1e-9)[0]
+        size = float(np.abs(move).sum())
+        if size < _SETTLED * period:
+            return line, seen
+        move *= min(1.0, period / size)
         line = replace(line, middle=line.middle + float(move[0]), drift=line.drift + float(move[1]) / half)
-        if float(np.abs(move).sum()) < 1e-6 * period:
-            break
-    correlation = float(fx @ fy) / (float(np.sqrt((fx @ fx) * (fy @ fy))) or 1.0)
-    return line, _Step(grid[rows], score, slope, gain, correlation)
+        y, y_there = sample(line(grid))
+    return line, _seen(grid, (x, y), x_there & y_there, taps)
+
+
+def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Array, Array]) -> _Step:
+    """What a Newton step sees of both signals on one grid, filtered.
+
+    Raises:
+        LogError: too few rows without a gap are left.
+    """
+    from scipy.signal import fftconvolve
+
+    rows = _far_from_gaps(there, taps[0].size // 2)
+    if rows.sum() < 4 * _WINDOWS:
+        problem = f"{int(rows.sum())} rows of the overlap lie far enough from gaps, {4 * _WINDOWS} are needed"
+        raise LogError(problem, remedy="Give longer logs, or logs with fewer gaps")
+    period = float(grid[1] - grid[0])
+
+    def filtered(signal: Array, by: Array) -> Array:
+        whole: Array = fftconvolve(np.where(there, signal, 0.0), by, "same")
+        return whole[rows]
+
+    (fx, fy), (dx, dy) = ([filtered(signal, by) for signal in signals] for by in taps)
+    gain = float(fx @ fy) / (float(fy @ fy) or 1.0)
+    correlation = float(fx @ fy) / (float(np.sqrt(float(fx @ fx) * float(fy @ fy))) or 1.0)
+    score, slope = gain * dy * (fx - gain * fy) / period, gain * dy * dx / period**2
+    return _Step(grid[rows], score, slope, gain, correlation)
 
 
 def _far_from_gaps(there: Mask, reach: int) -> Mask:
@@ -497,7 +518,9 @@ def _described(a: Track, b: Track, line: _Line, step: _Step, independent: float)
     window = np.minimum((share * _WINDOWS).astype(np.int64), _WINDOWS - 1)
     design = np.vstack([np.ones(step.time.size), step.time - line.at])
     scores = np.array([np.bincount(window, row * step.score, _WINDOWS) for row in design])
-    slopes = np.array([np.bincount(window, row * step.slope, _WINDOWS) for row in (design[0], design[1], design[1] ** 2)])
+    slopes = np.array(
+        [np.bincount(window, row * step.slope, _WINDOWS) for row in (design[0], design[1], design[1] ** 2)]
+    )
     whole = slopes.sum(axis=1)
     inverse = np.linalg.pinv(np.array([[whole[0], whole[1]], [whole[1], whole[2]]]))
     covariance = inverse @ (scores @ scores.T) @ inverse * (_WINDOWS / (_WINDOWS - 2))

@@ -25,7 +25,9 @@ def describe_clocks(logs: AlignedLogs) -> Plot:
     ]
     lines = [
         Line(time[rows], values[rows], style, label)
-        for (time, values), style, label in zip(curves, ("measured", "recommended", "recommended"), ("A", "B", "B"), strict=True)
+        for (time, values), style, label in zip(
+            curves, ("measured", "recommended", "recommended"), ("A", "B", "B"), strict=True
+        )
         for rows in [(time >= x[0]) & (time <= x[1])]
     ]
     time = Axis("time on the clock of A", "s", *x)
