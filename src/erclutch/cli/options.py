@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.errors import LogError, MappingError, SettingError
+from erclutch.errors import LogError, MappingError
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap
