@@ -261,7 +261,7 @@ def _search(a: Track, b: Track, near: float | None) -> tuple[_Line, float, float
     best = max(scans, key=lambda scan: float(scan.scores.max()))
     shift: Array = np.arange(best.scores.size, dtype=np.float64) - (grids[0][0].size - 1)
     lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])
-    place = _chosen(best, lags, len(scans) * lags.size * step / width, 1.5 * width, near)
+    place = _chosen(best, lags, len(scans) * lags.size * step / width, 1.5 * width, shorter / width, near)
     line = _Line(a.ends[0], float(lags[place]), best.drift)
     low, high = _overlap(a, b, line)
     middle = 0.5 * (low + high)
@@ -274,7 +274,7 @@ def _overlap(a: Track, b: Track, line: _Line) -> tuple[float, float]:
     return max(a.ends[0], low), min(a.ends[1], high)
 
 
-def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, near: float | None) -> int:
+def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, widths: float, near: float | None) -> int:
     """The lag with the best correlation, which neither may be chance nor one of several that are as good.
 
     Raises:
@@ -294,18 +294,23 @@ def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, near: float | 
         return _nearest(np.append(others, best), lags, near)
     if scores[best] >= needed and scan.independent[best] >= _FEWEST and not others.size:
         return best
-    if others.size and strong:
+    short = scan.independent.max() < _FEWEST
+    if others.size and strong and not (short and widths < 2.0 * _FEWEST):
         listed = ", ".join(f"{1e3 * lag:.6g}" for lag in sorted(lags[[best, *others]], key=abs)[:4])
         raise LogError(
             f"{others.size + 1} offsets fit equally well, such as {listed} ms: the signal repeats itself",
             remedy="Say about where the offset is, such as --near 2.5s, or choose another signal with --on",
         )
-    if scan.independent.max() < _FEWEST:
-        worth = f"{scan.independent.max():.0f} independent samples of this signal, {_FEWEST:.0f} are needed"
-        problem = f"the logs are too short: where they overlap they hold {worth}"
-        raise LogError(problem, remedy="Give longer logs, or choose a livelier signal with --on")
+    if short:
+        raise _too_short(float(scan.independent.max()))
     stands = f"the best of all offsets stands {scores[best]:.1f} standard errors from none, {needed:.1f} are needed"
     raise LogError(f"nothing correlates: {stands}", remedy=_REMEDY)
+
+
+def _too_short(independent: float) -> LogError:
+    worth = f"{independent:.0f} independent samples of this signal, {_FEWEST:.0f} are needed"
+    problem = f"the logs are too short: where they overlap they hold at most {worth}"
+    return LogError(problem, remedy="Give longer logs, or choose a livelier signal with --on")
 
 
 def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> int:
