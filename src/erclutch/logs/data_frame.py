@@ -42,6 +42,8 @@ def table_of_frame(frame: DataFrame) -> Table:
     timed += [(label, values) for label, values in series if _is_time(values.dtype)]
     taken, left = list[tuple[str, Array]](), list[str]()
     for label, values in series:
+        if timed and values is timed[0][1]:
+            continue
         numbers = None if _is_time(values.dtype) else _numbers(values, pandas)
         if numbers is None:
             left.append(printable(label))
@@ -51,7 +53,7 @@ def table_of_frame(frame: DataFrame) -> Table:
     columns = {name: values for name, (_, values) in zip(names, taken, strict=True)}
     if not columns or not len(frame):
         raise LogError("it has no rows of numbers", where=_NAME, remedy="Give a DataFrame with one row a sample")
-    if left := [label for label in left if label not in {name for name, _ in timed[:1]}]:
+    if left:
         notes.append(f"columns without numbers left out: {', '.join(left)}")
     digest = hashlib.sha256(repr(names).encode())
     for values in columns.values():
