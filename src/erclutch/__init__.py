@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
     from erclutch.fit.networks.fit_network import fit_network
     from erclutch.fit.recalibration import Recalibration, recalibrate
-    from erclutch.fit.scoring import score
-    from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
+    from erclutch.logs import ColumnMap, align, read, read_table, recording_from_arrays
     from erclutch.logs.dataset import Dataset, build_dataset, hold_out
     from erclutch.models.law_model import Structure, TorqueModel
     from erclutch.models.laws import law_from_name
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from erclutch.models.networks.network_model import NetworkModel
     from erclutch.runs.fleet import Fleet, fit_many
     from erclutch.runs.large_fit import LargeFit, fit_large
+    from erclutch.runs.new_rows import predict, score
     from erclutch.runs.run_folder import read_run, write_run
     from erclutch.signals.recording import Recording
     from erclutch.signals.speed import Derivative
@@ -45,13 +45,13 @@ _HOMES = {
     "signals.speed": ("Derivative",),
     "errors": ("ErclutchError",),
     "fit.recalibration": ("Recalibration", "recalibrate"),
-    "fit.scoring": ("score",),
+    "runs.new_rows": ("predict", "score"),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
     "fit.flow_curve": ("FlowCurve", "fit_flow_curve"),
     "runs.fleet": ("Fleet", "fit_many"),
     "runs.large_fit": ("LargeFit", "fit_large"),
     "models.laws": ("law_from_name",),
-    "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
+    "logs": ("ColumnMap", "align", "read", "read_table", "recording_from_arrays"),
     "models.law_model": ("Structure", "TorqueModel"),
     "models.networks": ("NetworkStructure", "network_from_name"),
     "models.networks.network_model": ("NetworkModel",),
@@ -80,6 +80,7 @@ __all__ = [
     "Structure",
     "TorqueModel",
     "__version__",
+    "align",
     "build_dataset",
     "compare",
     "fit_flow_curve",
@@ -91,6 +92,7 @@ __all__ = [
     "law_from_name",
     "load_model",
     "network_from_name",
+    "predict",
     "read",
     "read_run",
     "read_table",

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
@@ -101,6 +102,31 @@ def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: P
     assert "quadratic" not in both[1]
 
 
+def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
+    code, said, _ = _run("predict", place / "several", "--model", place / "run", "--out", "p", cwd=tmp_path)
+    assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (0, ["one.csv", "two.csv"])
+    assert said.count("3,000 rows") == 2
+    shutil.copytree(place / "run", tmp_path / "sister")
+    _, said, _ = _run("score", place / "two.csv", "--model", place / "run", "sister", "--name", "bingham", cwd=tmp_path)
+    assert "Models of 2 runs" in said
+    assert "sister" in said
+
+
+def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
+    frame = pd.read_csv(place / "two.csv")
+    found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)
+    _run("predict", place / "two.csv", "--model", place / "run", "--out", "p.csv", cwd=tmp_path)
+    assert np.allclose(found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8)
+    assert found.index[0] == 10
+    frame.loc[7, "u [V]"] = np.nan
+    broken = erclutch.predict(place / "run", frame.drop(columns="M [N*m]"))
+    assert broken["effort"].isna().to_numpy().nonzero()[0].tolist() == [7]
+    assert broken["outside"][7]
+    wider = erclutch.score(place / "run", pd.read_csv(place / "two.csv") * [1.0, 1.5, 1.0, 1.0], name="bingham")
+    assert wider["guessed"][0] > 0.1
+    assert "field above 1826 V" in wider["where"][0]
+
+
 def _without_bands(run: Path) -> None:
     """The run as a version without bands wrote it."""
     body = json.loads((run / "run.json").read_text())
@@ -137,7 +163,7 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
         (("predict", "two.csv", "--model", "run/models/bingham.json", "--name", "x", "--out", "n.csv"), "--name needs"),
         (("predict", "two.csv", "--model", "run", "--name", "casson", "--out", "n.csv"), "no model 'casson'"),
         (("predict", "none.csv", "--model", "run", "--out", "n.csv"), "there is no such file"),
-        (("predict", "several", "--model", "run", "--out", "n.csv"), "2 logs in a folder"),
+        (("predict", "several", "--model", "run", "--out", "n.csv"), "one file for 2 logs"),
         (("score", "blind.csv", "--model", "run"), "M"),
         (("score", "two.csv", "--model", "two.csv"), "no readable model"),
     ],

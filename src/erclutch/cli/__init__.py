@@ -21,6 +21,7 @@ app = App(
 _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
     "inspect": "Show what is in a log and what each column is taken for.",
+    "align": "Join two logs of one experiment whose clocks differ, by a signal that both have.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
     "recalibrate": "Adapt a kept model to a new log of the same or a sister device, from few rows.",
     "report": "Write the report of a run: one HTML file, or a PDF for print.",

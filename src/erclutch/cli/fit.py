@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.align import ONE_CLOCK, ClockOptions
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError
 
@@ -40,6 +41,7 @@ def fit(
     out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
     force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    clocks: ClockOptions = ONE_CLOCK,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Fit all models to a log, score them on rows held out, rank them, and recommend one.
@@ -50,19 +52,18 @@ def fit(
             stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
         lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
             out of `erclutch plugins`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
-        test: Held out: a share (the end of each log, or of each stretch where each has one field of its own), or
-            a pattern of logs' names, more than once. Default: 0.3.
+        test: Held out: a share (the end of each log, or of each constant field), or patterns of names. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: Fit a constant effort. Default: as for friction.
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
-        past: Networks also take the signals of so long ago as inputs, for example --past 1ms 2ms 4ms; a number without
-            a unit counts rows.
+        past: Networks also take signals of so long ago as inputs, such as --past 1ms 2ms; a plain number counts rows.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
         workers: How many models are fitted side by side; changes no figure.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
+        clocks: Of two logs of one experiment.
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
@@ -73,7 +74,7 @@ def fit(
         may_write(out, force)
     require_counts(workers, seed, "--blocks", blocks, "0 or 2 to 50", blocks == 0 or 2 <= blocks <= 50)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
-    recordings = reading.read(logs)
+    recordings = clocks.read(reading, logs)
     comparison = _compared(reading.dataset(recordings), Settings(*asked))
     if json:
         _print_json(comparison, recordings, reading)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.errors import LogError, MappingError, SettingError
+from erclutch.errors import LogError, MappingError
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap, Table
@@ -229,18 +229,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
 
 
 def opened(path: Path, name: str | None) -> tuple[Run | None, Model]:
-    """The model of a file, or one of a run with the run: that with the name, or the recommended one.
+    """The model of a file, or one of a run with the run; see `erclutch.runs.new_rows.opened`."""
+    from erclutch.runs import new_rows
 
-    Raises:
-        RunError: no run, no model, or a model's file that is not as it was written.
-        SettingError: a name beside a file.
-    """
-    from erclutch.models.load import load_model
-    from erclutch.runs.run_folder import read_run
-
-    if path.is_dir():
-        run = read_run(path)
-        return run, run.model(name)
-    if name is not None:
-        raise SettingError("--name needs the folder of a run", where=str(path), remedy="Give the run, or leave it out")
-    return None, load_model(path)
+    return new_rows.opened(path, name)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.options import DEFAULT_READING, LogOptions, opened
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand, opened
 from erclutch.errors import RunError, SettingError
+from erclutch.files import whole_folder
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 
 
 def predict(
-    log: Annotated[Path, Parameter(name="LOG", negative=())],
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
     model: Path,
     out: Path,
     name: str | None = None,
     band: Annotated[bool, Parameter(negative=())] = False,
     sensor: Annotated[bool, Parameter(negative=())] = False,
+    kind: Annotated[Literal["csv", "parquet", "mat"], Parameter(name="--format")] = "csv",
     force: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
@@ -34,34 +36,66 @@ def predict(
     and outside: 1 where the model guesses, beyond what it was trained on. The log needs no effort of its own.
 
     Args:
-        log: A log of the device that the model is of.
+        logs: A log of the model's device. Several, or a folder of logs, give a folder with a file for each.
         model: The folder of a run, or a model's JSON file.
-        out: File to write: .csv, .parquet or .mat.
+        out: File to write: .csv, .parquet or .mat. Of several logs: the folder to write.
         name: Which model of a run; the recommended one by default.
         band: Also write the band, which holds 95 % of rows like those of the run.
         sensor: Also write the band; it learns from the log's measured effort, row by row, from past rows alone.
-        force: Replace a file that is there.
+        kind: Of the files of several logs.
+        force: Replace a file or folder that is there.
         reading: How to read the log; by default as the run's own logs were read.
     """
     if out.exists() and not force:
         raise RunError("there is a file already", where=str(out), remedy="Give --out another name, or --force")
     run, chosen = opened(model, name)
     how = reading.like(run, chosen)
-    recordings = (how if sensor else how.without_effort(chosen.units.effort)).read([log])
-    if len(recordings) > 1:
-        raise SettingError(f"{len(recordings)} logs in a folder", where=str(log), remedy="Give one log at a time")
-    data = how.dataset(recordings)
-    effort = chosen.predict(data)
-    columns = _columns(data, chosen)
-    columns["effort"] = effort, chosen.units.effort
-    if band or sensor:
-        low, high = _ends(data, chosen, effort, sensor)
-        columns |= {"low": (low, chosen.units.effort), "high": (high, chosen.units.effort)}
-    outside = chosen.outside(data)
-    columns["outside"] = outside.astype(float), ""
-    _write(out, columns, {"label": "PREDICTED", "model": chosen.name, "log": recordings[0].name})
-    terminal.say(f"{chosen.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on")
+    how = how if sensor else how.without_effort(chosen.units.effort)
+    files = expand(logs)
+    if len(files) == 1 and not logs[0].is_dir():
+        terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
+    else:
+        _refuse_same_names(files, out)
+        with whole_folder(out, _unwritable) as folder, terminal.progress("predicting") as bar:
+            for i, file in enumerate(files):
+                bar(i, len(files), file.name)
+                said = _estimated(file, how, chosen, folder / f"{file.stem}.{kind}", band=band, sensor=sensor)
+                terminal.say(f"{file.name}: {said}")
     terminal.say(f"Written to {out}")
+
+
+def _refuse_same_names(files: list[Path], out: Path) -> None:
+    """SettingError for two logs that would be one file of the folder, or a file where the folder is to be."""
+    stems = [file.stem for file in files]
+    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
+    if twice is not None:
+        problem = f"two logs are called {twice}"
+        raise SettingError(problem, where=str(out), remedy="Give their predictions apart, each to a file")
+    if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
+        raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy="Give --out the name of a folder")
+
+
+def _unwritable(path: Path, error: OSError) -> RunError:
+    problem = f"the folder cannot be written: {error.strerror or error}"
+    return RunError(problem, where=str(path), remedy="Give another place")
+
+
+def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bool, sensor: bool) -> str:
+    """Write the prediction of one log; what to say of it."""
+    recordings = how.read([file])
+    data = how.dataset(recordings)
+    effort = model.predict(data)
+    columns = _columns(data, model)
+    columns["effort"] = effort, model.units.effort
+    if band or sensor:
+        from erclutch.runs.new_rows import band_ends
+
+        low, high = band_ends(data, model, effort, sensor)
+        columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
+    outside = model.outside(data)
+    columns["outside"] = outside.astype(float), ""
+    _write(out, columns, {"label": "PREDICTED", "model": model.name, "log": recordings[0].name})
+    return f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
 
 
 def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
@@ -72,16 +106,6 @@ def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
         columns[f"field{tail}"] = element.field, data.units.field
         columns[f"slip{tail}"] = element.slip, data.units.slip
     return columns | {extra: (data.extras[extra], "") for extra in model.extras}
-
-
-def _ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:
-    """Low and high end of the band, each (n,)."""
-    from erclutch.models.adaptive_band import adapted
-
-    if model.band is None:
-        raise SettingError("the model has no band", where=model.name, remedy="Fit its log again with this version")
-    ends = model.band.around(effort, data.elements, data.clock)
-    return adapted(model.band, ends, effort, data.effort, data.clock) if sensor else ends
 
 
 def _write(out: Path, columns: dict[str, tuple[Array, str]], about: dict[str, str]) -> None:

@@ -12,54 +12,65 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions, opened
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
-    from erclutch.models.model import Model
+    from erclutch.runs.new_rows import ModelScore
 
 
 def score(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    model: Path,
+    model: Annotated[tuple[Path, ...], Parameter(consume_multiple=True, negative=())],
     name: str | None = None,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
-    """Score the kept models of a run on logs that were not there when they were fitted, best first.
+    """Score the kept models of runs on logs that were not there when they were fitted, best first.
 
     The table gives the RMSE with its 95 % band, its share of the standard deviation, the share of rows in which the
     model guesses, and what its prediction band holds: of all rows, and of the worst second (of several logs: the worst
-    log).
+    log). Lines below say where the models guess.
 
     Args:
         logs: One log or several of the run's device; a folder stands for the logs in it.
-        model: The folder of a run, or a model's JSON file.
-        name: Score this model of the run alone.
-        reading: How to read the logs; by default as the run's own logs were read.
+        model: The folder of a run, or a model's JSON file; one or several.
+        name: Score this model of each run alone.
+        reading: How to read the logs; by default as each run's own logs were read.
     """
-    run, chosen = opened(model, name)
-    how = reading.like(run, chosen)
-    data = how.dataset(how.read(logs))
-    kept = [chosen] if run is None or name is not None else [run.model(each) for each in run.names]
-    rows = sorted((_row(each, data) for each in kept), key=lambda row: row[0])
-    columns = ["model", terminal.with_unit("RMSE", data.units.effort), "95 % band", "of std", "guessed"]
-    columns += ["inside", "worst second" if len(data.sources) == 1 else "worst log"]
-    title = f"Models of {model} on {data.rows:,} rows of {data.where}"
-    cells = dict(zip(columns, zip(*(row for _, row in rows), strict=True), strict=True))
+    from erclutch.logs.dataset import require_units
+    from erclutch.runs.new_rows import score_model
+
+    found: list[tuple[Path, ModelScore]] = []
+    read: list[Dataset] = []
+    for place in model:
+        run, chosen = opened(place, name)
+        how = reading.like(run, chosen)
+        data = how.dataset(how.read(logs))
+        read.append(data)
+        require_units(data, read[0], str(place))
+        kept = [chosen] if run is None or name is not None else [run.model(each) for each in run.names]
+        found += [(place, score_model(each, data)) for each in kept]
+    found.sort(key=lambda each: each[1].figures.rmse.value)
+    data = read[0]
+    columns = ["model", *(["run"] if len(model) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
+    columns += ["95 % band", "of std", "guessed", "inside", "worst second" if len(data.sources) == 1 else "worst log"]
+    rows = [_row(each, place if len(model) > 1 else None) for place, each in found]
+    shown = str(model[0]) if len(model) == 1 else f"{len(model)} runs"
+    title = f"Models of {shown} on {data.rows:,} rows of {data.where}"
+    cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
+    for where in dict.fromkeys(each.where for _, each in found if each.where):
+        alike = [each.model for _, each in found if each.where == where]
+        more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
+        terminal.tell(f"guessed by {alike[0]}{more}: {where}")
 
 
-def _row(model: Model, data: Dataset) -> tuple[float, list[str]]:
-    """RMSE of a model, and its row of the table."""
-    import numpy as np
-
-    from erclutch.fit.prediction_bands import coverage
-    from erclutch.fit.scoring import score as scored
-
-    effort = model.predict(data)
-    figures = scored(data.effort, effort)
-    rmse, number = figures.rmse, terminal.number
-    cells = [model.name, number(rmse.value, zeros=True), f"{number(rmse.low, 3)} - {number(rmse.high, 3)}"]
-    cells += [f"{figures.share.value:.1%}", f"{model.outside(data).mean():.1%}"]
-    if model.band is None:
-        return rmse.value, [*cells, "no band", ""]
-    held = coverage(data, model.band.around(effort, data.elements, data.clock), np.ones(data.rows, np.bool_))
-    return rmse.value, [*cells, f"{held.share:.1%}", f"{held.worst:.1%}"]
+def _row(found: ModelScore, run: Path | None) -> list[str]:
+    """A model's row of the table."""
+    rmse, number = found.figures.rmse, terminal.number
+    cells = [found.model, *([] if run is None else [str(run)])]
+    cells += [number(rmse.value, zeros=True), f"{number(rmse.low, 3)} - {number(rmse.high, 3)}"]
+    cells += [f"{found.figures.share.value:.1%}", f"{found.guessed:.1%}"]
+    return (
+        [*cells, "no band", ""]
+        if found.held is None
+        else [*cells, f"{found.held.share:.1%}", f"{found.held.worst:.1%}"]
+    )

@@ -8,11 +8,11 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,18 +28,26 @@ from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from erclutch.logs.aligned_logs import AlignedLogs
+
 __all__ = [
     "NEEDS",
     "Batch",
     "ColumnChoice",
     "ColumnMap",
     "Table",
+    "align",
+    "map_over",
     "read",
     "read_all",
     "read_batches",
     "read_table",
     "recording_from_arrays",
     "recordings_in",
+    "table_of",
 ]
 
 _LARGEST = 4 << 30  # bytes
@@ -47,7 +55,7 @@ _ROWS_WANTED = "Give a log with one row a sample"
 
 
 def read(
-    path: str | Path,
+    path: str | Path | DataFrame,
     mapping: ColumnMap | Mapping[str, Any] | None = None,
     *,
     device: DeviceName = "single",
@@ -59,7 +67,8 @@ def read(
 
     Args:
         path: text (also .gz), .mat (v5 and v7.3), .parquet, .mcap, .mf4, .tdms, .xlsx, .ods, .h5, .lvm, .jsonl, a ROS 2
-            bag (its folder or its file), or what a plug-in reads; the content decides.
+            bag (its folder or its file), or what a plug-in reads; the content decides. Or a pandas DataFrame, with
+            units in its column names or in the mapping, and the time in a column or its index.
         mapping: which column is which signal; a plain mapping is read as labels (``{"slip": "V [cm/s]"}``) or, where it
             has the keys of a mapping file (``columns``, ``time``, ``rate``, ...), as such. It wins over the mapping
             file beside the log, and that over guesses from names and units.
@@ -73,6 +82,9 @@ def read(
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
+    if not isinstance(path, str | Path):
+        own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
+        return assemble(table_of(path)[0], map_over(mapping, own), device=device, invalid=invalid)
     file, chosen = _file_and_map(path, mapping, mapping_file)
     return assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=invalid)
 
@@ -108,6 +120,65 @@ def recordings_in(path: str | Path) -> list[str]:
         if not names:
             raise LogError("the file does not hold several recordings", remedy="Leave --variable all out")
     return names
+
+
+def table_of(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
+    """The table of a file, with what the mapping file beside it says, or that of a DataFrame.
+
+    Raises:
+        LogError, MappingError: see `read`.
+    """
+    if isinstance(log, str | Path):
+        file = _require_file(log)
+        own = beside(file)
+        return read_table(file, variable=own.variable), own
+    from erclutch.logs.data_frame import table_of_frame
+
+    return table_of_frame(log), None
+
+
+def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
+    """What is given as a mapping (see `read`), over another one.
+
+    Raises:
+        MappingError: an unknown key or signal.
+    """
+    if not isinstance(mapping, ColumnMap):
+        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
+        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
+    return mapping if base is None else mapping.over(base)
+
+
+def align(
+    a: str | Path | DataFrame,
+    b: str | Path | DataFrame,
+    on: str | Sequence[str] = (),
+    *,
+    near: float | None = None,
+    times: Sequence[Mapping[str, Any] | None] = (None, None),
+) -> AlignedLogs:
+    """Join two logs of one experiment whose clocks differ, by a signal that both have.
+
+    Args:
+        a: a file or a DataFrame (see `read`): the log whose clock and rows are kept.
+        b: the log whose columns are brought to them.
+        on: the column of that signal: one name for both, or A's and B's; by default the only name that both have.
+        near: about what B's clock shows more than A's, in s, where several offsets fit equally well.
+        times: for A and for B what is not guessed of its time, such as ``{"rate": 1000}``.
+
+    Raises:
+        LogError: a log cannot be read, nothing correlates, or several offsets fit equally well.
+        MappingError: no such column.
+    """
+    from erclutch.logs.aligned_logs import align_tables
+
+    (one, own), (other, others) = table_of(a), table_of(b)
+    if one.digest == other.digest:
+        raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
+    if one.name == other.name:
+        one, other = replace(one, name=f"{one.name} A"), replace(other, name=f"{other.name} B")
+    maps = map_over(times[0], own), map_over(times[1], others)
+    return align_tables(one, other, (on,) if isinstance(on, str) else on, maps=maps, near=near)
 
 
 def read_batches(
@@ -232,10 +303,7 @@ def _file_and_map(
 ) -> tuple[Path, ColumnMap]:
     """The file, which is there, and the mapping over what the mapping file says."""
     file = _require_file(path)
-    if not isinstance(mapping, ColumnMap):
-        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
-        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
-    return file, mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+    return file, map_over(mapping, beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
 
 
 def _require_file(path: str | Path) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
 from types import MappingProxyType
 from typing import Literal
@@ -158,6 +158,46 @@ def _ask_time(draft: _Draft, chosen: ColumnMap) -> None:
     if column is None and chosen.rate is None and table.clock is None and hint is None:
         problem = f"no time column and no sampling rate; the file has: {columns_listed(table)}"
         draft.asked["time"] = MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
+
+
+def clocks_of(
+    table: Table, chosen: ColumnMap
+) -> tuple[list[tuple[NDArray[np.int64], timing.LogClock]], set[str], list[str]]:
+    """The clock of each run of a log, which a restart of its time column ends.
+
+    Args:
+        table: columns as in the file.
+        chosen: what the user said of time or rate; the rest is guessed.
+
+    Returns:
+        For each run the rows of the table that its clock keeps, and the clock; the columns that tell the time or count
+        rows; and a sentence on each choice.
+
+    Raises:
+        MappingError, TimingError: no time, or time that cannot be put right.
+    """
+    draft = _Draft(table, "single")
+    _ask_time(draft, chosen)
+    column = draft.stamps
+    stamps = table.clock if column is None and chosen.rate is None else None
+    stamps = stamps if column is None else table.columns[column[0]]
+    rows = np.arange(table.rows) if stamps is None else np.flatnonzero(np.isfinite(stamps))
+    back = [] if stamps is None else (1 + np.flatnonzero(np.diff(stamps[rows]) < 0)).tolist()
+    runs: list[tuple[NDArray[np.int64], timing.LogClock]] = []
+    with placed(table.name):
+        for error in draft.asked.values():
+            raise error
+        for part in np.split(rows, back):
+            if back and part.size < timing.MINIMUM_ROWS:
+                draft.notes.append(f"{part.size} rows between two restarts of the clock left out")
+                continue
+            cut = {name: values[part] for name, values in table.columns.items()}
+            draft.table = replace(table, columns=cut, clock=None if table.clock is None else table.clock[part])
+            clock = _clock(draft, chosen, np.arange(part.size))
+            draft.notes.extend(clock.notes)
+            runs.append((part[clock.keep], clock))
+        timing.require_rows(sum(kept.size for kept, _ in runs))
+    return runs, {*_reserved(draft), *([table.clock_name] if table.clock_name else [])}, draft.notes
 
 
 def _signals_of(device: DeviceName) -> set[str]:

@@ -135,7 +135,7 @@ def _moved(values: Array, place: range, up: int, down: int) -> Array:
 
     if np.ptp(values) == 0.0:
         return np.full(len(place), values[0])
-    taps, middle = _taps(up, down), float(np.mean(values))
+    taps, middle = low_pass_taps(max(up, down)), float(np.mean(values))
     skip = len(taps) // 2  # the filter's delay, at the rate of up times the log's
     lead = -skip % down
     filtered = upfirdn(np.concatenate([np.zeros(lead), taps]), values - middle, up, down)
@@ -146,9 +146,9 @@ def _moved(values: Array, place: range, up: int, down: int) -> Array:
 
 
 @cache
-def _taps(up: int, down: int) -> Array:
-    """The low-pass at ``up`` times the log's rate: symmetric, so that nothing moves in time."""
+def low_pass_taps(ratio: float) -> Array:
+    """The low-pass to a rate so many times slower: symmetric, so that nothing moves in time; shape (2 k + 1,)."""
     from scipy.signal import firwin
 
-    half = _REACH * max(up, down)
-    return np.asarray(firwin(2 * half + 1, _CUTOFF / max(up, down), window=("kaiser", _KAISER)), np.float64)
+    half = round(_REACH * ratio)
+    return np.asarray(firwin(2 * half + 1, _CUTOFF / ratio, window=("kaiser", _KAISER)), np.float64)

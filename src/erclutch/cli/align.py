@@ -1,0 +1,152 @@
+"""``erclutch align`` joins two logs of one experiment whose clocks differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.options import LogOptions, expand
+from erclutch.errors import RunError, SettingError, UnitError
+
+if TYPE_CHECKING:
+    from erclutch.logs.aligned_logs import AlignedLogs
+    from erclutch.signals.recording import Recording
+
+_Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())]
+_CLOCKS = Group("Two logs of one experiment", sort_key=5)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ClockOptions:
+    """Whether the logs of a fit are two logs of one experiment."""
+
+    align: Annotated[bool, Parameter(group=_CLOCKS, negative=())] = False
+    """The two logs are of one experiment, on two clocks: join them first, as `erclutch align` does."""
+    on: Annotated[_Names, Parameter(group=_CLOCKS)] = ()
+    """The signal that both logs have; see `erclutch align`."""
+    near: Annotated[str | None, Parameter(group=_CLOCKS, allow_leading_hyphen=True)] = None
+    """About what the second log's clock shows more; see `erclutch align`."""
+
+    def read(self, reading: LogOptions, paths: Sequence[Path]) -> list[Recording]:
+        """Read logs; two of one experiment as one recording, on the first log's clock.
+
+        Raises:
+            SettingError: not two logs to align; LogError, MappingError: see `LogOptions.read` and `aligned`.
+        """
+        if not self.align:
+            if self.on or self.near is not None:
+                raise SettingError("--on and --near match two clocks", remedy="Give --align too, or leave them out")
+            return reading.read(paths)
+        from erclutch.logs import ColumnMap
+        from erclutch.logs.mapping import beside
+        from erclutch.logs.resample import rate_of, resampled
+
+        files = expand(paths)
+        if len(files) != 2:
+            remedy = "Give the two logs of one experiment; of several experiments, run erclutch align on each pair"
+            raise SettingError(f"--align with {len(files)} logs", remedy=remedy)
+        time, rate = (() if given is None else (str(given),) for given in (reading.time, reading.rate))
+        logs = aligned(files[0], files[1], self.on, self.near, time, rate)
+        own = beside(files[0]) if reading.map is None else ColumnMap.from_toml(reading.map)
+        log = logs.recording(reading.column_map().over(own), device=reading.device)
+        return [log if reading.resample is None else resampled(log, rate_of(reading.resample))]
+
+
+ONE_CLOCK = ClockOptions()
+
+
+def align(
+    a: Annotated[Path, Parameter(name="A")],
+    b: Annotated[Path, Parameter(name="B")],
+    *,
+    out: Path,
+    on: _Names = (),
+    near: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    picture: Path | None = None,
+    time: _Names = (),
+    rate: _Names = (),
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Find offset and drift between the clocks of two logs of one experiment, and write both as one log.
+
+    The log that is written has the columns of A at A's times, and B's columns beside them, filtered where B is faster.
+    A picture shows the signal before and after, and the offset that is left.
+
+    Args:
+        a: The log whose clock and rows are kept.
+        b: The log that is brought to them. Where its clock restarts, each run gets an offset of its own.
+        out: File to write: .csv, .parquet or .mat.
+        on: The signal that both logs have: its column, or that in A and that in B. Default: the only name in both.
+        near: About what B's clock shows more than A's, such as 2.5s, where several offsets fit equally well.
+        picture: File for the picture: .png, .svg or .pdf, with its numbers beside it as CSV. Default: OUT-clocks.png.
+        time: Time column, of both logs or of A and of B.
+        rate: Sampling rate in Hz instead of a time column, of both logs or of A and of B.
+        force: Replace files that are there.
+    """
+    shown = picture or out.with_name(f"{out.stem}-clocks.png")
+    for path in (out, shown):
+        if path.exists() and not force:
+            remedy = f"Give --{'out' if path == out else 'picture'} another name, or --force"
+            raise RunError("there is a file already", where=str(path), remedy=remedy)
+    if shown.suffix.lower() not in (".png", ".svg", ".pdf") or shown.with_suffix(".csv") == out:
+        remedy = "Give --picture a name of its own that ends in .png, .svg or .pdf"
+        raise SettingError("the picture cannot have this name", where=str(shown), remedy=remedy)
+    if len(time) > 2 or len(rate) > 2:
+        raise SettingError("more than two values", where="--time, --rate", remedy="Give one for both logs, or two")
+    logs = aligned(a, b, on, near, time, rate)
+    from erclutch.report.plots.clocks_plot import describe_clocks
+    from erclutch.report.plots.matplotlib_painter import save_plot
+
+    for line in logs.notes:
+        terminal.tell(line)
+    match = logs.matches[0]
+    terminal.tell(
+        f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
+    )
+    logs.write(out)
+    save_plot(describe_clocks(logs), shown)
+    terminal.say(f"Written to {out}: {logs.table.rows:,} rows; picture {shown}")
+
+
+def aligned(
+    a: Path,
+    b: Path,
+    on: tuple[str, ...],
+    near: str | None,
+    time: tuple[str, ...] = (),
+    rate: tuple[str, ...] = (),
+) -> AlignedLogs:
+    """Two log files as one log.
+
+    Raises:
+        LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
+    """
+    from erclutch.logs import align as aligned_logs
+
+    def given(i: int) -> dict[str, str]:
+        named: dict[str, str] = {"time": time[min(i, len(time) - 1)]} if time else {}
+        return named | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
+
+    about = None if near is None else _seconds(near)
+    with terminal.progress("matching clocks"):
+        return aligned_logs(a, b, on, near=about, times=(given(0), given(1)))
+
+
+def _seconds(text: str) -> float:
+    """A time in s from ``2.5``, ``2.5s`` or ``-7 ms``."""
+    from erclutch.signals import units
+
+    try:
+        number, unit = units.quantity(text)
+        factor = units.fits(unit or "s", ("s",))
+    except UnitError:
+        number, factor = 0.0, None
+    if factor is None:
+        raise SettingError(f"--near {text!r} is no time", remedy="Write it like --near 2.5s or --near=-7ms")
+    return number * factor[0]

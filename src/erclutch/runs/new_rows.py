@@ -1,0 +1,237 @@
+"""Kept models say what they make of rows that they have not seen: estimates, bands, scores, and where they guess."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import SettingError
+from erclutch.fit.prediction_bands import Coverage, coverage
+from erclutch.fit.scoring import Score
+from erclutch.fit.scoring import score as scored
+from erclutch.logs import map_over, table_of
+from erclutch.logs.assemble import assemble_rows
+from erclutch.logs.dataset import Dataset, dataset_of, joined
+from erclutch.logs.mapping import ColumnMap
+from erclutch.models.adaptive_band import adapted
+from erclutch.models.load import load_model
+from erclutch.models.model import Model, margins
+from erclutch.runs.run_folder import Run, read_run
+from erclutch.signals.array import Array
+from erclutch.signals.recording import SIGNALS
+from erclutch.signals.speed import Derivative
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_Log = Any  # a path or a DataFrame
+
+
+def predict(
+    model: Model | Run | str | Path,
+    log: str | Path | DataFrame,
+    mapping: ColumnMap | Mapping[str, Any] | None = None,
+    *,
+    name: str | None = None,
+    band: bool = False,
+    sensor: bool = False,
+) -> DataFrame:
+    """The effort that a kept model estimates for each row of a log.
+
+    Args:
+        model: a model, a model's file, a run or its folder.
+        log: a file, or a DataFrame with units in its column names (``V [cm/s]``) or in the mapping.
+        mapping: as for `erclutch.read`, over how the run read its own logs. A log needs no effort.
+        name: which model of a run; None is the recommended one.
+        band: whether to give the band too, which holds 95 % of rows like those of the run.
+        sensor: the band learns from the log's measured effort, row by row, from past rows alone.
+
+    Returns:
+        Columns effort, with a band low and high, in the model's unit, and outside, which is true where the model
+        guesses; one row for each row of the log, with its index. Rows that cannot be read have NaN and are outside.
+
+    Raises:
+        LogError, MappingError: the log cannot be read; RunError: the model cannot; SettingError: it has no band.
+    """
+    from pandas import DataFrame
+
+    run, chosen = opened(model, name)
+    data, rows, index = _read(log, mapping, run, chosen, needs_effort=sensor)
+    effort = chosen.predict(data)
+    columns = {"effort": effort}
+    if band or sensor:
+        columns["low"], columns["high"] = band_ends(data, chosen, effort, sensor)
+    whole = {key: np.full(len(index), np.nan) for key in columns}
+    for key, values in columns.items():
+        whole[key][rows] = values
+    outside = np.ones(len(index), np.bool_)
+    outside[rows] = chosen.outside(data)
+    return DataFrame({**whole, "outside": outside}, index=index)
+
+
+def score(
+    models: Model | Run | str | Path | Sequence[Model | Run | str | Path],
+    log: str | Path | DataFrame | Sequence[str | Path | DataFrame],
+    mapping: ColumnMap | Mapping[str, Any] | None = None,
+    *,
+    name: str | None = None,
+) -> DataFrame:
+    """How good kept models are on logs that were not there when they were fitted, best first.
+
+    Args:
+        models: one or several: models, models' files, runs or their folders; a run stands for all of its models.
+        log: one file or DataFrame or several, of one device; see `predict`.
+        mapping: see `predict`.
+        name: of runs, this model alone.
+
+    Returns:
+        A row for each model: model, run, rmse with low and high end of its 95 % band, share of the standard deviation,
+        guessed (share of rows outside), where (in words), and of the prediction band the share of rows inside and
+        worst, the share in the worst second or log (NaN without a band).
+
+    Raises:
+        LogError, MappingError: a log cannot be read; RunError: a model cannot.
+    """
+    from pandas import DataFrame
+
+    several = cast("list[Model | Run | str | Path]", models if isinstance(models, list | tuple) else [models])
+    logs = cast("list[_Log]", log if isinstance(log, list | tuple) else [log])
+    rows: list[dict[str, Any]] = []
+    for each in several:
+        run, chosen = opened(each, name)
+        data = joined([_read(one, mapping, run, chosen, needs_effort=True)[0] for one in logs])
+        kept = [chosen] if run is None or name is not None else [run.model(known) for known in run.names]
+        rows += [score_model(model, data).row("" if run is None else str(run.folder)) for model in kept]
+    return DataFrame(rows).sort_values("rmse", ignore_index=True)
+
+
+@dataclass(frozen=True)
+class ModelScore:
+    """How good a model is on some rows.
+
+    Attributes:
+        model: its name.
+        figures: RMSE and the like, with bands.
+        guessed: share of rows outside what it was trained on.
+        where: where these rows lie, in words; empty where there are none.
+        held: what its prediction band holds; None without a band.
+    """
+
+    model: str
+    figures: Score
+    guessed: float
+    where: str
+    held: Coverage | None
+
+    def row(self, run: str) -> dict[str, Any]:
+        """As columns of a table."""
+        rmse, held = self.figures.rmse, self.held
+        figures = {"rmse": rmse.value, "low": rmse.low, "high": rmse.high, "share": self.figures.share.value}
+        inside, worst = (np.nan, np.nan) if held is None else (held.share, held.worst)
+        guess = {"guessed": self.guessed, "where": self.where}
+        return {"model": self.model, "run": run, **figures, **guess, "inside": inside, "worst": worst}
+
+
+def score_model(model: Model, data: Dataset) -> ModelScore:
+    """Score a model on rows that have a measured effort."""
+    effort = model.predict(data)
+    outside = model.outside(data)
+    held = None
+    if model.band is not None:
+        held = coverage(data, model.band.around(effort, data.elements, data.clock), np.ones(data.rows, np.bool_))
+    where = _where(model, data, outside)
+    return ModelScore(model.name, scored(data.effort, effort), float(outside.mean()), where, held)
+
+
+def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
+    """Which ranges the rows outside exceed, and in what share of all rows."""
+    ranges = [(f"further input {key}", data.extras[key], covered, "") for key, covered in model.extras.items()]
+    for i, element in enumerate(data.elements):
+        tail = f" {i + 1}" if len(data.elements) > 1 else ""
+        ranges.append((f"field{tail}", element.field, model.trained_on.field, data.units.field))
+        ranges.append((f"slip{tail}", element.slip, model.trained_on.slip, data.units.slip))
+    found: list[tuple[float, str]] = []
+    rest = outside.copy()
+    for what, values, covered, unit in ranges:
+        low, high = margins(covered)
+        for word, rows, limit in (("below", values < low, covered[0]), ("above", values > high, covered[1])):
+            if (rows & outside).any():
+                found.append(
+                    (float((rows & outside).mean()), f"{what} {word} {limit:.4g} {unit.replace('?', '')}".strip())
+                )
+                rest &= ~rows
+    if rest.any():
+        found.append((float(rest.mean()), "between training rows, far from all of them"))
+    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in sorted(found, reverse=True))
+
+
+def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:
+    """Low and high end of the band of 95 %, each of shape (n,); with a sensor adapted to past rows.
+
+    Raises:
+        SettingError: the model has no band.
+    """
+    if model.band is None:
+        raise SettingError("the model has no band", where=model.name, remedy="Fit its log again with this version")
+    ends = model.band.around(effort, data.elements, data.clock)
+    return adapted(model.band, ends, effort, data.effort, data.clock) if sensor else ends
+
+
+def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None, Model]:
+    """The model of a file, or one of a run with the run: that with the name, or the recommended one.
+
+    Raises:
+        RunError: no run, no model, or a model's file that is not as it was written.
+        SettingError: a name beside a model.
+    """
+    if isinstance(what, str | Path) and Path(what).is_dir():
+        what = read_run(Path(what))
+    if isinstance(what, Run):
+        return what, what.model(name)
+    if name is not None:
+        where = str(what) if isinstance(what, str | Path) else what.name
+        raise SettingError("--name needs the folder of a run", where=where, remedy="Give the run, or leave it out")
+    if not isinstance(what, str | Path) and not hasattr(what, "trained_on"):
+        raise SettingError(f"a {type(what).__name__} is no model", remedy="Give a model, a run, or the path of either")
+    return None, load_model(what) if isinstance(what, str | Path) else what
+
+
+def _read(
+    log: _Log, mapping: ColumnMap | Mapping[str, Any] | None, run: Run | None, model: Model, *, needs_effort: bool
+) -> tuple[Dataset, NDArray[np.int64], Any]:
+    """The rows of a log, their places in it, and the index of all of it."""
+    reading: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
+    table, own = table_of(log)
+    chosen = map_over(mapping, _map_of(reading, own))
+    device = model.structure.device
+    if not needs_effort:
+        signal = "T" if device == "coaxial" else "effort"
+        zero = f"0 {model.units.effort.replace('?', '')}".strip()
+        columns = {key: choice for key, choice in chosen.columns.items() if key != signal}
+        chosen = replace(chosen, columns=columns, constants={**chosen.constants, signal: zero})
+    recording, kept = assemble_rows(table, chosen, device=device, invalid="drop" if not needs_effort else None)
+    filtered = Derivative(
+        *(reading.get(key, usual) for key, usual in (("derivative", "savgol"), ("cutoff", 150.0), ("window", 5)))
+    )
+    data = dataset_of(recording, device, filtered)
+    if data.rows < recording.rows:  # lone rows between gaps
+        kept = np.concatenate([kept[a:b] for a, b in recording.segments if b - a >= 2])
+    return data, kept, log.index if own is None and hasattr(log, "index") else range(table.rows)
+
+
+def _map_of(reading: Mapping[str, Any], own: ColumnMap | None) -> ColumnMap:
+    """How the run read its own logs, over the mapping file beside the log."""
+    names = {name.lower(): name for name in SIGNALS} | {"temperature": "temperature"}
+    columns = {names[key]: value for key, value in reading.items() if key in names}
+    rest = {
+        key: reading[key] for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid") if key in reading
+    }
+    constants = {key.strip(): value for key, _, value in (text.partition("=") for text in reading.get("constant", ()))}
+    inputs = list(reading.get("input", ()))
+    said = ColumnMap.from_dict({**rest, "columns": columns, "constants": constants, "inputs": inputs}, "as the run")
+    return said if own is None else said.over(own)

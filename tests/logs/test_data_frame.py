@@ -1,0 +1,70 @@
+"""A DataFrame of any make becomes a table, or is refused in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import erclutch
+from erclutch.errors import ErclutchError
+from erclutch.logs.data_frame import table_of_frame
+from erclutch.logs.synthetic import synthetic_log
+
+_ROWS = 12
+_TEXTS = st.sampled_from(["a", "a [mm]", "", "x,y", "t [s]", "a\x00b", "F [N]", "time"])
+_COLUMNS: dict[str, Any] = {
+    "float32": np.linspace(0, 1, _ROWS, dtype=np.float32),
+    "int": np.arange(_ROWS),
+    "bool": np.arange(_ROWS) % 2 == 0,
+    "nullable": pd.array([*range(_ROWS - 1), None], dtype="Int64"),
+    "category": pd.Categorical(np.arange(_ROWS) % 3),
+    "text": ["x"] * _ROWS,
+    "numbers as text": [str(k) for k in range(_ROWS)],
+    "mixed": [1.0, "two", None, *range(_ROWS - 3)],
+    "huge": [10**400, *range(_ROWS - 1)],
+    "lists": [[k] for k in range(_ROWS)],
+    "complex": np.arange(_ROWS) * 1j,
+    "dates": pd.date_range("2024-01-01", periods=_ROWS, freq="ms", tz="UTC"),
+    "durations": pd.timedelta_range(0, periods=_ROWS, freq="ms"),
+    "nothing": [None] * _ROWS,
+}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(_TEXTS, st.sampled_from(sorted(_COLUMNS))), max_size=5))
+def test_any_columns_give_numbers_of_one_length_or_one_error(columns: list[tuple[str, str]]) -> None:
+    frame = pd.concat([pd.Series(_COLUMNS[kind]) for _, kind in columns], axis=1) if columns else pd.DataFrame()
+    frame.columns = [name for name, _ in columns]
+    try:
+        table = table_of_frame(frame)
+    except ErclutchError:
+        assert not any(kind in ("float32", "int", "bool", "category") for _, kind in columns)
+        return
+    assert all(values.dtype == np.float64 and values.shape == (_ROWS,) for values in table.columns.values())
+    left = len(columns) - len(table.columns) - (table.clock is not None)
+    assert bool(left) == any("left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("index", ["dates", "durations", "column"])
+def test_the_time_may_be_an_index_or_a_column(index: str) -> None:
+    columns = synthetic_log(1.0)
+    frame = pd.DataFrame({f"{name} [{unit}]": values for name, (unit, values) in columns.items()})
+    if index != "column":
+        since = pd.to_timedelta(frame.pop("time [s]"), unit="s")
+        frame.index = pd.Index(since if index == "durations" else pd.Timestamp("2024-05-01", tz="UTC") + since)
+    log = erclutch.read(frame)
+    assert log.period == pytest.approx(1e-3)
+    assert dict(log.units) == {"field": "V", "slip": "rad/s", "effort": "N*m"}
+    again = erclutch.read(frame.rename(columns={"torque [N*m]": "M"}), {"effort": "M [N*m]"})
+    assert np.array_equal(again.signals["effort"], log.signals["effort"])
+
+
+@pytest.mark.parametrize("what", [None, [1, 2], {"a": [1]}, pd.Series([1.0]), np.zeros((20, 3)), 7])
+def test_what_is_no_frame_is_refused(what: Any) -> None:
+    with pytest.raises(ErclutchError, match="Give the path of a file, or a pandas DataFrame"):
+        erclutch.read(what)

@@ -1,0 +1,110 @@
+"""Two logs on two clocks become one: offset, drift, what is refused, and what is written (SYNTHETIC)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.interpolate import make_interp_spline
+
+import erclutch
+from erclutch.errors import ErclutchError
+from erclutch.logs.synthetic import synthetic_log
+
+OFFSET, DRIFT = -7.3e-3, 40e-6
+_COLUMNS = synthetic_log(30.0, 0)
+_TIME, _SLIP = _COLUMNS["time"][1], _COLUMNS["slip"][1]
+
+
+def _a(noise: float = 0.5) -> pd.DataFrame:
+    """Log A at 1 kHz: field and slip, with noise of some 2 % of the slip."""
+    rng = np.random.default_rng(1)
+    slip = _SLIP + noise * rng.standard_normal(_TIME.size)
+    return pd.DataFrame({"time [s]": _TIME, "field [V]": _COLUMNS["field"][1], "slip [rad/s]": slip})
+
+
+def _b(rate: float = 1000.0, seed: int = 0, *, offset: float = OFFSET) -> pd.DataFrame:
+    """Log B on its own clock: torque, and the speed by another sensor in rpm with a gain and an offset."""
+    rng = np.random.default_rng(seed + 2)
+    time = np.arange(int(29.0 * rate)) / rate
+    true = np.clip((time - offset) / (1 + DRIFT), 0.0, _TIME[-1])
+    slip = _SLIP if seed == 0 else synthetic_log(30.0, seed)["slip"][1]
+    speed = 9.8 * make_interp_spline(_TIME, slip)(true) + 4.0 + 5.0 * rng.standard_normal(time.size)
+    return pd.DataFrame({"time [s]": time, "torque [N*m]": np.interp(true, _TIME, _COLUMNS["torque"][1]), "rpm": speed})
+
+
+@pytest.mark.parametrize("rate", [1000.0, 200.0])
+def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
+    found = erclutch.align(_a(), _b(rate), on=("slip", "rpm"))
+    match = found.matches[0]
+    assert found.offset == pytest.approx(OFFSET + DRIFT * match.origin, abs=1e-4)
+    assert found.drift_ppm == pytest.approx(40.0, abs=2.0)
+    assert match.drift_interval[0] < DRIFT < match.drift_interval[1]
+    torque, time = found.table.columns["torque"], found.table.columns["time"]
+    assert np.std(torque - np.interp(time, _TIME, _COLUMNS["torque"][1])) < 0.1 * np.std(torque)
+    assert found.table.units["torque"] == "N*m"
+
+
+def test_either_log_may_be_first() -> None:
+    there, back = (
+        erclutch.align(_a(), _b(200.0), on=("slip", "rpm")),
+        erclutch.align(_b(200.0), _a(), on=("rpm", "slip")),
+    )
+    middle = there.matches[0].on_b(np.array([15.0]))
+    assert back.matches[0].on_b(middle) == pytest.approx(15.0, abs=1e-6)
+
+
+def test_a_gap_and_a_restart_of_the_clock() -> None:
+    b = _b()
+    b = b[(b["time [s]"] < 12.0) | (b["time [s]"] > 14.0)].reset_index(drop=True)
+    gap = erclutch.align(_a(), b, on=("slip", "rpm"))
+    assert gap.offset == pytest.approx(OFFSET, abs=1e-4)
+    assert not np.any((gap.table.columns["time"] > 12.2) & (gap.table.columns["time"] < 13.8))
+    b.loc[b["time [s]"] > 13.0, "time [s]"] -= 14.0
+    first, second = erclutch.align(_a(), b, on=("slip", "rpm")).matches
+    assert first.offset == pytest.approx(OFFSET, abs=2e-4)
+    assert second.on_b(np.array([20.0])) == pytest.approx(20.0 * (1 + DRIFT) + OFFSET - 14.0, abs=2e-4)
+
+
+def _sine(shift: float) -> pd.DataFrame:
+    noise = 0.1 * np.random.default_rng(int(1e3 * shift)).standard_normal(_TIME.size)
+    return pd.DataFrame({"time [s]": _TIME, "x [mm]": np.sin(4 * np.pi * (_TIME + shift)) + noise})
+
+
+def test_what_cannot_be_matched_is_refused() -> None:
+    a = _a()
+    for other, on, said in (
+        (_b(seed=5), ("slip", "rpm"), "nothing correlates"),
+        (_b().iloc[:400], ("slip", "rpm"), "too short"),
+        (_b(), (), "share no column"),
+        (_b(), ("slip", "speed"), "no column 'speed'"),
+        (_b(), ("slip", "time"), "the log's own time"),
+        (_b().assign(rpm=1.0), ("slip", "rpm"), "never changes"),
+        (a, "slip", "the same log"),
+    ):
+        with pytest.raises(ErclutchError, match=said):
+            erclutch.align(a, other, on=on)
+
+
+def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
+    with pytest.raises(ErclutchError, match=r"repeats itself.*--near"):
+        erclutch.align(_sine(0.0), _sine(0.1))
+    found = erclutch.align(_sine(0.0), _sine(0.1), near=-0.09)
+    assert found.matches[0].on_b(np.array([15.0])) == pytest.approx(14.9, abs=1e-3)
+    assert set(found.table.columns) == {"time", "x", "x_B"}
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
+def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
+    a = _a()
+    a["time [s]"] += 1.7e9  # since 1970: a text file would round it to seconds
+    b = _b(200.0)
+    found = erclutch.align(a, b, on=("slip", "rpm"))
+    log = erclutch.read(
+        found.write(tmp_path / f"joined.{ending}"), {"effort": "torque", "slip": "slip", "field": "field"}
+    )
+    assert log.rows == found.table.rows
+    assert log.period == pytest.approx(1e-3, rel=1e-6)
+    assert log.units["effort"] == "N*m"
