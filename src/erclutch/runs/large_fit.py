@@ -194,8 +194,7 @@ def fit_large(
         friction: a column of friction at zero field; None: for a single device.
         offset: a constant effort; None: for a single device.
         seed: of the networks' starts.
-        workers: tasks side by side; changes no figure.
-        cluster: where they run; see `task_pool`. All workers must see ``scratch``.
+        workers, cluster: tasks side by side, and where; see `task_pool`. All must see ``scratch``. No figure changes.
         scratch: folder for the temporary folder; None is the system's.
         progress: called as rows are read and models are done.
 
@@ -203,12 +202,12 @@ def fit_large(
         LogError, MappingError: a log that cannot be read or understood, in any of its rows.
         CheckError: rows that cannot support a fit.
         SettingError: models that cannot be fitted this way, or none.
-        RunError: no room for the temporary folder, or a worker that dies again and again.
+        RunError: no room for the temporary folder.
     """
     logs = [paths] if isinstance(paths, str | Path) else list(paths)
+    how, report = reading or Reading(), progress or _silent
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
-    how, report = reading or Reading(), progress or _silent
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
     with tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
@@ -216,7 +215,7 @@ def fit_large(
             findings, left_out, fitted = _fitted(rows, settings, tasks, report)
         with DiskRows(scratch, tasks) as others:
             _read(test, how, device, others, tasks, report)
-            errors = _errors(others, [outcome.model for outcome, _ in fitted])
+            errors = _errors(others, [each.model for each, _ in fitted])
     return LargeFit(
         entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, errors, strict=True)),
         sources=tuple(rows.sources),
