@@ -194,14 +194,14 @@ def fit_large(
         friction: a column of friction at zero field; None: for a single device.
         offset: a constant effort; None: for a single device.
         seed: of the networks' starts.
-        workers, cluster: tasks side by side, and where; see `task_pool`. All must see ``scratch``. No figure changes.
+        workers: tasks side by side; changes no figure.
+        cluster: where they run; see `task_pool`. All workers must see ``scratch``.
         scratch: folder for the temporary folder; None is the system's.
         progress: called as rows are read and models are done.
 
     Raises:
         LogError, MappingError: a log that cannot be read or understood, in any of its rows.
-        CheckError: rows that cannot support a fit.
-        SettingError: models that cannot be fitted this way, or none.
+        CheckError, SettingError: rows that cannot support a fit; models that cannot be fitted this way, or none.
         RunError: no room for the temporary folder.
     """
     logs = [paths] if isinstance(paths, str | Path) else list(paths)
