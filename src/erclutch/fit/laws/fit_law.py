@@ -107,7 +107,7 @@ def fit_structure(
         The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
 
     Raises:
-        SettingError, CheckError: a structure that cannot be fitted to rows on disk, or to both clutches under field there.
+        SettingError, CheckError: a structure that cannot be fitted to rows on disk, or to two fields at once there.
     """
     keep_heap()
     if isinstance(data, DiskRows):
