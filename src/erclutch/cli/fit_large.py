@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -44,11 +45,9 @@ def fit_large(
     Parquet is read in batches, other formats one file at a time. Rows go to temporary files of 32 to 48 bytes a row.
 
     Args:
-        logs: One log or several of the same device; a folder stands for the logs in it. With fsspec, also an address
-            such as s3://BUCKET/a.parquet.
+        logs: Logs of one device; a folder stands for the logs in it. With fsspec also addresses (s3://B/a.parquet).
         models: Laws and networks, for example --models rbfm-10 hem/square fnn-16; 'all' (default) and 'paper' stand for
-            those of their sets that can be fitted this way. Laws may have stages (hem/square+lag), networks may not; no
-            past samples, no laws with a stimulus.
+            those of their sets that can be. Laws may have stages (hem/square+lag), networks not; no past, no stimulus.
         test_log: Log to score the models on; more than once for several.
         friction: A friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: A constant effort. Default: as for friction.
@@ -75,14 +74,15 @@ def fit_large(
     fit_so = partial(fit_them, friction=friction, offset=offset, seed=seed, workers=workers, cluster=cluster)
     paths, tests, names = _places(logs), _places(test_log), model_names(models)
     with terminal.progress("reading") as bar:
-
-        def show(what: str, rows: int) -> None:
-            bar(0, None, f"{what}: {rows:,} rows")
-
+        show = partial(_shown, bar)
         result = fit_so(paths, names, reading=how, device=reading.device, test=tests, scratch=scratch, progress=show)
     if out is not None:
         write_large(out, result, force=force)
     _print(result, json, out)
+
+
+def _shown(bar: Callable[[int, int | None, str], None], what: str, rows: int) -> None:
+    bar(0, None, f"{what}: {rows:,} rows")
 
 
 def _print(result: LargeFit, json: bool, out: Path | None) -> None:

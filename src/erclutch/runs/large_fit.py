@@ -14,9 +14,8 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from importlib import import_module
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -187,10 +186,8 @@ def fit_large(
     """Fit models to logs that need not fit into memory.
 
     Args:
-        paths: logs of the same device and units, in files or at addresses that `fsspec` opens, such as ``s3://...``.
-            Parquet is read in batches, other formats one whole file at a time.
-        models: laws without a stimulus of their own, with stages or without, and networks; "all" and "paper" leave out
-            what cannot be.
+        paths: logs of the same device and units, files or addresses for `fsspec`; all but Parquet are read whole.
+        models: laws without a stimulus, and networks; "all" and "paper" leave out what cannot be.
         device: "single" or "coaxial".
         reading: columns, units and filters.
         test: logs to score the models on.
@@ -198,37 +195,29 @@ def fit_large(
         offset: a constant effort; None: for a single device.
         seed: of the networks' starts.
         workers: tasks side by side; changes no figure.
-        cluster: where they run: "threads" (None), "processes", "local", or the address of a Dask scheduler.
-        scratch: folder for the temporary folder; None is the system's. Workers on other machines must see it too.
+        cluster: where they run; see `task_pool`. All workers must see ``scratch``.
+        scratch: folder for the temporary folder; None is the system's.
         progress: called as rows are read and models are done.
 
     Raises:
         LogError, MappingError: a log that cannot be read or understood, in any of its rows.
-        CheckError: rows that cannot support a fit.
-        SettingError: models that cannot be fitted this way, or none.
-        RunError: no room for the temporary folder, or a worker that dies again and again.
+        CheckError, SettingError: rows that cannot support a fit; models that cannot be fitted this way, or none.
+        RunError: no room for the temporary folder.
     """
-    logs: list[str | Path] = [paths] if isinstance(paths, str | Path) else list(paths)
+    logs = [paths] if isinstance(paths, str | Path) else list(paths)
+    how, report = reading or Reading(), progress or _silent
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
-    how, report = reading or Reading(), progress or _silent
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
     with tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
-            began = tasks.seconds
-            _read(logs, how, device, rows, tasks, report)
-            seconds = tasks.seconds - began
-            sample = rows.thinned(_CHECKED)
-            findings = check(sample, np.zeros(sample.rows, np.bool_))
-            fits, left_out = _chosen(sample, settings)
-            fitted = [_timed(name, fit, rows, tasks, report) for name, fit in fits.items()]
+            seconds = _read(logs, how, device, rows, tasks, report)
+            findings, left_out, fitted = _fitted(rows, settings, tasks, report)
         with DiskRows(scratch, tasks) as others:
             _read(test, how, device, others, tasks, report)
-            report("score", others.rows)
-            made = [outcome.model for outcome, _ in fitted]
-            errors = _errors(others, made) / others.rows if test else [None] * len(made)
+            errors = _errors(others, [each.model for each, _ in fitted])
     return LargeFit(
-        entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, map(_number, errors), strict=True)),
+        entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, errors, strict=True)),
         sources=tuple(rows.sources),
         test_sources=tuple(source.name for source in others.sources),
         test_rows=others.rows,
@@ -276,12 +265,15 @@ def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[Tr
 
 def _read(
     logs: Sequence[str | Path], how: Reading, device: DeviceName, rows: DiskRows, tasks: Tasks, report: LargeFitProgress
-) -> None:
+) -> float:
+    """The CPU time that reading took."""
+    began = tasks.seconds
     jobs = [(str(path), rows.stem(index)) for index, path in enumerate(logs)]
     seen = report if tasks.here else None
     for part in tasks(partial(_read_log, how, device, seen), jobs):
         rows.append(part)
         report(f"read {part.source.name}", rows.rows)
+    return tasks.seconds - began
 
 
 def _read_log(how: Reading, device: DeviceName, report: LargeFitProgress | None, job: tuple[str, Path]) -> Part:
@@ -306,17 +298,28 @@ def copied(address: str, folder: Path) -> Path:
         LogError: it cannot be read, or what reads such addresses is not installed.
     """
     try:
-        fsspec: Any = import_module("fsspec")
+        import fsspec  # pyright: ignore[reportMissingTypeStubs]
     except ImportError as error:
         remedy = 'Run: pip install "erclutch[cluster]"'
         raise LogError("addresses need fsspec", where=address, remedy=remedy) from error
     name = PurePosixPath(address.partition("?")[0]).name or "log"
     try:
-        with fsspec.open(address, "rb") as source, (folder / name).open("wb") as to:
+        opened: Any = cast(Any, fsspec).open(address, "rb")
+        with opened as source, (folder / name).open("wb") as to:
             shutil.copyfileobj(source, to, 1 << 20)
     except Exception as error:  # whatever a file system of another package raises
         raise LogError(f"cannot be read: {error}", where=address, remedy="Check the address and its access") from error
     return folder / name
+
+
+def _fitted(
+    rows: DiskRows, settings: Settings, tasks: Tasks, report: LargeFitProgress
+) -> tuple[tuple[Finding, ...], list[str], list[tuple[AnyOutcome, float]]]:
+    """What the checks say of rows evenly taken, the models that cannot be, and each fit with its CPU time."""
+    sample = rows.thinned(_CHECKED)
+    findings = check(sample, np.zeros(sample.rows, np.bool_))
+    fits, left_out = _chosen(sample, settings)
+    return findings, left_out, [_timed(name, fit, rows, tasks, report) for name, fit in fits.items()]
 
 
 def _timed(
@@ -328,14 +331,13 @@ def _timed(
     return fit(rows), tasks.seconds - began
 
 
-def _number(error: Any) -> float | None:
-    return None if error is None else float(error)
-
-
-def _errors(rows: DiskRows, models: Sequence[Model]) -> Array:
-    """Sum of squared errors of each model over all rows, shape (models,)."""
+def _errors(rows: DiskRows, models: Sequence[Model]) -> list[float | None]:
+    """Mean squared error of each model over all rows; None without rows."""
+    if not rows.rows:
+        return [None] * len(models)
     past = any(model.structure.dynamics != "none" for model in models)
-    return sum(rows.stretches(partial(_squared_errors, models), past=past), np.zeros(len(models)))
+    totals = sum(rows.stretches(partial(_squared_errors, models), past=past), np.zeros(len(models)))
+    return [float(total) / rows.rows for total in totals]
 
 
 def _squared_errors(models: Sequence[Model], stretches: Iterable[Stretch]) -> Array:

@@ -107,8 +107,7 @@ def fit_structure(
         The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
 
     Raises:
-        SettingError: a structure that cannot be fitted to rows on disk.
-        CheckError: rows on disk in which both clutches are under field, which a law's centroids cannot tell apart.
+        SettingError, CheckError: a structure that cannot be fitted to rows on disk, or to two fields at once there.
     """
     keep_heap()
     if isinstance(data, DiskRows):
