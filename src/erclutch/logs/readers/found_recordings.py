@@ -143,7 +143,8 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
     found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
     for name, node in nodes.items():
-        if flat[name] is None and isinstance(node, np.ndarray) and node.size > 1 and node.dtype.char != "M":
+        kind = getattr(getattr(node, "dtype", None), "kind", "M")  # stamps of date and time are no loss
+        if flat[name] is None and kind != "M" and np.size(node) > 1:
             found.notes.append(f"{name} holds no vector of numbers: left out")
     for name, array in arrays.items():
         parts = columns_of(name, array, rows)
