@@ -40,16 +40,16 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
     workbook: Any = import_module("python_calamine").CalamineWorkbook
     found: dict[str, Table] = {}
-    problem = LogError("the file has no sheet", remedy="Export the log again")
+    problems: list[LogError] = []
     with workbook.from_path(path) as book:
         for name in [each for each in book.sheet_names if variable in (None, each)] or book.sheet_names:
             try:
                 found[name] = _sheet(path, book.get_sheet_by_name(name))
             except LogError as error:
-                problem = LogError(f"sheet {name}: {error.problem}", remedy=error.remedy)
-    if not found:
-        raise problem
-    return found_recordings.choose(found, variable, "sheet", "")[1]
+                problems.append(LogError(f"sheet {name}: {error.problem}", remedy=error.remedy))
+    if problems and not found:
+        raise problems[0]
+    return found_recordings.choose(found, variable, "sheet", "the file has no sheet")[1]
 
 
 def _claims(head: bytes) -> bool:
