@@ -462,7 +462,7 @@ class _Recording:
         adapted = record.label(record.both(self.started, record.less(cost, before.account)), "adapted")
         given = record.label(record.choose(adapted, moved, effort), "given")
         counts = record.label(record.both(self.started, record.finite(measured)), "counts")
-        after = tracking.after(before, effort, given, measured)
+        after = tracking.after(before, effort, given, record.choose(counts, measured, effort))
         for name, new, old in zip(names, after, before, strict=True):
             record.keep(name, record.label(record.choose(counts, new, old), name))
         return given, adapted

@@ -107,7 +107,7 @@ static void trip(erc_core *core, uint32_t event) {
     }
 }
 
-/* Back to work: only with sensors, and the program from its beginning. */
+/* Back to work: only with sensors, the program from its beginning, the model without what it learned or remembers. */
 static int reset(erc_core *core) {
     if (core->state != ERC_TRIPPED || core->missing > 0u) {
         return 0; /* nothing to reset, or still no sensors */
@@ -115,6 +115,9 @@ static int reset(erc_core *core) {
     core->state = ERC_RUNNING;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
+    if (core->model.reset != 0) {
+        core->model.reset(core->model.state);
+    }
     erc_control_start(core, core->program, core->step);
     return 1;
 }
@@ -205,7 +208,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
-    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* only a model with alarms reads it */
+    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* a model with alarms or adaptation reads it */
     const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
     const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};
     double effort = (double)NAN;
