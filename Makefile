@@ -97,7 +97,7 @@ figures: $(READY) ## figures that pages cite, printed again; says what moved (on
 	@$(BIN)/python studies/figures.py $(FIGURES)
 
 # What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
-TEST_TOOLS = pytest pytest-xdist hypothesis fmpy
+TEST_TOOLS = pytest pytest-xdist hypothesis fmpy onnxruntime hatchling openpyxl
 
 # An old package that calls what a new one has deprecated is none of our faults: such a warning is no error here.
 .PHONY: test-oldest test-newest
@@ -111,7 +111,8 @@ test-oldest test-newest: $(READY) .venv-lock/bin/uv
 	@.venv-lock/bin/uv --no-config pip compile --quiet --python .venv-$@/bin/python $(PIP_FLAGS) --all-extras \
 	  --resolution $(RESOLUTION) --no-emit-index-url --output-file build/$@.txt pyproject.toml
 	@.venv-lock/bin/uv --no-config pip install --quiet --python .venv-$@/bin/python $(PIP_FLAGS) -r build/$@.txt $(TEST_TOOLS)
-	@PYTHONPATH=src .venv-$@/bin/python -m pytest -n auto --dist loadgroup -m "not slow" -W default::DeprecationWarning \
+	@.venv-lock/bin/uv --no-config pip install --quiet --python .venv-$@/bin/python --no-deps --no-build-isolation --editable .
+	@.venv-$@/bin/python -m pytest -n auto --dist loadgroup -m "not slow" -W default::DeprecationWarning \
 	  $(PYTEST_FLAGS) $(TESTS)
 
 .PHONY: hooks

@@ -444,7 +444,7 @@ class Running:
         def over() -> bool:
             tripped = self.reader.state is State.TRIPPED
             if reset and tripped and self.loop.stdin is not None:
-                os.write(self.loop.stdin.fileno(), order_bytes(Order.RESET))
+                os.write(self.loop.stdin.fileno(), order_bytes(Order.RESET) + order_bytes(Order.PROGRAM))
             return self._steady(steps) or (tripped and not reset)
 
         until(over, 30.0)

@@ -24,7 +24,6 @@ from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.companions import Observers
 from erclutch.live.layout import EVENTS
 from erclutch.live.offered_programs import standard_programs, starting_with
-from erclutch.live.orders import Order
 from erclutch.live.ring import State
 from erclutch.live.session import TWIN, Session, SessionOptions
 from erclutch.live.session_figures import SessionFigures
@@ -112,7 +111,7 @@ def real_time(minutes: float) -> None:
                 time.sleep(0.1)
                 last = memory(session, observers) or last
                 if watch.reader.state is State.TRIPPED:
-                    session.order(Order.RESET)
+                    session.run_again()
                 if not first and time.monotonic() > warm:
                     first = last
             watch.poll()

@@ -53,9 +53,10 @@ def stored(x: np.ndarray, parts: Parts, before: np.ndarray) -> float:
         total += 0.5 * clutch.seal / clutch.seal_slip * x[k.SEAL_1 + channel] ** 2
     gaps = parts.gaps
     residual = fluid.residual_yield / fluid.yield_strain
+    firm = np.exp(-parts.thermal.softening * (parts.thermal.room + x[k.WARMTH]))
     for i in range(gaps.arm.size):
         first = i < POINTS
-        strength = parts.clutch_1.strength if first else parts.clutch_2.strength
+        strength = firm * (parts.clutch_1.strength if first else parts.clutch_2.strength)
         stiffness = yield_stress(x[k.FIELD_1] if first else x[k.FIELD_2], strength, fluid) / fluid.yield_strain
         total += 0.5 * gaps.volume[i] * (stiffness * x[k.STRUCTURE + i] + residual) * x[k.STRAIN + i] ** 2
     return total

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from studies import house as study
 
 ROOT = Path(__file__).parents[1]
 
@@ -15,22 +15,9 @@ ROOT = Path(__file__).parents[1]
 TRICKS = {"__init__.py", "registry.py", "export/targets/mujoco.py"}
 
 
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("studies_house", ROOT / "studies" / "house.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-STUDY = load()
-
-
 @pytest.fixture(scope="module")
 def house() -> Any:
-    return STUDY.House(ROOT)
+    return study.House(ROOT)
 
 
 def test_few_rooms_and_few_modules_on_the_ground_floor(house: Any) -> None:
@@ -104,7 +91,7 @@ def small(tmp_path: Path) -> Any:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     (tmp_path / "pyproject.toml").write_text('[[tool.importlinter.contracts]]\nlayers = ["one", "errors"]\n')
-    return STUDY.House(tmp_path)
+    return study.House(tmp_path)
 
 
 def test_what_is_counted_is_found(small: Any) -> None:

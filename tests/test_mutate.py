@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from studies import mutate as study
+
 ROOT = Path(__file__).parents[1]
-
-
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("studies_mutate", ROOT / "studies" / "mutate.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-STUDY = load()
 
 
 def mutants(folder: Path, source: str, suffix: str = ".py") -> list[str]:
     path = folder / f"module{suffix}"
     path.write_text(source, encoding="utf-8")
-    return [STUDY.mutated(path, number) for number in range(len(STUDY.sites(path)))]
+    return [study.mutated(path, number) for number in range(len(study.sites(path)))]
 
 
 @pytest.mark.parametrize(
@@ -64,9 +50,9 @@ def test_c_is_changed_outside_comments(tmp_path: Path) -> None:
 
 
 def test_a_longer_sample_begins_with_the_shorter_one() -> None:
-    long = STUDY.sample(ROOT, ["signals", "live"], seed=3, count=20)
-    assert STUDY.sample(ROOT, ["signals", "live"], seed=3, count=8) == long[:8]
-    assert long != STUDY.sample(ROOT, ["signals", "live"], seed=4, count=20)
+    long = study.sample(ROOT, ["signals", "live"], seed=3, count=20)
+    assert study.sample(ROOT, ["signals", "live"], seed=3, count=8) == long[:8]
+    assert long != study.sample(ROOT, ["signals", "live"], seed=4, count=20)
     assert {mutant["room"] for mutant in long} == {"signals", "live"}
 
 
@@ -75,7 +61,7 @@ def test_a_judged_survivor_counts_neither_way() -> None:
     said = ["killed: t", "killed: t", "survived", "survived"]
     outcomes = [{**place, "outcome": outcome} for place, outcome in zip(places, said, strict=True)]
     judged = [{"file": "a.py", "code": "x < 2", "what": "Lt -> LtE", "reason": "a tie has no meaning"}]
-    told = STUDY.summary(outcomes, judged)
+    told = study.summary(outcomes, judged)
     assert "4 mutants: 2 killed, 1 without effect or promise, 1 survived; 2 of 3" in told
     assert "a.py:3: Lt -> LtE in `x < 3`: SURVIVED" in told
     assert "x < 2`: a tie has no meaning" in told

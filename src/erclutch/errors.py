@@ -27,9 +27,17 @@ class ErclutchError(Exception):
         self.where = where
         super().__init__(problem)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        # Errors come back from other processes.
+        return _again, (type(self), self.problem, self.remedy, self.where)
+
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         return printable(f"{place}{self.problem}. {self.remedy}.")
+
+
+def _again(kind: type[ErclutchError], problem: str, remedy: str, where: str) -> ErclutchError:
+    return kind(problem, remedy=remedy, where=where)
 
 
 def printable(text: str) -> str:

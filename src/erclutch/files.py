@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, RunError
 
 
 def cache_folder() -> Path:
@@ -20,8 +20,13 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
 
 
+def unwritable(path: Path, error: OSError) -> RunError:
+    """The error of a file that cannot be written."""
+    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place")
+
+
 @contextmanager
-def whole_file(target: Path, unwritable: Callable[[Path, OSError], ErclutchError]) -> Generator[Path]:
+def whole_file(target: Path, unwritable: Callable[[Path, OSError], ErclutchError] = unwritable) -> Generator[Path]:
     """A file to write that gets its name once it is whole; whatever goes wrong before leaves nothing.
 
     Args:

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, wraps
 from importlib import import_module
 from importlib.resources import files
 from pathlib import PurePath
@@ -25,7 +25,7 @@ from traceback import extract_tb
 from typing import Any, NamedTuple, cast
 
 from erclutch._version import __version__
-from erclutch.errors import ErclutchError, PluginError, SettingError
+from erclutch.errors import ErclutchError, PluginError, SettingError, placed
 
 
 class _Group(NamedTuple):
@@ -106,6 +106,16 @@ class Plugin:
             frame = extract_tb(error.__traceback__)[-1]
             place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
             raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
+
+    def guarded(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function of it: `working` tells what it raises; an error of ours that names no place gets the plug-in."""
+
+        @wraps(function)
+        def call(*arguments: Any, **named: Any) -> Any:
+            with self.working(), placed(f"{self.name} of {self.label}"):
+                return function(*arguments, **named)
+
+        return call
 
     def of_type(self, kind: type[Any]) -> Any:
         """The value, if it is of a type.

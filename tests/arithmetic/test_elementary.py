@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,10 +64,6 @@ def test_functions_stay_finite_for_anything(precision: PrecisionName) -> None:
 
 @pytest.mark.slow
 def test_coefficients_are_those_of_the_study() -> None:
-    path = Path(__file__).parents[2] / "studies" / "elementary.py"
-    spec = importlib.util.spec_from_file_location("elementary_study", path)
-    assert spec is not None
-    assert spec.loader is not None
-    study = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(study)
+    from studies import elementary as study
+
     assert {name: list(numbers) for name, numbers in COEFFICIENTS.items()} == study.found()

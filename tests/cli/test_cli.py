@@ -8,11 +8,13 @@ import json
 import math
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -85,13 +87,13 @@ def refused_here(*arguments: str | Path, cwd: Path, monkeypatch: pytest.MonkeyPa
     return said.getvalue()
 
 
-def good_here(*arguments: str | Path, cwd: Path) -> str:
+def good_here(*arguments: str | Path, cwd: Path, code: int = 0) -> str:
     """What `good` gives, from inside this process, which spares the start."""
     out, said = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         patch.chdir(cwd)
         patch.setattr(sys, "argv", ["erclutch", *map(str, arguments)])
-        assert main() == 0, said.getvalue()
+        assert main() == code, said.getvalue()
     assert said.getvalue() == ""
     return out.getvalue()
 
@@ -144,9 +146,43 @@ def test_inspect(log: Path) -> None:
 
 
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
-    body = json.loads(good_here("inspect", log, "--json", "--effort", "nope", cwd=log.parent))
+    body = json.loads(good_here("inspect", log, "--json", "--effort", "nope", cwd=log.parent, code=1))
     assert "there is no column 'nope'" in body["problem"]
-    assert "Not understood yet: " in good_here("inspect", log, "--effort", "nope", cwd=log.parent)
+    assert body["missing"] == ["there is no column 'nope' for effort"]
+    said = good_here("inspect", log, "--effort", "nope", cwd=log.parent, code=1)
+    assert "Not understood yet: " in said
+    assert f"erclutch inspect {log} --write-mapping log.csv.toml" in " ".join(said.split())
+
+
+def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    table = np.random.default_rng(0).standard_normal((100, 4)) + [[5 * row, 0, 0, 0] for row in range(100)]
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header="q1,q2,q3,q4", comments="")
+    told = good_here("inspect", "log.csv", "--json", "--invalid", "drop", cwd=tmp_path, code=1)
+    problem = json.loads(told)["problem"]
+    assert problem.startswith("log.csv: 4 things are missing: (1) no time column and no sampling rate; (2) no column")
+    command = problem.partition("in place of these: erclutch ")[2].partition("; --field none")[0]
+    words = shlex.split(command)
+    for place, column in zip([k for k, word in enumerate(words) if "COLUMN" in word], range(1, 5), strict=True):
+        words[place] = words[place].replace("COLUMN", f"q{column}")
+    assert "slip <- column q3" in good_here(*words, cwd=tmp_path)
+    good_here(*words, "--write-mapping", "log.toml", cwd=tmp_path)
+    assert "slip <- column q3 [cm/s], converted to m/s (log.toml)" in good_here("inspect", "log.csv", cwd=tmp_path)
+    again = refused_here(*words, "--write-mapping", "log.toml", cwd=tmp_path, monkeypatch=monkeypatch)
+    assert "there is such a file" in again
+
+
+def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path) -> None:
+    rows = [f"{k},{k % 7},{k % 5}" for k in range(50)]
+    (tmp_path / "log.csv").write_text("\n".join(["t [ms],Strom [A],Kraft (V)", *rows]), encoding="utf-8")
+    said = good_here("inspect", "log.csv", "--write-mapping", "half.toml", cwd=tmp_path, code=1)
+    assert "Mapping written: half.toml; 2 to fill in" in said
+    text = (tmp_path / "half.toml").read_text(encoding="utf-8")
+    assert tomllib.loads(text)["columns"] == {"field": {"column": "Strom", "unit": "A"}}
+    assert "# missing: no column for slip or position" in text
+    words = ("--effort", "Kraft", "--scale", "effort=2 kN/V", "--position", "Strom [mm]", "--constant", "field=1 A")
+    said = good_here("inspect", "log.csv", *words, "--from", "10ms", "--to", "0.03s", "--skip", "5 ms", cwd=tmp_path)
+    assert "effort <- column Kraft [V], times 2 kN/V (given)" in said
+    assert "taken from 0.01 s to 0.03 s: 21 of 50 rows" in said
 
 
 def test_fit_keeps_a_run(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,13 +5,10 @@ docs/proof.md says in words what follows from this.
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -19,19 +16,7 @@ from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compilers import EXACT
 from erclutch.export.targets.c import write_core
 from erclutch.models.model import Model
-
-STUDY = Path(__file__).parents[2] / "studies" / "proof.py"
-
-
-@pytest.fixture(scope="module")
-def proof() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("studies_proof", STUDY)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # its data classes look themselves up
-    spec.loader.exec_module(module)
-    return module
+from studies import proof
 
 
 @pytest.mark.slow
@@ -50,7 +35,6 @@ def proof() -> ModuleType:
     ids=lambda value: value if isinstance(value, str) else value.precision + ", adapting" * value.adapt,
 )
 def test_no_alarm_and_all_within_limits_for_any_bits(
-    proof: ModuleType,
     models: dict[str, Model],
     label: str,
     options: ExportOptions,
@@ -68,9 +52,7 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
 
 
 @pytest.mark.slow
-def test_a_limit_that_is_forgotten_is_seen(
-    proof: ModuleType, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
-) -> None:
+def test_a_limit_that_is_forgotten_is_seen(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
     need("frama-c")
     step = step_of(models["bingham, single"], ExportOptions("m", "float32", 1e-3))
     proof.proved(step, tmp_path)
@@ -90,7 +72,7 @@ def test_a_limit_that_is_forgotten_is_seen(
 
 
 @pytest.mark.slow
-def test_the_interlock_for_any_bits(proof: ModuleType, tmp_path: Path, need: Callable[..., None]) -> None:
+def test_the_interlock_for_any_bits(tmp_path: Path, need: Callable[..., None]) -> None:
     need("frama-c")
     said = proof.proved_interlock(tmp_path)
     assert said.alarms == 0

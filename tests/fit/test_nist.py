@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
+
+from studies import nist
 
 PROJECT = Path(__file__).resolve().parents[2]
 SCRIPT = PROJECT / "studies" / "nist.py"
@@ -18,19 +17,6 @@ FOLDER = PROJECT.parent / "shared" / "data" / "nist_strd"
 
 if not FOLDER.is_dir():
     pytest.skip(f"needs the problems of NIST StRD beside the project: {FOLDER}", allow_module_level=True)
-
-
-def _load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("studies_nist", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-nist: Any = _load()
 
 
 def test_all_27_problems_are_there() -> None:

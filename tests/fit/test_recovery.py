@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -14,16 +10,15 @@ import pytest
 from erclutch.models.laws import ladder
 from erclutch.models.stages import GROUP, stages_of
 from erclutch.registry import plugins
+from studies import recovery as study
 
-STUDY = Path(__file__).resolve().parents[2] / "studies" / "recovery.py"
 REPETITIONS = 60
 CASES = (*ladder(), "bingham+lag", "bingham+rise-fall")
 LOUD = "cho-choi-jhon (loud)"
 #: Each law with noise whose neighbours are correlated, as on a bench. Of white noise the intervals know nothing that
 #: depends on the law: one with few shapes, one with many gains, one with a root and one with a lag show its part.
-NOISES = [(name, "ar1") for name in CASES] + [
-    (name, "white") for name in ("bingham", "rbfm-10", "casson", "bingham+lag")
-]
+NOISES: list[tuple[str, study.Noise]] = [(name, "ar1") for name in CASES]
+NOISES += [(name, "white") for name in ("bingham", "rbfm-10", "casson", "bingham+lag")]
 #: Stages; the least of forms and numbers that show each.
 STAGES = (
     *("second-order", "two-lags", "effort-lag", "effort-second-order", "inertia", "stiffness", "viscous"),
@@ -34,30 +29,19 @@ STAGES = (
 MANY_STEPS = ("stops", "bouc-wen", "spencer")
 
 
-@pytest.fixture(scope="module")
-def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("erclutch_recovery_study", STUDY)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # its dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_study_has_the_whole_ladder(study: ModuleType) -> None:
+def test_the_study_has_the_whole_ladder() -> None:
     assert set(study.TRUTHS) == {*CASES, *(f"bingham+{name}" for name in STAGES), LOUD}
     assert set(ladder()) <= set(CASES)
 
 
-def test_the_study_has_every_stage(study: ModuleType) -> None:
+def test_the_study_has_every_stage() -> None:
     shown = {truth.dynamics for truth in study.TRUTHS.values()}
     # Stages of the temperature need a log with one: tests/fit/test_temperature.py finds their truth.
     ours = [plugin.name for plugin in plugins(GROUP) if plugin.own and stages_of(plugin.name)[0].place != "temperature"]
     assert [name for name in ours if not any(re.fullmatch(name + r"(-\d)?(/\w+)?", s) for s in shown)] == []
 
 
-def test_the_truth_lies_well_inside_its_bounds(study: ModuleType) -> None:
+def test_the_truth_lies_well_inside_its_bounds() -> None:
     from erclutch.models.law_model import Structure
     from erclutch.models.laws import law_from_name
 
@@ -71,7 +55,7 @@ def test_the_truth_lies_well_inside_its_bounds(study: ModuleType) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "noise"), NOISES)
-def test_intervals_hold_the_truth(study: ModuleType, name: str, noise: str) -> None:
+def test_intervals_hold_the_truth(name: str, noise: study.Noise) -> None:
     (found,) = study.study([name], [noise], REPETITIONS)
     assert found.converged == REPETITIONS
     assert found.at_bounds == 0
@@ -87,7 +71,7 @@ def test_intervals_hold_the_truth(study: ModuleType, name: str, noise: str) -> N
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_truth_beside_a_bound(study: ModuleType) -> None:
+def test_intervals_hold_the_truth_beside_a_bound() -> None:
     """Many fits end at a bound, where the curvature of the sum of squares says nothing of the other parameters."""
     (found,) = study.study([LOUD], ["ar1"], REPETITIONS // 2)
     assert found.at_bounds >= 3
@@ -98,7 +82,7 @@ def test_intervals_hold_the_truth_beside_a_bound(study: ModuleType) -> None:
 @pytest.mark.parametrize(
     "stage", [pytest.param(s, marks=pytest.mark.slow if s.startswith(MANY_STEPS) else ()) for s in STAGES]
 )
-def test_a_known_stage_is_found_again(study: ModuleType, stage: str) -> None:
+def test_a_known_stage_is_found_again(stage: str) -> None:
     """A log with correlated noise; numbers that a log tells badly may be off, but then their intervals say so."""
     (found,) = study.study([f"bingham+{stage}"], ["ar1"], 1)
     assert found.converged + found.at_bounds >= 1
@@ -108,7 +92,7 @@ def test_a_known_stage_is_found_again(study: ModuleType, stage: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stage", STAGES)
-def test_intervals_hold_the_stage(study: ModuleType, stage: str) -> None:
+def test_intervals_hold_the_stage(stage: str) -> None:
     """As for laws, with correlated noise alone, and room for fits that stall on the kinks of a stage that stops."""
     (found,) = study.study([f"bingham+{stage}"], ["ar1"], REPETITIONS // 2)
     assert found.converged >= 0.8 * found.repetitions
@@ -117,7 +101,7 @@ def test_intervals_hold_the_stage(study: ModuleType, stage: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_says_whether_laws_hit(study: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_whether_laws_hit(capsys: pytest.CaptureFixture[str]) -> None:
     assert study.main(["--repetitions", "40", "--laws", "bingham", "--noises", "white", "--workers", "1"]) in (0, 1)
     lines = capsys.readouterr().out
     assert "bingham" in lines

@@ -1,5 +1,5 @@
 /* Every pair of a state of the failsafe and an event, then random sequences, through the loop's own core. What must come
- * of each pair is written here once more, as a machine of three states, and compared. Prints what it went through. */
+ * of each pair is written here once more, as a machine of four states, and compared. Prints what it went through. */
 #include "erc_core.h"
 
 #include <math.h>
@@ -46,7 +46,7 @@ static uint32_t any_field(const double *in, double wanted, double *field) {
     return (uint32_t)next();
 }
 
-static unsigned long broken, steps, pairs, changes[4][4];
+static unsigned long broken, steps, pairs, changes[5][5];
 
 static void must(int holds, const char *what) {
     if (!holds && broken++ < 10u) {
@@ -85,7 +85,7 @@ static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, doubl
     return c;
 }
 
-/* A core, what the rig has sent it so far, and what the machine of three states expects. */
+/* A core, what the rig has sent it so far, and what the machine of four states expects. */
 typedef struct {
     erc_core core;
     uint64_t seq, tick;
@@ -131,11 +131,13 @@ static erc_order order_of(enum order kind) {
 /* Orders come between steps; what must be true right after each. */
 static void give(rig *r, enum order kind) {
     const erc_order order = order_of(kind);
-    const int may_reset = r->state == ERC_TRIPPED && r->core.missing == 0u;
+    const int sensors = r->core.missing == 0u;
     const int end = erc_core_order(&r->core, &order);
     if (kind == ZERO) {
         r->state = ERC_TRIPPED;
-    } else if (kind == RESET && may_reset) {
+    } else if (kind == RESET && r->state == ERC_TRIPPED && sensors) {
+        r->state = ERC_READY;
+    } else if (kind == PROGRAM && r->state == ERC_READY && sensors) {
         r->state = ERC_RUNNING;
     }
     must(r->core.state == r->state, "state after an order");
@@ -190,13 +192,15 @@ static void step(rig *r, enum sample kind, uint64_t late, uint64_t periods, uint
     if (r->state == ERC_STARTING && r->core.missing == 0u) {
         r->state = ERC_RUNNING;
     }
-    if (r->state == ERC_RUNNING && (r->core.missing >= r->core.config.trip_samples || late > LATE_TRIP ||
-                                    (frame.events & (ERC_RIG_FAULT | ERC_RIG_WATCHDOG)) != 0u)) {
+    const int armed = r->state == ERC_RUNNING || r->state == ERC_READY;
+    if (armed && (r->core.missing >= r->core.config.trip_samples || late > LATE_TRIP ||
+                  (frame.events & (ERC_RIG_FAULT | ERC_RIG_WATCHDOG)) != 0u)) {
         r->state = ERC_TRIPPED;
     }
-    must(kind != FAULT || r->state != ERC_RUNNING, "a fault of the rig trips");
+    must(kind != FAULT || !armed || r->state == ERC_TRIPPED, "a fault of the rig trips");
     must(r->core.state == r->state, "state after a step");
     must(!(before == ERC_TRIPPED && r->core.state != ERC_TRIPPED), "a trip holds until a reset");
+    must(!(before == ERC_READY && r->core.state == ERC_RUNNING), "nothing moves until a program is run");
     check_output(r, &out, &frame);
     changes[before][r->core.state]++;
     r->field = out.field1 - out.field2;
@@ -215,8 +219,11 @@ static int arrive(rig *r, const erc_config *config, uint32_t state, uint32_t mis
     for (int i = 0; i < 80 && state != ERC_STARTING; i++) {
         step(r, GOOD, 0, 1, 0);
     }
-    if (state == ERC_TRIPPED) {
+    if (state == ERC_TRIPPED || state == ERC_READY) {
         give(r, ZERO);
+    }
+    if (state == ERC_READY) {
+        give(r, RESET);
     }
     for (uint32_t i = 0; i < missing; i++) {
         step(r, NONE, 0, 1, 0);
@@ -231,12 +238,14 @@ static void follow(rig r) {
         step(&r, NONE, 0, 1, 0);
         step(&other, GOOD, 0, 1, 0);
     }
-    must(r.core.state != ERC_RUNNING && r.field == 0.0, "zero by the trip");
+    must(r.core.state != ERC_RUNNING && r.core.state != ERC_READY && r.field == 0.0, "zero by the trip");
 }
 
 static void all_pairs(const erc_config *config, uint32_t program) {
     static const uint64_t late[LATENESSES] = {0, PERIOD, LATE_TRIP + 1u}, slept[SLEPTS] = {1, 3, 40};
-    for (uint32_t state = ERC_STARTING; state <= ERC_TRIPPED; state++) {
+    static const uint32_t states[4] = {ERC_STARTING, ERC_RUNNING, ERC_TRIPPED, ERC_READY};
+    for (uint32_t s = 0; s < 4u; s++) {
+        const uint32_t state = states[s];
         for (uint32_t missing = 0; missing <= config->trip_samples + 1u; missing++) {
             rig there;
             if (!arrive(&there, config, state, missing, program)) {
@@ -272,6 +281,7 @@ static void random_sequences(const erc_config *config, unsigned long count) {
             give(&r, (enum order)(next() % ORDERS));
         } else if (chance < 60u) {
             give(&r, RESET);
+            give(&r, next() % 4u != 0u ? PROGRAM : NO_ORDER);
         } else if (chance == 60u) {
             end(&r);
         }
@@ -299,8 +309,12 @@ int main(int count, char **words) {
         random_sequences(&config, sequences);
     }
     printf("pairs %lu, steps %lu, broken %lu\n", pairs, steps, broken);
-    for (uint32_t from = 0; from < 3u; from++) {
-        printf("from %u: %lu %lu %lu\n", from, changes[from][0], changes[from][1], changes[from][2]);
+    for (uint32_t from = 0; from < 5u; from++) {
+        printf("from %u:", from);
+        for (uint32_t to = 0; to < 5u; to++) {
+            printf(" %lu", changes[from][to]);
+        }
+        printf("\n");
     }
     return broken != 0u;
 }

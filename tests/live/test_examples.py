@@ -64,7 +64,7 @@ def _with_peer(words: list[str]) -> tuple[RingReader, Any]:
             reader = session.reader()
             while session.running:
                 if reader.state is State.TRIPPED:
-                    session.order(Order.RESET)
+                    session.run_again()
                 time.sleep(0.01)
             assert session.wait(20.0) == 0
             return reader, reader.read()

@@ -3,29 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
-import sys
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parents[2] / "studies" / "live_faults.py"
-
-
-def _study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("studies_live_faults", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-study = _study()
+from studies import live_faults as study
 
 
 def _holds(fault: Callable[[], Any]) -> None:

@@ -63,7 +63,7 @@ def collected(session: Session) -> Any:
     while session.running:
         frames.append(reader.read())
         if reader.state is State.TRIPPED:  # a busy machine holds the rig up for 21 samples
-            session.order(Order.RESET)
+            session.run_again()
         if not session.rig_running:
             session.order(Order.STOP)
         time.sleep(0.02)
@@ -206,15 +206,15 @@ def test_orders_and_end(tmp_path: Path) -> None:
         reader = session.reader()
 
         def running() -> bool:
-            """The machine may trip it at any moment, by holding it up: then the operator resets it."""
+            """The machine may trip it at any moment, by holding it up: then the operator runs it again."""
             if reader.state is State.TRIPPED:
-                session.order(Order.RESET)
+                session.run_again()
             return reader.state is State.RUNNING
 
         def stopped_by_order() -> bool:
             """As above: an order is no reason where there is one already."""
             if reader.state is State.TRIPPED and reader.trip_reason != "order":
-                session.order(Order.RESET)
+                session.run_again()
             session.order(Order.ZERO)
             return reader.trip_reason == "order"
 

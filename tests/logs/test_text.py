@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import time
 import tracemalloc
 import zlib
@@ -13,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from erclutch import registry
-from erclutch.errors import ErclutchError, LogError, TimingError
+from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
@@ -276,17 +277,29 @@ def test_a_row_of_units_with_one_that_has_no_factor(units: str) -> None:
     assert tuple(table.units.values()) == tuple(unit.strip("[]") for unit in units.split(","))
 
 
-def test_dates_of_a_spreadsheet_are_not_taken_for_seconds(tmp_path: Path) -> None:
+def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
     days = 44927.5 + np.arange(200) / 86400.0 / 100.0
     rows = "".join(f"{t:.10f},{k % 2},{np.sin(k / 9):.6f},{k % 7}\n" for k, t in enumerate(days))
     path = tmp_path / "log.csv"
     path.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + rows)
-    with pytest.raises(TimingError, match=r"dates of a spreadsheet, in days\. Give its unit: --time \"time \[day\]\""):
-        read(path)
-    assert read(path, {"time": "time [day]"}).period == pytest.approx(0.01, rel=1e-3)
-    noon = rows.replace("44927.", "45000.")
-    path.write_text("time [s],field [V],slip [rad/s],effort [N*m]\n" + noon)
-    assert read(path).period < 1e-6
+    recording = read(path)
+    assert recording.period == pytest.approx(0.01, rel=1e-6)
+    assert "time has no unit and holds dates as spreadsheets number them: taken as days" in recording.notes
+
+
+def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
+    rows = "".join(
+        f"31.12.2024;{'23:59:59' if k < 10 else '00:00:00'},{k % 10}00;{k % 2},5;{k % 7},0\n" for k in range(20)
+    )
+    rows = rows.replace("31.12.2024;00", "01.01.2025;00")
+    path = tmp_path / "log.csv"
+    path.write_text("Datum;Uhrzeit;Kraft [N];Weg [mm]\n" + rows)
+    table = read_table(path)
+    assert table.clock_name == "Datum and Uhrzeit"
+    np.testing.assert_allclose(table.clock, np.arange(20) / 10, atol=1e-9)
+    assert not [note for note in table.notes if "holds text" in note]
+    path.write_text("Uhrzeit;Kraft [N];Weg [mm]\n" + re.sub(r"(?m)^[\d.]+;", "", rows))  # over midnight, without a date
+    np.testing.assert_allclose(read_table(path).clock, np.arange(20) / 10, atol=1e-9)
 
 
 # --- size ------------------------------------------------------------------------------------------------------------

@@ -172,3 +172,20 @@ def test_stamps_since_1970_are_as_fine_as_a_double_lets_them_be(start: float) ->
     assert clock.period == pytest.approx(3.328e-3, rel=1e-5)
     np.testing.assert_allclose(clock.time, true, rtol=0, atol=1.1e-3)
     assert any("rounded" in note or "put on the regular grid" in note for note in clock.notes)
+
+
+def test_a_clock_that_begins_anew_begins_a_new_stretch() -> None:
+    one = np.round(np.arange(300) * 0.001, 4)
+    clock = timing.from_stamps(np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t")
+    assert clock.starts == (0, 300, 600)
+    assert clock.uniform
+    assert clock.period == pytest.approx(0.001)
+    assert np.all(np.diff(clock.time) > 0)
+    assert clock.notes[0] == "t begins anew in data row 301, 601: a new stretch each time, 0.011 s after the last"
+
+
+def test_a_clock_that_falls_back_a_little_is_refused() -> None:
+    stamps = np.arange(300) * 0.001
+    stamps[150:] -= 0.02
+    with pytest.raises(TimingError, match="runs backwards at data row 151"):
+        timing.from_stamps(stamps, np.zeros(300, np.bool_), column="t")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +12,7 @@ from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_s
 from erclutch.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
 from erclutch.rig.twin.parameters import default_rig
 from erclutch.rig.twin.part_parameters import POINTS, Parts, parts_of
-
-ROOT = Path(__file__).parents[2]
-SPEC = importlib.util.spec_from_file_location("studies_twin_step", ROOT / "studies" / "twin_step.py")
-assert SPEC is not None
-assert SPEC.loader is not None
-STUDY = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(STUDY)
+from studies import twin_step as study
 
 STEP = default_rig().value("integration.step")
 
@@ -54,11 +46,14 @@ def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int) -> None:
-    parts = parts_of(default_rig())
+@pytest.mark.parametrize(
+    "changes", [{}, {"fluid.residual_field": 0.1, "thermal.softening": 0.01, "thermal.room": 20.0}]
+)
+def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int, changes: dict[str, float]) -> None:
+    parts = parts_of(default_rig().changed(changes))
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
-    gained = STUDY.stored(x, parts, before) - start
+    gained = study.stored(x, parts, before) - start
     assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
     assert x[k.SMALLEST] >= 0.0
     assert x[k.DISSIPATED] > 0.0
@@ -116,6 +111,44 @@ def test_torque_follows_a_step_of_the_field_within_milliseconds() -> None:
     assert 1.0 <= rise <= 10.0
 
 
+def braking(changes: dict[str, float], command: float) -> np.ndarray:
+    """Torque meter each ms: 0.2 s with a field, 0.2 s without; the output is held, and nothing slows the motor down."""
+    rig = default_rig().changed(
+        {"drive.inertia": 1e3, "screw.coulomb": 0.0, "sensors.torque_bandwidth": 5000.0, **changes}
+    )
+    parts, x, trace = parts_of(rig), np.zeros(k.SIZE), np.empty(400)
+    x[k.OMEGA] = 20.0
+    for i in range(400):
+        k.advance(x, parts, command if i < 200 else 0.0, 0.0, 0.0, True, STEP, 20)
+        trace[i] = x[k.METER_B]
+    return trace
+
+
+def test_a_warm_room_thins_the_liquid_and_softens_the_chains() -> None:
+    """Viscosity and yield stress fall exponentially, each by its own parameter."""
+    seals = {"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, "fluid.residual_yield": 0.0, "clutch.viscosity_2": 0.5}
+    cold, hot, soft = (
+        braking({**seals, "thermal.room": room, "thermal.softening": softening}, 0.3)
+        for room, softening in ((-20.0, 0.0), (20.0, 0.0), (20.0, 0.01))
+    )
+    rate = default_rig().value("thermal.thinning")
+    assert hot[-1] / cold[-1] == pytest.approx(math.exp(-40.0 * rate), rel=0.01)  # without a field the liquid alone
+    yields = [trace[199] - trace[-1] for trace in (hot, soft)]
+    assert yields[1] / yields[0] == pytest.approx(math.exp(-20.0 * 0.01), rel=0.02)
+    assert (hot[199] - hot[-1]) == pytest.approx(cold[199] - cold[-1], rel=0.05)  # thickening of the liquid is small
+
+
+def test_a_share_of_a_lasting_field_stays_and_fades() -> None:
+    none, some = (
+        braking({"fluid.residual_field": share, "fluid.residual_time": 0.05, "fluid.decay_time": 1e-3}, 0.5)
+        for share in (0.0, 0.2)
+    )
+    left = some[230:] - none[230:]
+    assert none[230] < 0.2 * none[199]
+    assert left[0] > 0.01 * none[199]
+    assert left[0] > 2.0 * left[50] > 8.0 * abs(left[150])
+
+
 @pytest.mark.parametrize(("channel", "milliamperes"), [(1, 0.29), (2, 0.27)])
 def test_leakage_current_of_table_1(channel: int, milliamperes: float) -> None:
     rig = default_rig()
@@ -169,7 +202,7 @@ def test_the_stored_energy_of_each_part_by_itself() -> None:
         x = np.zeros(k.SIZE)
         for name, value in entries.items():
             x[getattr(k, name)] = value
-        return STUDY.stored(x, parts, still)
+        return study.stored(x, parts, still)
 
     screw, drive, fluid, gaps = parts.screw, parts.drive, parts.fluid, parts.gaps
     assert stored(BRISTLE_IN=1e-3) == pytest.approx(0.5 * drive.coulomb / drive.presliding * 1e-6)
@@ -182,4 +215,4 @@ def test_the_stored_energy_of_each_part_by_itself() -> None:
             x[k.STRUCTURE + i], x[k.STRAIN + i] = 0.5, 1e-2
             own = yield_stress(2e6, strength, fluid) if (i == POINTS) == (channel == 1) else 0.0
             stiffness = (0.5 * own + fluid.residual_yield) / fluid.yield_strain
-            assert STUDY.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)
+            assert study.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)

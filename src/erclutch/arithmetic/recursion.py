@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import Exact, exact
-from erclutch.arithmetic.dual import Dual, value_of
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -78,8 +78,8 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
     if not seeds:
         return x
     before = np.concatenate([[0.0], x[:-1]])
-    slopes = [_partial(drive, seed) + _partial(keep, seed) * before for seed in seeds]
-    partials = _solved(keeps, slopes, [_partial(first, seed) for seed in seeds], starts)
+    slopes = [partial_of(drive, seed) + partial_of(keep, seed) * before for seed in seeds]
+    partials = _solved(keeps, slopes, [partial_of(first, seed) for seed in seeds], starts)
     return Dual(x, dict(zip(seeds, partials, strict=True)))
 
 
@@ -167,7 +167,7 @@ def follow(
     before = [np.concatenate([[0.0], x[:-1]]) for x in states]
     solve, drive = _linearised(advance, before, inputs, starts)
     partials = {
-        seed: solve([_partial(x, seed) for x in drive], [_at(_partial(x, seed), starts, rows) for x in first])
+        seed: solve([partial_of(x, seed) for x in drive], [_at(partial_of(x, seed), starts, rows) for x in first])
         for seed in seeds
     }
     return tuple(Dual(x, {seed: partials[seed][i] for seed in seeds}) for i, x in enumerate(states))
@@ -179,7 +179,7 @@ def _linearised(
     """The linear system of a recursion around some states, and the new states with their other derivatives."""
     own = [Dual(x, {-1 - j: 1.0}) for j, x in enumerate(before)]
     after = advance(tuple(own), tuple(inputs))
-    keeps = [[_partial(x, -1 - j) for j in range(len(before))] for x in after]
+    keeps = [[partial_of(x, -1 - j) for j in range(len(before))] for x in after]
     return _Triangular(keeps, starts, before[0].size), after
 
 
@@ -257,10 +257,6 @@ def _teach_numba() -> None:
         return choose
 
     extending.overload(less_select)(choice)
-
-
-def _partial(x: Any, seed: int) -> Any:
-    return x.partials.get(seed, 0.0) if isinstance(x, Dual) else 0.0
 
 
 def _at(first: Any, starts: list[int], rows: int) -> Array:

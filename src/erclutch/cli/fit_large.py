@@ -121,4 +121,8 @@ def _mapped(reading: LogOptions) -> ColumnMap:
     """Which column is which; the filter of --resample needs whole stretches, and rows come here block by block."""
     if reading.resample is not None:
         raise SettingError("--resample needs whole stretches in memory", remedy="Use erclutch fit, or resample before")
+    if reading.begin or reading.end or reading.skip:
+        raise SettingError(
+            "--from, --to and --skip need the whole log in memory", remedy="Use erclutch fit, or cut before"
+        )
     return reading.column_map()

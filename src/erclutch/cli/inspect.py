@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,9 +32,12 @@ def inspect(
     plots: Path | None = None,
     start: float | None = None,
     seconds: float = 1.0,
+    write_mapping: Path | None = None,
     reading: LogOptions = DEFAULT_READING,
-) -> None:
+) -> int:
     """Show a log's columns, sampling, gaps and coverage, and which signal each column is taken for.
+
+    The exit code is 1 while a signal is missing or the log is not understood, and 0 otherwise.
 
     Args:
         log: The log.
@@ -40,35 +45,54 @@ def inspect(
         plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
         start: First second of the section. Default: of a typical section.
         seconds: Length of the section.
+        write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
     from erclutch.logs import read_table
+    from erclutch.logs.mapping_file import write_mapping as write_text
 
     if not seconds > 0 or not (start is None or start >= 0):
         raise SettingError(
             f"--seconds {seconds} --start {start}", remedy="Give a length above 0 and a start of 0 or more"
         )
     raw = read_table(log, variable=reading.variable)
+    text, missing = reading.mapping_text(raw, log)
     recording = problem = None
     try:
         recording = reading.read([log])[0]
+    except SettingError:
+        raise
     except ErclutchError as error:
         problem = error
         if plots is not None:
             raise
     drawn = [] if plots is None or recording is None else _draw(plots, log, recording, start, seconds, reading)
+    if write_mapping is not None:
+        write_text(write_mapping, text)
     if json:
-        _print_json(raw, recording, problem)
-        return
+        _print_json(raw, recording, problem, missing)
+        return int(recording is None)
     _print_columns(log, raw)
+    _offer_mapping(log, write_mapping, missing)
     if recording is None:
         for note in raw.notes:
             terminal.tell(f"  {note}")
         terminal.tell(f"Not understood yet: {problem}", "yellow")
-        return
+        return 1
     _print_signals(recording, reading.dataset([recording]))
     for path in drawn:
         terminal.say(f"drawn: {path}")
+    return 0
+
+
+def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:
+    if written is None and not missing:
+        return
+    if written is None:
+        offer = shlex.join(["erclutch", "inspect", str(log), "--write-mapping", f"{log.name}.toml"])
+        terminal.say(f"A mapping file to fill in: {offer}")
+        return
+    terminal.say(f"Mapping written: {written}" + (f"; {len(missing)} to fill in" if missing else ""))
 
 
 def _print_columns(log: Path, raw: Table) -> None:
@@ -155,12 +179,13 @@ def _figures(values: Array) -> tuple[float, float, float, float]:
     return float(finite.min()), float(finite.max()), float(finite.mean()), float(missing)
 
 
-def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError | None) -> None:
+def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError | None, missing: Sequence[str]) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
         columns[name] = {"unit": raw.units.get(name), **dict(zip(_FIGURES, figures, strict=True))}
     body = {"columns": columns, "notes": list(raw.notes), "problem": str(problem) if problem else None}
+    body["missing"] = list(missing)
     if recording is not None:
         body |= {
             "signals": dict(recording.units),

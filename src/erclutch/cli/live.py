@@ -118,6 +118,7 @@ def live(
     model: Path | None = None,
     no_model: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
+    explain: Annotated[bool, Parameter(negative=())] = False,
     rig: RigOptions = _DEFAULTS[0],
     control: ControlOptions = _DEFAULTS[1],
     loop: LoopOptions = _DEFAULTS[2],
@@ -129,6 +130,7 @@ def live(
         model: A model's file out of a run's models folder. Default on the twin: fnn-16, fitted to it once.
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
+        explain: Only print what the loop does on each event in each of its states.
         rig: What is driven.
         control: What is done.
         loop: How the loop runs.
@@ -141,6 +143,8 @@ def live(
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import default_rig, load_rig
 
+    if explain:
+        return _explained(terminal.console())
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     _checked(loop)
@@ -169,6 +173,18 @@ def live(
         else:
             _show(session, watch, notes, output)
         return _ended(session, watch, code)
+
+
+def _explained(output: Console) -> int:
+    from erclutch.cli import terminal
+    from erclutch.live.explained_states import transitions
+
+    found = list(transitions())
+    for state in dict.fromkeys(line.state for line in found):
+        rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
+        title = f"In the state {state.name.lower()}"
+        output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
+    return 0
 
 
 def _checked(loop: LoopOptions) -> None:

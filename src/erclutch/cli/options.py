@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 from erclutch.errors import LogError, MappingError, SettingError
 
 if TYPE_CHECKING:
-    from erclutch.logs import ColumnMap
+    from erclutch.logs import ColumnMap, Table
     from erclutch.logs.dataset import Dataset
     from erclutch.models.model import Model
     from erclutch.runs.run_folder import Run
@@ -64,8 +64,10 @@ class LogOptions:
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
     temperature: Annotated[str | None, Parameter(group=_COLUMNS)] = None
     """Temperature of the fluid in °C or K: laws may soften with it, and networks take it as input."""
-    input: Annotated[tuple[str, ...], Parameter(group=_COLUMNS, negative=(), show_default=False)] = ()
-    """A further column that networks take as input, for example an acceleration; more than once for several."""
+    input: Annotated[
+        tuple[str, ...], Parameter(group=_COLUMNS, consume_multiple=True, negative=(), show_default=False)
+    ] = ()
+    """Further columns that networks take as inputs, for example accelerations: --input A B."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Column of time stamps."""
     rate: Annotated[str | None, Parameter(group=_READING)] = None
@@ -74,6 +76,14 @@ class LogOptions:
     """Travel of the table in one turn of the screw, for example '10 mm'."""
     constant: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
     """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
+    scale: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
+    """What a sensor in volts means: 'effort=2.5 N*m/V', or 'effort=0.02 N*m' for one of counts; more than once."""
+    begin: Annotated[str | None, Parameter(name="--from", group=_READING)] = None
+    """Take each log from this time on, for example 2s or 500ms, on the clock that inspect shows."""
+    end: Annotated[str | None, Parameter(name="--to", group=_READING)] = None
+    """Take each log up to this time."""
+    skip: Annotated[str | None, Parameter(group=_READING)] = None
+    """Leave out so much at the start of each log, for example 2s."""
     name_pattern: Annotated[str | None, Parameter(group=_READING)] = None
     """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""
     map: Annotated[Path | None, Parameter(group=_READING)] = None
@@ -101,15 +111,25 @@ class LogOptions:
         signals += ("alpha", "alpha_dot", "alpha_raw", "t", "motor_torque", "temperature")
         columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
         values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
-        constants = {name.strip(): value for name, _, value in (pair.partition("=") for pair in self.constant)}
-        unknown = [name for name in constants if name not in SIGNALS]
-        if unknown:
-            raise MappingError(
-                f"--constant {unknown[0]!r} is no signal",
-                remedy=f"Write it like --constant 'field=0.5 A'; signals are {', '.join(SIGNALS)}",
-            )
-        given = {key: value for key, value in values.items() if value is not None}
-        return ColumnMap.from_dict({**given, "columns": columns, "constants": constants, "inputs": list(self.input)})
+        given: dict[str, Any] = {key: value for key, value in values.items() if value is not None}
+        for option, pairs, example in (("constant", self.constant, "0.5 A"), ("scale", self.scale, "2.5 A/V")):
+            texts = {name.strip(): value for name, _, value in (pair.partition("=") for pair in pairs)}
+            unknown = [name for name in texts if name not in SIGNALS]
+            if unknown:
+                raise MappingError(
+                    f"--{option} {unknown[0]!r} is no signal",
+                    remedy=f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}",
+                )
+            given[f"{option}s"] = texts
+        return ColumnMap.from_dict({**given, "columns": columns, "inputs": list(self.input)})
+
+    def mapping_text(self, table: Table, log: Path) -> tuple[str, tuple[str, ...]]:
+        """A mapping file for a log, and what is missing in it."""
+        from erclutch.logs.mapping import ColumnMap, beside
+        from erclutch.logs.mapping_file import mapping_text
+
+        base = beside(log) if self.map is None else ColumnMap.from_toml(self.map)
+        return mapping_text(table, self.column_map().over(base), self.device)
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:
         """Read logs; folders stand for the logs in them.
@@ -123,7 +143,19 @@ class LogOptions:
         rate = None if self.resample is None else rate_of(self.resample)
         mapping = self.column_map()
         logs = [read(path, mapping, device=self.device, mapping_file=self.map) for path in expand(paths)]
+        logs = [self.cut(log) for log in logs]
         return logs if rate is None else [resampled(log, rate) for log in logs]
+
+    def cut(self, log: Recording) -> Recording:
+        """The log between --from and --to, without the start that --skip leaves out.
+
+        Raises:
+            SettingError: no such time, or too few rows are left.
+        """
+        from erclutch.logs.time_window import seconds_of, within
+
+        given = (("from", self.begin), ("to", self.end), ("skip", self.skip))
+        return within(log, *(None if text is None else seconds_of(option, text) for option, text in given))
 
     def filter(self) -> Derivative:
         """The filter for speeds."""
@@ -145,7 +177,9 @@ class LogOptions:
         own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
         if self.time is not None or self.rate is not None:
             own = {key: value for key, value in own.items() if key not in ("time", "rate")}
-        lists = {key: tuple(own[key]) for key in ("input", "constant") if key in own}
+        for key in ("begin", "end", "skip"):  # a window belongs to the log that it was given for
+            own.pop(key, None)
+        lists = {key: tuple(own[key]) for key in ("input", "constant", "scale") if key in own}
         paths = {key: Path(own[key]) for key in ("map",) if key in own}
         device: _Device = model.structure.device
         return replace(self, **{**own, **lists, **paths, "device": device, **self._given()})

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch import registry
 from erclutch.fit.data_check import Finding
+from erclutch.fit.ladder import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Reference
-from erclutch.models.stages import GROUP, NONE, stage_named, stages_of
-from erclutch.models.stages.stage import Moved, SlipStage, StageFamily
+from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
+from erclutch.models.stages.stage import Moved
 from erclutch.signals.array import Array, Mask
 
 Rows = NDArray[np.intp]
@@ -95,7 +95,7 @@ def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Fi
         f"the error of {name} depends on where the slip came from, not only on field and slip: a memory of the slip "
         f"({found.stage}) would take about {found.share:.0%} off"
     )
-    return Finding("warning", HISTORY, message, f"Fit with --lag {_with(dynamics, found.stage)}")
+    return Finding("warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, found.stage)}")
 
 
 def effort_finding(data: Dataset) -> Finding | None:
@@ -107,45 +107,26 @@ def effort_finding(data: Dataset) -> Finding | None:
         f"the effort depends on where the slip came from: a memory of the slip ({found.stage}) would take about "
         f"{found.share:.0%} off the error of any model of field and slip alone"
     )
-    return Finding("note", HISTORY, message, f"Fit with memory too, such as --lag {_with('lag', found.stage)}")
-
-
-def _with(dynamics: str, stage: str) -> str:
-    """The stages with one more, in place of a simpler one of its family."""
-    family = next(family for family in _ladders() if stage in family)
-    kept = [name for name in dynamics.split("+") if name not in (*family, NONE)]
-    return "+".join([*kept, stage])
-
-
-def _ladders() -> list[tuple[str, ...]]:
-    """Names of the stages on the slip that users can add, a family each, from the simplest to the richest."""
-    values = (plugin.value for plugin in registry.plugins(GROUP) if plugin.own)
-    ladders = [value.ladder for value in values if isinstance(value, StageFamily) and value.ladder]
-    return [ladder for ladder in ladders if stage_named(ladder[0]).place == "slip"]
+    return Finding("note", HISTORY, message, f"Fit with memory too, such as --lag {with_stage('lag', found.stage)}")
 
 
 def _candidates(dynamics: str) -> Iterator[str]:
     """Of each family the first stage that is richer than what the model has; only stages that keep a state."""
     own = {stage.name for stage in stages_of(dynamics)}
-    for ladder in _ladders():
+    for ladder in families():
+        if stage_named(ladder[0]).place != "slip":
+            continue
         has = max((k for k, name in enumerate(ladder) if stage_named(name).name in own), default=-1)
         stem = ladder[0].partition("/")[0].partition("-")[0]
         if has < 0 and any(name.startswith(stem) for name in own):  # another form of the family
             continue
-        if has + 1 < len(ladder) and _keeps_state(ladder[has + 1]):
+        if has + 1 < len(ladder) and remembers(stage_named(ladder[has + 1])):
             yield ladder[has + 1]
-
-
-def _keeps_state(name: str) -> bool:
-    stage = stage_named(name)
-    numbers = {p.name: p.scanned[0] for p in stage.parameters(1.0)}
-    return bool(stage.initial(Moved(0.0, 1.0), numbers))
 
 
 def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Array:
     """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
-    stage = stage_named(name)
-    assert isinstance(stage, SlipStage)
+    (stage,) = slip_stages(name)
     shapes = stage.parameters(reference.period)
     found: list[Array] = []
     for way, element in zip((1.0, -1.0), data.elements, strict=False):

@@ -57,7 +57,7 @@ def grown(train: Dataset, base: Structure, extras: Sequence[str] = ()) -> list[R
     """
     folds = _folds(train)
     rungs = [_rung(folds, base, {})]
-    stages = [name for family in _families() for name in family if _feels(base, name, extras)]
+    stages = [name for family in families() for name in family if _feels(base, name, extras)]
     left = [*stages, *(f"={name}" for name in extras if name != TEMPERATURE)]
     while left:
         here = rungs[-1]
@@ -82,7 +82,8 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
     return {name: gain for name, gain in sorted(tried.items(), key=lambda item: -item[1]) if gain >= WORTH}
 
 
-def _families() -> list[tuple[str, ...]]:
+def families() -> list[tuple[str, ...]]:
+    """Names of the stages that users can add, a family each, from the simplest to the richest."""
     values = (plugin.value for plugin in registry.plugins(GROUP) if plugin.own)
     return [value.ladder for value in values if isinstance(value, StageFamily) and value.ladder]
 
@@ -96,7 +97,7 @@ def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
 
 def _next(left: Sequence[str], name: str) -> bool:
     """Whether no simpler stage of the same family is left."""
-    family = next((family for family in _families() if name in family), (name,))
+    family = next((family for family in families() if name in family), (name,))
     return next(each for each in family if each in left) == name
 
 
@@ -104,9 +105,14 @@ def _with(structure: Structure, name: str) -> Structure:
     """The structure with a stage, in place of a simpler one of its family; or with a further input."""
     if name.startswith("="):
         return replace(structure, extras=(*structure.extras, name[1:]))
-    family = next(family for family in _families() if name in family)
-    kept = [each for each in structure.dynamics.split("+") if each not in (*family, NONE)]
-    return replace(structure, dynamics="+".join([*kept, name]))
+    return replace(structure, dynamics=with_stage(structure.dynamics, name))
+
+
+def with_stage(dynamics: str, name: str) -> str:
+    """The stages with one more, in place of a simpler one of its family."""
+    family = next(family for family in families() if name in family)
+    kept = [each for each in dynamics.split("+") if each not in (*family, NONE)]
+    return "+".join([*kept, name])
 
 
 def _folds(train: Dataset) -> list[tuple[Dataset, Dataset]]:

@@ -50,6 +50,7 @@ class Core:
         self._library = ctypes.CDLL(str(core_library()))
         lib = self._library
         lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
+        lib.erc_core_state.restype = ctypes.c_uint32
         lib.erc_config_error.restype = ctypes.c_char_p
         config, self._table = config_of(settings)
         assert lib.erc_core_config_size() == CONFIG.itemsize
@@ -79,6 +80,11 @@ class Core:
         """
         self._step(self._core, samples.ctypes.data, len(samples), tick, late_ns, events, *self._out)
         return self._command[0], self._frame[0]
+
+    @property
+    def state(self) -> int:
+        """How it is, as `erclutch.live.ring.State` numbers it."""
+        return int(self._library.erc_core_state(self._core))
 
     @property
     def memory(self) -> Array:

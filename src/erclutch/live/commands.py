@@ -4,8 +4,8 @@ A message is one small JSON object, checked twice: by the page's server where it
 becomes an order to the loop or to the recorder. The loop checks its orders a third time (``c/erc_layout.h``).
 
     {"command": "zero"}                       fields to zero, and no program runs
-    {"command": "reset"}                      out of a trip
-    {"command": "program", "name": "sine"}    run one of the session's programs (trajectories, tests)
+    {"command": "reset"}                      clear a trip; fields stay at zero
+    {"command": "program", "name": "sine"}    run one of the session's programs; not while tripped
     {"command": "motor", "torque": 0.1}       motor torque in N m, within the rig's limit
     {"command": "record", "on": true}         start or stop a recording; its name is the session's business
 """

@@ -29,12 +29,13 @@ _HEAD_AT = (HEADER.fields or {})["head"][1]
 
 
 class State(IntEnum):
-    """How the loop is: ``running`` also while tripped (fields are then zero)."""
+    """How the loop is. Fields and motor torque are zero in all states but ``RUNNING``."""
 
     STARTING = CONSTANTS["ERC_STARTING"]
     RUNNING = CONSTANTS["ERC_RUNNING"]
     TRIPPED = CONSTANTS["ERC_TRIPPED"]
     STOPPED = CONSTANTS["ERC_STOPPED"]
+    READY = CONSTANTS["ERC_READY"]  # after a reset, until a program is run
 
 
 class RingError(ErclutchError):
@@ -161,7 +162,8 @@ class RingReader:
     @property
     def state(self) -> State:
         """How the loop is."""
-        return State(min(int(self._header["state"][0]), int(State.STOPPED)))
+        number = int(self._header["state"][0])
+        return State(number) if number in tuple(State) else State.STOPPED
 
     @property
     def pid(self) -> int:

@@ -223,6 +223,11 @@ class Session(contextlib.AbstractContextManager["Session"]):
             return False
         return True
 
+    def run_again(self, program: int = 0) -> None:
+        """Clear a trip and run a program: what an operator does in two steps, for scripts."""
+        self.order(Order.RESET)
+        self.order(Order.PROGRAM, program)
+
     def carry_out(self, command: PageCommand) -> None:
         """Turn a checked command of the page into an order."""
         if command.kind != "record":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import pi
@@ -11,9 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError, MappingError, SettingError, TimingError, UnitError, placed, shell_word
+from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed, shell_word
 from erclutch.logs import guessed_columns, name_pattern, timing
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate
+from erclutch.logs.labels import split_label
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate, scaled
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
@@ -53,6 +55,8 @@ class _Draft:
     constants: dict[str, float] = field(default_factory=dict[str, float])
     stepped: dict[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
     notes: list[str] = field(default_factory=list[str])
+    choices: dict[str, ColumnChoice] = field(default_factory=dict[str, ColumnChoice])
+    asked: dict[str, MappingError] = field(default_factory=dict[str, MappingError])
 
     def present(self, signals: tuple[str, ...]) -> bool:
         return all(signal in self.signals for signal in signals)
@@ -84,14 +88,75 @@ def assemble_rows(
     invalid = invalid or ("drop" if chosen.invalid == "drop" else "error")
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
-    draft = _Draft(table, device, constants=dict(table.constants), notes=list(table.notes))
     with placed(table.name):
-        for take in (_take_chosen, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw):
-            take(draft, chosen)
+        draft = understood(table, chosen, device)
+        if draft.asked:
+            raise all_asked(draft, chosen)
         rows = np.arange(table.rows)
         rows = rows[~_bad_stamps(draft, chosen, invalid)]
         clock = _clock(draft, chosen, rows)
         return _recording(draft, clock, rows, _invalid_rows(draft, invalid), chosen.file)
+
+
+def understood(table: Table, chosen: ColumnMap, device: DeviceName) -> _Draft:
+    """Which column is which signal, and what is still to be asked for."""
+    draft = _Draft(table, device, constants=dict(table.constants), notes=list(table.notes))
+    steps = (_ask_time, _take_chosen, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw)
+    for take in steps:
+        take(draft, chosen)
+    return draft
+
+
+def all_asked(draft: _Draft, chosen: ColumnMap) -> MappingError:
+    """All that is missing as one error, with a command that asks for nothing more once it is filled in."""
+    if len(draft.asked) == 1:
+        return next(iter(draft.asked.values()))
+    told = [error.problem.split("; the file has: ")[0] for error in draft.asked.values()]
+    numbered = "; ".join(f"({number}) {problem}" for number, problem in enumerate(told, start=1))
+    problem = f"{len(told)} things are missing: {numbered}; the file has: {columns_listed(draft.table)}"
+    command = f"erclutch inspect {shlex.quote(draft.table.name)} {' '.join(_options(draft, chosen))}"
+    pair = next((f"; if {hint}" for e in draft.asked.values() if (hint := e.remedy.partition("; if ")[2])), "")
+    none = "; --field none if it was not logged" if "--field none" in str(draft.asked.get("field")) else ""
+    return MappingError(problem, remedy=f"Give them all, with your columns in place of these: {command}{none}{pair}")
+
+
+def _options(draft: _Draft, chosen: ColumnMap) -> list[str]:
+    """What was given, and an example for what is missing, as options of a command."""
+    given = {**chosen.columns, **({"time": chosen.time} if chosen.time else {})}
+    words = [
+        f"--{name} {shell_word(f'{c.column} [{c.unit}]' if c.unit else str(c.column))}"
+        for name, c in given.items()
+        if c.source == "given" and name not in draft.asked
+    ]
+    words += [f"--device {draft.device}"] * (draft.device != "single")
+    if chosen.source == "given":
+        words += [f"--rate {chosen.rate:g}"] if chosen.rate is not None else []
+        words += [f'--lead "{chosen.lead:g} m"'] if chosen.lead is not None else []
+        for option, texts in (("constant", chosen.constants), ("scale", chosen.scales)):
+            words += [f"--{option} {shell_word(f'{name}={text}')}" for name, text in texts.items()]
+    for signal, error in draft.asked.items():
+        example = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
+        taken = [*draft.columns.values(), *_reserved(draft, chosen)]
+        position = "--position" in error.remedy and f"--position {error.remedy.partition('--position ')[2]}"
+        words.append(position or example.get(signal) or guessed_columns.example(draft.table, signal, taken))
+    return words
+
+
+def _ask_time(draft: _Draft, chosen: ColumnMap) -> None:
+    """Whether there is a clock of any kind; see `_clock`."""
+    table = draft.table
+    try:
+        column = _stamp_column(draft, chosen)
+        if column is not None:
+            _seconds(column[1], column[0])
+            draft.choices["time"] = ColumnChoice(*column)
+    except MappingError as error:
+        draft.asked["time"] = error
+        return
+    hint = table.sample_period or _header_rate(table)
+    if column is None and chosen.rate is None and table.clock is None and hint is None:
+        problem = f"no time column and no sampling rate; the file has: {columns_listed(table)}"
+        draft.asked["time"] = MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
 
 
 def _signals_of(device: DeviceName) -> set[str]:
@@ -105,13 +170,16 @@ def _take_chosen(draft: _Draft, chosen: ColumnMap) -> None:
         if signal == "field" and str(choice.column).strip() == _NONE and _NONE not in draft.table.columns:
             _take_no_field(draft)
             continue
-        if signal == "temperature":
-            _take_temperature(draft, choice)
-            continue
-        if signal not in allowed:
+        if signal not in allowed and signal != "temperature":
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {', '.join(sorted(allowed))})"
             raise MappingError(problem, remedy="Use one of these, or set --device")
-        _take(draft, signal, choice)
+        try:
+            if signal == "temperature":
+                _take_temperature(draft, choice)
+            else:
+                _take(draft, signal, choice, chosen.scales.get(signal))
+        except MappingError as error:
+            draft.asked[signal] = error
 
 
 def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
@@ -121,14 +189,19 @@ def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
     key = f"{_INPUT}{TEMPERATURE}"
     draft.signals[key] = units.kelvin(values if factor == 1.0 else values * factor, unit, name)
     draft.columns[key] = name
+    draft.choices["temperature"] = ColumnChoice(name, unit, factor, choice.source)
     draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
 
-def _take(draft: _Draft, signal: str, choice: ColumnChoice) -> str:
+def _take(draft: _Draft, signal: str, choice: ColumnChoice, scale_text: str | None = None) -> str:
     """Convert one column to SI and take it as a signal; the note says all that was done to it. Its name."""
     name, unit, factor = locate(draft.table, choice, signal)
     values, asked = draft.table.columns[name], draft.table.units.get(name)
-    if unit is None:
+    draft.choices[signal] = ColumnChoice(name, unit, factor, choice.source)
+    if scale_text is not None:
+        scale, si, how = _by_scale(signal, name, unit, scale_text)
+        factor *= scale
+    elif unit is None:
         si, how = _assumed_unit(draft.device, signal, values)
     else:
         scale, si = units.conversion(unit, SIGNALS[signal], name)
@@ -141,6 +214,25 @@ def _take(draft: _Draft, signal: str, choice: ColumnChoice) -> str:
     draft.columns[signal] = name
     draft.notes.append(f"{signal} <- column {f'{name} [{unit}]' if unit else name}{how} ({choice.source})")
     return name
+
+
+def _by_scale(signal: str, name: str, unit: str | None, text: str) -> tuple[float, str, str]:
+    """Factor, SI unit and note of a column that a scale makes a signal of: ``2.5 N*m/V`` for one in volts."""
+    number, made, sensor = scaled(text, signal)
+    if sensor is not None and unit is not None:
+        found = units.fits(unit, (sensor,))
+        if found is None:
+            problem = f"column '{name}' has the unit '{unit}', and the scale of {signal} is {text}"
+            raise UnitError(problem, remedy=f"Give the scale in {signal} per {unit}, or the column's unit")
+        number *= found[0]
+    elif unit is not None and made is not None:
+        problem = f"column '{name}' has the unit '{unit}', and the scale of {signal}, {text}, names no unit of a sensor"
+        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}=2.5 N*m/{unit}')}")
+    made = made if made is not None else unit
+    if made is None:
+        return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
+    factor, si = units.conversion(made, SIGNALS[signal], name)
+    return number * factor, si, f", times {text}"
 
 
 def _assumed_unit(device: DeviceName, signal: str, values: Array) -> tuple[str, str]:
@@ -218,34 +310,37 @@ def _step_signals(draft: _Draft, signals: dict[str, Array], starts: NDArray[np.i
 def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
     """Guess what the device needs and nobody chose; raise where nothing or too much would do."""
     taken = [*draft.columns.values(), *_reserved(draft, chosen)]
-    fieldless: MappingError | None = None  # of a log without a column that is the field; raised unless none may be
+    fieldless: MappingError | None = None  # of a log without a column that is the field; asked for unless none may be
     for group in NEEDS[draft.device]:
-        settled = any(draft.present(option) for option in group)
+        settled = any(draft.present(option) or draft.asked.keys() & set(option) for option in group)
         failure: MappingError | None = None
         for option in group:
             for signal in option:
-                if signal in draft.signals or (settled and _conflicts(draft, group, option)):
+                if signal in draft.signals or signal in draft.asked or (settled and _conflicts(draft, group, option)):
                     continue
+                scale = chosen.scales.get(signal)
+                sensor = scaled(scale, signal)[2] if scale else None
                 try:
-                    found = guessed_columns.guess(draft.table, signal, taken)
+                    found = guessed_columns.guess(draft.table, signal, taken, (sensor,) if sensor else ())
                 except MappingError as error:
                     failure = failure or error
                     continue
                 if found is not None:
-                    taken.append(_take(draft, signal, found))
+                    taken.append(_take(draft, signal, found, scale))
             settled = settled or draft.present(option)
         if not settled:
             names = " or ".join(" and ".join(option) for option in group)
             needed = next(signal for signal in group[0] if signal not in draft.signals)
             error = _or_a_pair(draft, failure or guessed_columns.missing(draft.table, needed, taken, names))
-            if needed != "field" or failure is not None:
-                raise fieldless or error
-            fieldless = error
+            draft.asked[needed] = error
+            if needed == "field" and failure is None:
+                fieldless = error
     if fieldless is not None:
-        inputs = (locate(draft.table, choice, "input")[0] for choice in chosen.inputs)
-        if guessed_columns.maybe_field(draft.table, [*taken, *inputs]):
-            raise fieldless
-        _take_no_field(draft)
+        inputs = [split_label(str(choice.column))[0] for choice in chosen.inputs]
+        inputs += [str(choice.column) for choice in chosen.inputs]
+        if not guessed_columns.maybe_field(draft.table, [*taken, *inputs]):
+            del draft.asked["field"]
+            _take_no_field(draft)
 
 
 def _take_no_field(draft: _Draft) -> None:
@@ -276,7 +371,11 @@ def _take_optional(draft: _Draft, chosen: ColumnMap) -> None:
 def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
     """Further inputs that the user named, as logged; they travel with the signals under a name of their own."""
     for choice in chosen.inputs:
-        name, _, factor = locate(draft.table, choice, "input")
+        try:
+            name, _, factor = locate(draft.table, choice, "input")
+        except MappingError as error:
+            draft.asked["input"] = error
+            continue
         values = draft.table.columns[name]
         draft.signals[f"{_INPUT}{name}"] = values if factor == 1.0 else values * factor
         draft.columns[f"{_INPUT}{name}"] = name
@@ -304,6 +403,8 @@ def _counters(table: Table) -> list[str]:
 
 def _reserved(draft: _Draft, chosen: ColumnMap) -> list[str]:
     """Columns that are no signals: the time, the sample counter."""
+    if "time" in draft.asked:
+        return _counters(draft.table)
     if chosen.time is not None:
         return [locate(draft.table, chosen.time, "time")[0], *_counters(draft.table)]
     time = guessed_columns.time_column(draft.table, draft.columns.values())
@@ -316,7 +417,8 @@ def _turn_screw(draft: _Draft, chosen: ColumnMap) -> None:
         return
     if chosen.lead is None:
         problem = "alpha_raw is the position on a screw whose lead is not given"
-        raise MappingError(problem, remedy='Give the lead, such as --lead "10 mm"')
+        draft.asked["lead"] = MappingError(problem, remedy='Give the lead, such as --lead "10 mm"')
+        return
     raw = draft.signals.pop("alpha_raw")
     del draft.units["alpha_raw"]
     column = draft.columns.pop("alpha_raw", "")
@@ -334,7 +436,8 @@ def _stamp_column(draft: _Draft, chosen: ColumnMap) -> tuple[str, str | None, fl
     if chosen.time is not None:
         return *locate(draft.table, chosen.time, "time"), chosen.time.source
     name = guessed_columns.time_column(draft.table, draft.columns.values())
-    return None if name is None else (name, draft.table.units.get(name), 1.0, "guessed from its name or unit")
+    choice = ColumnChoice(name or "", source="guessed from its name or unit")
+    return None if name is None else (*locate(draft.table, choice, "time"), choice.source)
 
 
 def _bad_stamps(draft: _Draft, chosen: ColumnMap, invalid: Invalid) -> Mask:
@@ -390,8 +493,8 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         notes.append(f"time <- column {name}{how} ({source})")
         stamps = table.columns[name][rows] * (factor * scale)
         if not unit and _days(stamps):
-            problem = f"column {name} has no unit and holds {stamps[0]:.6g} on: dates of a spreadsheet, in days"
-            raise TimingError(problem, remedy=f"Give its unit: --time {shell_word(f'{name} [day]')}, or [s]")
+            notes.append(f"{name} has no unit and holds dates as spreadsheets number them: taken as days")
+            stamps = (stamps - np.floor(stamps[0])) * 86_400.0
     elif table.clock is not None:
         name, stamps = table.clock_name, table.clock
         notes.append(f"time <- date and time in column {name}")
@@ -402,8 +505,7 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
             return timing.from_rate(rows.size, hint)
         name, stamps = counter, (table.columns[counter] - table.columns[counter][0]) * hint
     else:
-        problem = f"no time column and no sampling rate; the file has: {columns_listed(table)}"
-        raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
+        raise AssertionError("a log without a clock was asked about")
     return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint)
 
 

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.labels import own_unit, split_end
 from erclutch.logs.mapping import ColumnChoice, columns_listed
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
-# Names in small letters without signs; a column of another unit than the signal's is no candidate whatever its name.
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+# Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 _NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation",
-    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed",
-    "position": "position pos x d displacement disp stroke travel angle slipangle",
-    "effort": "effort force torque f m load moment shearstress tau t",
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
+    "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc",
+    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
+    "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita",
+    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
+    "deplacement desplazamiento deslocamento spostamento posicion posicao angulo",
+    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
+    "forca coppia forza",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -28,59 +39,139 @@ _NAMES = {
     "T": "torque effort t",
     "motor_torque": "motortorque torquecommand torquecmd",
 }
-_NEED_UNIT = {"v", "t", "m", "d", "n", "u", "b", "x", "tau", "load"}  # short names that mean several things
+# Words beside the name that say where or how it was measured.
+_BESIDE = _set(
+    "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
+    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida"
+)
+# Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
+_TOLD = _set("setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne")
+_OTHER = _set(
+    "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
+    "normal accuracy resolution power viscosity strain crack"
+)
+_NEED_UNIT = {
+    "v",
+    "t",
+    "m",
+    "d",
+    "n",
+    "u",
+    "b",
+    "x",
+    "tau",
+    "load",
+    "id",
+    "te",
+    "par",
+    "tension",
+}  # short names that mean several things
+_SINGLE = ("field", "slip", "position", "effort")
 _TIME = re.compile(
-    r"t|time|zeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|seconds|sec|tsec|times|timems", re.IGNORECASE
+    r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
+    re.IGNORECASE,
 )
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[\W_]", "", name).lower()
+    letters = unicodedata.normalize("NFKD", name)
+    return re.sub(r"[\W_]", "", letters).lower()
+
+
+def _words(name: str) -> list[str]:
+    """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
+    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+
+
+def _called(name: str, signal: str) -> str | None:
+    """The name that speaks for a signal: the whole of it, or what is left without its unit.
+
+    For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
+    """
+    stem, _ = split_end(name)
+    rest = "".join(word for word in _words(stem) if word not in _BESIDE) if signal in _SINGLE else ""
+    return next((form for form in (_plain(name), _plain(stem), rest) if form in _NAMES[signal].split()), None)
 
 
 def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
     """Whether the column's unit is one for these; None where it has no unit."""
-    unit = table.units.get(name)
+    unit = own_unit(name, table.units.get(name), si_units)
     if not unit:
-        return None
+        return False if split_end(name)[1] else None
     try:
         return units.fits(unit, si_units) is not None
     except UnitError:
         return False
 
 
-def candidates(table: Table, signal: str, taken: Iterable[str]) -> tuple[list[str], str]:
-    """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``."""
-    si_units, allowed = SIGNALS[signal].si_units, set(_NAMES[signal].split())
+def candidates(
+    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
+) -> tuple[list[str], str]:
+    """Columns that may be the signal, and what speaks for them: ``name`` or ``unit``.
+
+    Args:
+        table: the log.
+        signal: its name.
+        taken: columns that are something else.
+        units_of_sensor: units of the column where a scale makes the signal of it, such as V; then names alone speak.
+    """
+    si_units = units_of_sensor or SIGNALS[signal].si_units
     fit = {name: _fits(table, name, si_units) for name in table.columns if name not in set(taken)}
     if signal in fit and fit[signal] is not False:
         return [signal], "name"
+    told = _TOLD if signal != "field" else frozenset[str]()
+    called = {name: _called(name, signal) for name, fits in fit.items() if fits is not False}
     named = [
         name
-        for name, fits in fit.items()
-        if (plain := _plain(name)) in allowed and (fits or (fits is None and plain not in _NEED_UNIT))
+        for name, form in called.items()
+        if form and (fit[name] or form not in _NEED_UNIT) and not told.intersection(_words(name))
     ]
-    if named:
-        return named, "name"
-    dimensionless = {"", "-", "1", "%"}
-    by_unit = [name for name, fits in fit.items() if fits and table.units.get(name) not in dimensionless]
+    exact = [name for name in named if _plain(split_end(name)[0]) == called[name]]
+    if named or units_of_sensor:
+        return exact or named, "name"
+    by_unit = [
+        name
+        for name, fits in fit.items()
+        if fits and own_unit(name, table.units.get(name), si_units) not in {None, "", "-", "1", "%"}
+        if not (told | _OTHER).intersection(_words(split_end(name)[0])) and not _another(name, signal)
+    ]
     return (by_unit if signal in _EXAMPLES else []), "unit"
 
 
-def guess(table: Table, signal: str, taken: Iterable[str]) -> ColumnChoice | None:
-    """The one column that a signal's name or unit points to, or None.
+def _another(name: str, signal: str) -> bool:
+    """Whether the name speaks for another signal of a single device: a force sensor in volts is no field."""
+    own = "effort" if signal == "T" else signal
+    return any(len(_called(name, other) or "") > 2 for other in _SINGLE if other != own)
+
+
+def guess(
+    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
+) -> ColumnChoice | None:
+    """The one column that a signal's name or unit points to, or None; see `candidates`.
 
     Raises:
         MappingError: several columns would do.
     """
-    found, reason = candidates(table, signal, taken)
+    found, reason = candidates(table, signal, taken, units_of_sensor)
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
         raise MappingError(
             problem, remedy=f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
         )
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
+
+
+def example(table: Table, signal: str, taken: Iterable[str]) -> str:
+    """An option for a signal that was not found: with a column that may be it, or with a place to fill in."""
+    free = [name for name in table.columns if name not in set(taken)]
+    short = _NEED_UNIT & set(_NAMES[signal].split())
+    likely = candidates(table, signal, taken)[0] or [name for name in free if _plain(name) in short]
+    if volts := _in_volts(table, signal, free):
+        return volts
+    unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
+    return f"--{signal} {shell_word(_label(table, likely[0], signal) if likely else f'COLUMN [{unit}]')}"
 
 
 def maybe_field(table: Table, taken: Iterable[str]) -> list[str]:
@@ -108,8 +199,20 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
     lengths = [name for name in free if signal == "slip" and _fits(table, name, SIGNALS["position"].si_units)]
     if lengths:
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
+    if volts := _in_volts(table, signal, free):
+        remedy = f"Give what a volt of its sensor is, such as {volts}"
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
     return MappingError(problem, remedy=remedy)
+
+
+def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
+    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
+    for name in free:
+        unit = table.units.get(name)
+        if unit in ("V", "mV") and len(_called(name, signal) or "") > 2:
+            scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{unit}")
+            return f"--{signal} {shell_word(name)} --scale {scale}"
+    return ""
 
 
 def _label(table: Table, name: str, signal: str) -> str:
@@ -122,6 +225,10 @@ def _label(table: Table, name: str, signal: str) -> str:
 def time_column(table: Table, taken: Iterable[str]) -> str | None:
     """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time."""
     timed = {name: _fits(table, name, ("s",)) for name in table.columns if name not in set(taken)}
-    named = [n for n, fits in timed.items() if n != "T" and _TIME.fullmatch(_plain(n)) and fits is not False]
-    by_unit = [name for name, fits in timed.items() if fits]
+    named = [
+        name
+        for name, fits in timed.items()
+        if name != "T" and fits is not False and any(map(_TIME.fullmatch, (_plain(name), _plain(split_end(name)[0]))))
+    ]
+    by_unit = [name for name, fits in timed.items() if fits and not _OTHER.intersection(_words(name))]
     return named[0] if named else by_unit[0] if len(by_unit) == 1 else None

@@ -16,6 +16,33 @@ _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
 )
+# Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
+_AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
+_ENDS = {
+    **{end: end for end in _AS_THEY_ARE.split()},
+    **{
+        "rad_s": "rad/s",
+        "rads": "rad/s",
+        "radps": "rad/s",
+        "deg_s": "deg/s",
+        "dps": "deg/s",
+        "m_s": "m/s",
+        "mps": "m/s",
+    },
+    **{
+        "mm_s": "mm/s",
+        "mmps": "mm/s",
+        "Nm": "N*m",
+        "N_m": "N*m",
+        "Nmm": "N*mm",
+        "mNm": "mN*m",
+        "C": "°C",
+        "degC": "°C",
+    },
+}
+_LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
+_TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours", re.I)
+_PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 _RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
 
 
@@ -32,6 +59,30 @@ def split_label(label: str) -> tuple[str, str | None]:
         if (match := pattern.fullmatch(label)) and units.is_unit(match.group(2)):
             return match.group(1), match.group(2).strip()
     return label, None
+
+
+def split_end(name: str) -> tuple[str, str | None]:
+    """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
+
+    One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``).
+    """
+    if name.strip().lower() == "rpm":
+        return name, "rpm"
+    front, _, last = name.strip().rpartition("_")
+    shorter, _, before = front.rpartition("_")
+    for stem, end in ((shorter, f"{before}_{last}"), (front, last)):
+        unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
+        if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
+            return stem, unit
+    return name, None
+
+
+def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
+    """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits."""
+    if unit:
+        return "turn/min" if _PER_MINUTE.fullmatch(unit) and _TURNS.search(name) else unit
+    _, end = split_end(name)
+    return end if end and (end == "°C" or units.fits(end, si_units)) else None
 
 
 def name_columns(

@@ -15,6 +15,9 @@ of the log; the first that exists is read. Its keys, all optional::
     slip = "V [cm/s]"
     effort = {column = 4, unit = "N", scale = -1}
 
+    [scales]                         # of sensors in volts, or without a unit
+    effort = "2.5 N*m/V"
+
     [constants]                      # signals that are the same all through the log, and other numbers
     field = "0.5 A"                  # or one number a segment between gaps: "0, 0.25, 0.5 A"
 
@@ -32,11 +35,11 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed, shell_word
-from erclutch.logs.labels import split_label
+from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.table import Table
-from erclutch.signals.recording import NAMED_COLUMNS
+from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
-_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "constants")
+_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "scales", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
 
 
@@ -67,6 +70,7 @@ class ColumnMap:
         rate: sampling rate in Hz, instead of a time column.
         lead: lead of the screw in m, for alpha_raw.
         constants: name -> number with unit (``0.5 A``), as text; a signal's name makes a constant signal.
+        scales: signal -> number with unit, as text: what one of the column's unit (``2.5 N*m/V``) or one count is.
         name_pattern: template on the file's name (see the module).
         variable: recording of a MATLAB file.
         invalid: "error" or "drop" for values that are not finite.
@@ -80,6 +84,7 @@ class ColumnMap:
     rate: float | None = None
     lead: float | None = None
     constants: Mapping[str, str] = field(default_factory=dict[str, str])
+    scales: Mapping[str, str] = field(default_factory=dict[str, str])
     name_pattern: str | None = None
     variable: str | None = None
     invalid: str | None = None
@@ -125,6 +130,8 @@ class ColumnMap:
             _known(values, _KEYS, "key")
             columns = _table_of(values, "columns")
             _known(columns, NAMED_COLUMNS, "signal")
+            scales = _table_of(values, "scales")
+            _known(scales, tuple(SIGNALS), "signal")
             inputs = values.get("inputs", ())
             if not isinstance(inputs, list | tuple):
                 raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
@@ -135,6 +142,7 @@ class ColumnMap:
                 rate=_number(values, "rate", "Hz"),
                 lead=_number(values, "lead", "m"),
                 constants={str(name): str(value) for name, value in _table_of(values, "constants").items()},
+                scales={name: str(value) for name, value in scales.items()},
                 inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
                 source=source,
                 **_texts(values),
@@ -149,6 +157,7 @@ class ColumnMap:
             self,
             columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
             constants={**{name: text for name, text in base.constants.items() if name not in chosen}, **self.constants},
+            scales={**base.scales, **self.scales},
             time=self.time if timed else base.time,
             rate=self.rate if timed else base.rate,
             lead=base.lead if self.lead is None else self.lead,
@@ -184,8 +193,31 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         if name not in table.columns and name.isdecimal() and len(name) < 10:
             name = table.numbered(int(name)) or name
         if name in table.columns:
-            return name, unit or table.units.get(name), factor * choice.scale
+            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
+            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
     raise _no_column(table, text, signal)
+
+
+def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
+    """A scale such as ``2.5 N*m/V`` as 2.5, ``N*m`` and ``V``; None where it names no unit, or none of a sensor.
+
+    Raises:
+        MappingError: no number with a unit, or zero.
+    """
+    from erclutch.signals import units
+
+    try:
+        number, unit = units.quantity(text)
+        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
+        over, _, under = (unit or "").rpartition("/")
+        if not whole:
+            over, under = units.parse(over).text, units.parse(under).text
+    except UnitError:
+        number, whole, over, under, unit = 0.0, False, "", "", None
+    if not 0 < abs(number) < float("inf"):
+        problem = f"the scale of {signal} is '{text}'"
+        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}=2.5 N*m/V')}")
+    return (number, unit, None) if whole else (number, over, under)
 
 
 def _no_column(table: Table, text: str, signal: str) -> MappingError:

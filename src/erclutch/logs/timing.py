@@ -19,6 +19,7 @@ MINIMUM_ROWS = 10
 _GAP = 1.5  # periods
 _SHORTEST = 1e-12  # s: no logger samples at a THz
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
+_PAUSE = 11.0  # long steps between two stretches whose clock began anew
 _COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
 
@@ -71,10 +72,12 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
     """
     require_rows(stamps.size)
+    grain = _resolution(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
+    stamps, restarts = _restarted(stamps, column)
     _refuse_no_clock(stamps, column)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
-    found = _regular(stamps, _resolution(stamps), column, hint)
+    found = _regular(stamps, grain, column, hint)
     repeats = np.concatenate(([False], np.diff(stamps) == 0))
     if repeats.any() and (_stray(repeats) or (found.wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
         keep, notes = ~repeats, [_dropped(repeats, same, column)]
@@ -82,6 +85,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         require_rows(stamps.size)
         found = _regular(stamps, found.grain[keep], column, hint)
     period, uniform = found.period, found.wander <= 1.0
+    _refuse_short(period, column)
     steps = np.delete(np.diff(stamps), [start - 1 for start in found.starts[1:]])
     regular = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
     if uniform:
@@ -97,7 +101,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         spread = float(np.percentile(steps, 99) - np.percentile(steps, 1))
         about = f"steps of {column} spread by {spread:.3g} s about {period:.4g} s"
         notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
-    return LogClock(stamps, period, found.starts, uniform, keep, (*notes, *found.gaps))
+    return LogClock(stamps, period, found.starts, uniform, keep, (*restarts, *notes, *found.gaps))
 
 
 def require_rows(rows: int) -> None:
@@ -130,9 +134,7 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     if not np.any(steps):
         raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
-    if abs(usual) < _SHORTEST:
-        problem = f"steps of column {column} are {usual:.3g} s, below the shortest of {_SHORTEST:g} s"
-        raise TimingError(problem, remedy=f"Check its unit, {remedy}")
+    _refuse_short(usual, column)
     back = np.flatnonzero(steps < 0)
     if back.size:
         row = int(back[0]) + 1
@@ -142,6 +144,31 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
             f"column {column} runs backwards at data row {row + 1}: {order}{more}",
             remedy="Split the log there, sort it, or choose another time column (--time) or a rate (--rate)",
         )
+
+
+def _refuse_short(step: float, column: str) -> None:
+    if abs(step) < _SHORTEST:
+        problem = f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
+        raise TimingError(
+            problem, remedy="Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
+        )
+
+
+def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
+    """Stamps that go on where the clock began anew: long after the last one, which cuts the log there."""
+    steps = np.diff(stamps)
+    back = np.flatnonzero(steps < 0) + 1
+    if not back.size or back.size > 0.01 * stamps.size or not np.any(steps > 0):
+        return stamps, ()
+    pause = _PAUSE * float(np.percentile(steps[steps > 0], 90))
+    if np.any(stamps[back] > stamps[0] + pause) or np.any(stamps[back - 1] - stamps[back] < pause):
+        return stamps, ()
+    shift = np.zeros(stamps.size)
+    shift[back] = pause - steps[back - 1]
+    rows = ", ".join(f"{row + 1:,}" for row in back[:5]) + (", ..." if back.size > 5 else "")
+    note = f"{column} begins anew in data row {rows}: a new stretch each time, {pause:.3g} s after the last"
+    joined = stamps + np.cumsum(shift)
+    return (joined, (note,)) if np.all(joined[back] - joined[back - 1] > 0.9 * pause) else (stamps, ())
 
 
 def _resolution(stamps: Array) -> Array:

@@ -217,27 +217,16 @@ class Structure:
         rows: slice = slice(None),
         functions: Callable[[Any], Any] = _as_it_is,
         extras: Mapping[str, Array] | None = None,
+        *,
+        ahead: bool = False,
     ) -> list[Any]:
         """One column a gain, for normalised nonlinear parameters ``q`` (numbers or duals), at some of the rows.
 
         Stages run over all rows whatever is asked for: the fluid remembers its whole past. What ``functions``
-        makes of an array is what the law computes with: `exact.exact` brings the exported C's exp, tanh and powers.
-        Stages on the effort are not in the columns of such arrays; `behind` has them.
+        makes of an array is what the law computes with: `as_in_c.exact` brings the exported C's exp, tanh and powers.
+        Stages on the effort are not in the columns of such arrays, nor in those ``ahead`` of them, which come at all
+        rows where there are such stages; `behind` has them.
         """
-        columns = self.columns_ahead(elements, clock, reference, q, rows, functions, extras)
-        return columns if functions is not _as_it_is else [self.behind(column, clock, q, rows) for column in columns]
-
-    def columns_ahead(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        reference: Reference,
-        q: Sequence[Any],
-        rows: slice = slice(None),
-        functions: Callable[[Any], Any] = _as_it_is,
-        extras: Mapping[str, Array] | None = None,
-    ) -> list[Any]:
-        """The same ahead of the stages on the effort; where there are such stages, at all rows."""
         memory = slip_stages(self.dynamics)
         wanted = slice(None) if stages_at(self.dynamics, "effort") else rows
         whole = slice(None) if memory else wanted
@@ -248,7 +237,9 @@ class Structure:
             fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
             moved = [Moved(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
         further = [functions((extras or {})[name][wanted]) for name in self.extras]
-        return self.from_fluid(fluids, slips, remembered, further, reference, q, moved)
+        columns = self.from_fluid(fluids, slips, remembered, further, reference, q, moved)
+        plain = ahead or functions is not _as_it_is
+        return columns if plain else [self.behind(column, clock, q, rows) for column in columns]
 
     def signals(
         self,

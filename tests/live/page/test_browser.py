@@ -211,6 +211,13 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.until("document.getElementById('banner').textContent.includes('Tripped by sample-lost')")
     seen.page.click("#reset")
     assert seen.command() == PageCommand("reset")
+    seen.page.click("#program-form button")  # not while it is tripped: no command goes out, and the page says why
+    seen.until("document.getElementById('said').textContent.includes('tripped by sample-lost. Reset it first')")
+    seen.loop.writer.put(state=State.READY)
+    seen.until("document.getElementById('banner').textContent.includes('nothing moves until a program is run')")
+    assert seen.page.locator("#reset").is_hidden()
+    seen.page.click("#program-form button")
+    assert seen.command().kind == "program"
     seen.loop.writer.put(state=State.RUNNING)
     seen.until("document.getElementById('banner').hidden")
     seen.loop.stop()

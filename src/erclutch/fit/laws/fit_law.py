@@ -147,7 +147,7 @@ def separable(
     """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
-        return structure.columns_ahead(data.elements, data.clock, reference, q, rows, extras=data.extras)
+        return structure.columns(data.elements, data.clock, reference, q, rows, extras=data.extras, ahead=True)
 
     def behind(effort: Any, q: Sequence[Any]) -> Any:
         return structure.behind(effort, data.clock, q, rows)

@@ -15,6 +15,10 @@ uint32_t erc_core_config_size(void) {
     return (uint32_t)sizeof(erc_config);
 }
 
+uint32_t erc_core_state(const erc_core *core) {
+    return core->state;
+}
+
 static int positive(double x) {
     return isfinite(x) && x > 0.0;
 }
@@ -107,18 +111,30 @@ static void trip(erc_core *core, uint32_t event) {
     }
 }
 
-/* Back to work: only with sensors, the program from its beginning, the model without what it learned or remembers. */
+/* Clears the trip, and starts nothing: the fields stay at zero until a program is run. The model forgets all samples. */
 static int reset(erc_core *core) {
     if (core->state != ERC_TRIPPED || core->missing > 0u) {
         return 0; /* nothing to reset, or still no sensors */
     }
-    core->state = ERC_RUNNING;
+    core->state = ERC_READY;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
     if (core->model.reset != 0) {
         core->model.reset(core->model.state);
     }
-    erc_control_start(core, core->program, core->step);
+    return 1;
+}
+
+/* Runs a program from its beginning: never out of a trip, and never without sensors. */
+static int run(erc_core *core, double program) {
+    if (!(program >= 0.0 && program < (double)core->config.programs) || core->state == ERC_TRIPPED ||
+        (core->state == ERC_READY && core->missing > 0u)) {
+        return 0;
+    }
+    if (core->state == ERC_READY) {
+        core->state = ERC_RUNNING;
+    }
+    erc_control_start(core, (uint32_t)program, core->step);
     return 1;
 }
 
@@ -137,10 +153,7 @@ int erc_core_order(erc_core *core, const erc_order *order) {
         done = reset(core);
         break;
     case ERC_ORDER_PROGRAM:
-        if (value >= 0.0 && value < (double)core->config.programs) {
-            erc_control_start(core, (uint32_t)value, core->step);
-            done = 1;
-        }
+        done = run(core, value);
         break;
     case ERC_ORDER_MOTOR:
         if (fabs(value) <= core->config.motor_limit) {
@@ -189,8 +202,8 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
         core->state = ERC_RUNNING;
         erc_control_start(core, core->program, core->step);
     }
-    const int running = core->state == ERC_RUNNING;
-    if (!running) {
+    const int armed = core->state == ERC_RUNNING || core->state == ERC_READY;
+    if (!armed) {
         /* tripped or without a sample: nothing more can trip */
     } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
@@ -204,7 +217,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
     if (core->state == ERC_TRIPPED && core->missing >= core->config.trip_samples) {
         core->resync = 1u; /* the rig may be started anew meanwhile, an encoder may have slipped: begin again there */
     }
-    return running && core->state == ERC_TRIPPED ? ERC_TRIP : 0u;
+    return armed && core->state == ERC_TRIPPED ? ERC_TRIP : 0u;
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {

@@ -21,6 +21,7 @@ void erc_core_stop(erc_core *core);
 void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t tick, uint64_t late_ns,
                    uint32_t events, erc_command *command, erc_frame *frame);
 
-/* Sizes for callers that only see bytes. */
+/* Sizes and the state for callers that only see bytes. */
+uint32_t erc_core_state(const erc_core *core);
 uint32_t erc_core_size(void);
 uint32_t erc_core_config_size(void);

@@ -44,7 +44,7 @@ enum {
     ERC_RIG_WATCHDOG = 1u << 15, /* the rig itself had set the fields to zero: commands did not reach it in time */
     ERC_RIG_FAULT = 1u << 16,    /* the rig reported a fault */
     ERC_ORDER = 1u << 17,        /* an operator's order was carried out */
-    ERC_ORDER_REFUSED = 1u << 18, /* an operator's order was out of range or unknown */
+    ERC_ORDER_REFUSED = 1u << 18, /* an operator's order was out of range, unknown, or not for this state */
     ERC_UNREACHABLE = 1u << 19,  /* the wanted torque is out of the model's reach */
     ERC_SEND_FAILED = 1u << 20,  /* the command could not be sent to the rig */
     ERC_STOPPING = 1u << 21,     /* the loop is ending: fields to zero */
@@ -57,7 +57,8 @@ enum {
 #define ERC_RING_VERSION 1u
 #define ERC_HEADER_SIZE 4096u
 
-enum { ERC_STARTING = 0, ERC_RUNNING = 1, ERC_TRIPPED = 2, ERC_STOPPED = 3 };
+/* Ready: a reset cleared the trip; fields and motor stay at zero until an operator runs a program. */
+enum { ERC_STARTING = 0, ERC_RUNNING = 1, ERC_TRIPPED = 2, ERC_STOPPED = 3, ERC_READY = 4 };
 
 typedef struct {
     uint64_t magic;

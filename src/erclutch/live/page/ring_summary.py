@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.layout import EVENTS
+from erclutch.live.layout import EVENT_BITS, EVENTS
 from erclutch.live.ring import RingReader, State
 from erclutch.live.session_figures import SHARES, Histogram, SessionFigures
 
@@ -18,6 +18,9 @@ EDGES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000)
 _SILENT = 0.1  # s without a frame
 _JOINED = 0.5  # s: an event that comes again within goes to the same line
 _KEPT = 300  # lines
+#: A bad sample has one line: that the command was held for its want follows from it.
+_HOLD = np.uint32(EVENT_BITS["hold"])
+_BAD_SAMPLE = np.uint32(EVENT_BITS["sample-lost"] | EVENT_BITS["sample-invalid"] | EVENT_BITS["glitch"])
 #: How an event is shown: what fails safe, what is worth a look, what is only told.
 _ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
 _NOTES = {"order", "wrap", "stopping", "rate-limited"}
@@ -84,13 +87,14 @@ class Watcher:
             self._head, self._moved = self.reader.head, time.monotonic()
         if not frames.size:
             return
-        present = int(np.bitwise_or.reduce(frames["events"]))
+        events = np.where(frames["events"] & _BAD_SAMPLE, frames["events"] & ~_HOLD, frames["events"])
+        present = int(np.bitwise_or.reduce(events))
         if not present:
             return
         seconds = (frames["time_ns"].astype(np.int64) - self.reader.info.start_ns) * 1e-9
         for bit, (name, meaning) in enumerate(EVENTS):
             if present >> bit & 1:
-                hit = np.flatnonzero(frames["events"] >> np.uint32(bit) & 1)
+                hit = np.flatnonzero(events >> np.uint32(bit) & 1)
                 self._log(name, meaning, level_of(name), float(seconds[hit[0]]), float(seconds[hit[-1]]), int(hit.size))
 
     def say(self, text: str, at: int, level: str = "note") -> None:
@@ -116,9 +120,9 @@ class Watcher:
 
     @property
     def state(self) -> str:
-        """starting, running, tripped, stopped, or silent: the loop says that it runs, but no frame comes."""
+        """starting, running, tripped, ready, stopped, or silent: the loop says that it runs, but no frame comes."""
         state = self.reader.state
-        if state in (State.RUNNING, State.TRIPPED) and time.monotonic() - self._moved > _SILENT:
+        if state not in (State.STARTING, State.STOPPED) and time.monotonic() - self._moved > _SILENT:
             return "silent"
         return state.name.lower()
 

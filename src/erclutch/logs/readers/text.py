@@ -158,7 +158,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     columns: dict[str, Array] = {}
     constants: dict[str, float] = {}
     notes = [*dialect.notes, *cut]
-    clock: tuple[str, Array | None] = ("", None)
+    texts: dict[str, pd.Series[Any]] = {}
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
     longer = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
@@ -172,11 +172,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         cells = frame.iloc[:, index]
         values = _numbers(cells, index, body, dialect)
         if values is None:
-            stamps = dates.seconds(cells) if clock[1] is None else None
-            if stamps is not None:
-                clock = (label, stamps)
-            else:
-                notes.append(f"column {label} holds text in {int(cells.notna().sum())} of {len(cells)} rows: left out")
+            texts[label] = cells
             continue
         filled = int(np.count_nonzero(~np.isnan(values)))
         if filled == 0 and len(values) > 0:
@@ -186,6 +182,10 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
             notes.append(f"column {label} is filled in its first row only: kept as the constant {values[0]:g}")
         else:
             columns[label] = values
+    clock = dates.clock_of(texts)
+    for label, cells in texts.items():
+        if label not in (clock[0], *clock[0].split(" and ")):
+            notes.append(f"column {label} holds text in {int(cells.notna().sum())} of {len(cells)} rows: left out")
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
         last = max(columns, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist()

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import wraps
 from typing import Any, cast
 
 import numpy as np
 
-from erclutch.errors import placed
 from erclutch.models.laws.law import Law, ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.registry import Plugin
@@ -33,22 +30,13 @@ def checked(law: Any, plugin: Plugin) -> Law:
         raise plugin.fault("must have TRANSITION_SLIP of erclutch.models.laws.smooth as its first shape parameter")
     own = replace(
         law,
-        columns=_guarded(law.columns, plugin),
-        stimulus=None if law.stimulus is None else _guarded(law.stimulus, plugin),
-        paper_form=None if law.paper_form is None else _guarded(law.paper_form, plugin),
+        columns=plugin.guarded(law.columns),
+        stimulus=None if law.stimulus is None else plugin.guarded(law.stimulus),
+        paper_form=None if law.paper_form is None else plugin.guarded(law.paper_form),
         plugin=plugin,
     )
     _try_out(own, plugin)
     return own
-
-
-def _guarded(function: Callable[..., Any], plugin: Plugin) -> Callable[..., Any]:
-    @wraps(function)
-    def call(*arguments: Any) -> Any:
-        with plugin.working(), placed(f"{plugin.name} of {plugin.label}"):
-            return function(*arguments)
-
-    return call
 
 
 def _try_out(law: Law, plugin: Plugin) -> None:

@@ -24,13 +24,10 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, step_of
-from erclutch.models.laws.law import EFFORT, Dimension, Gain, ShapeParameter
+from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
+from erclutch.models.stages.slip_memory import travels
 from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily, numbered
 from erclutch.signals.clock import Clock
-
-TRAVEL = Dimension(slip=1, time=1)
-#: Travels, over the reference slip in s, between which the states of a scan lie.
-_USUAL = (3.0, 600.0)  # sampling periods
 
 
 @dataclass(frozen=True)
@@ -84,19 +81,7 @@ class Dahl:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
-        ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, self.states + 1).tolist()
-        return tuple(
-            ShapeParameter(
-                f"r_{i + 1}",
-                f"travel over which memory {i + 1} yields",
-                0.1 * period,
-                10.0,
-                TRAVEL,
-                "log",
-                (ends[i], ends[i + 1]),
-            )
-            for i in range(self.states)
-        )
+        return travels("r_{}", "travel over which memory {} yields", period, self.states)
 
     def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, Part, ShapeParameter
 from erclutch.models.stages.stage import Place
@@ -55,7 +58,14 @@ class SlipMemory:
         return tuple(outputs) if self.ahead else (*outputs, *(strength * x for x in outputs))
 
 
-def travel(name: str, meaning: str, period: float, usual: tuple[float, float] = _USUAL) -> ShapeParameter:
-    """A travel as a parameter; ``usual`` counts sampling periods at the reference slip."""
-    span = (usual[0] * period, usual[1] * period)
+def travel(name: str, meaning: str, period: float) -> ShapeParameter:
+    """A travel as a parameter."""
+    span = (_USUAL[0] * period, _USUAL[1] * period)
     return ShapeParameter(name, meaning, 0.1 * period, 10.0, TRAVEL, "log", span)
+
+
+def travels(name: str, meaning: str, period: float, count: int) -> tuple[ShapeParameter, ...]:
+    """Travels of equal parts of a memory; a scan looks for them in neighbouring parts of the usual range."""
+    ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, count + 1).tolist()
+    parts = enumerate(itertools.pairwise(ends), start=1)
+    return tuple(replace(travel(name.format(i), meaning.format(i), period), usual=part) for i, part in parts)

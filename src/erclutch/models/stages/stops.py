@@ -15,17 +15,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
-from erclutch.models.stages.slip_memory import SlipMemory, travel
+from erclutch.models.stages.slip_memory import SlipMemory, travels
 from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
-
-_LEAST, _MOST = 3.0, 600.0
 
 
 @dataclass(frozen=True)
@@ -34,12 +30,7 @@ class Stops(SlipMemory):
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The travel of each stop; a scan looks for them in neighbouring parts of the usual range."""
-        count = len(self.outputs)
-        ends = np.geomspace(_LEAST, _MOST, count + 1).tolist()
-        return tuple(
-            travel(f"r_p{i + 1}", f"travel over which stop {i + 1} yields", period, (ends[i], ends[i + 1]))
-            for i in range(count)
-        )
+        return travels("r_p{}", "travel over which stop {} yields", period, len(self.outputs))
 
     def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""

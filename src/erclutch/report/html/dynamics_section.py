@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from erclutch.models.law_model import unit_text as unit_of
-from erclutch.models.stages.stage import SlipStage, Stage
+from erclutch.models.stages import slip_stages
+from erclutch.models.stages.stage import Stage
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import symbol
 from erclutch.report.numbers.model_stages import stage_gain, stage_values, stages_in
@@ -51,7 +52,7 @@ def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator
             value = stage_values(entry, stage)[p.name]
             known[p.name] = {"name": p.name, "value": value, "unit": unit_of(p.dimension, units), "meaning": p.meaning}
     names = [p.name for p in stage.parameters(1.0)]
-    gains = [g.name for g in stage.gains] if isinstance(stage, SlipStage) else []
+    gains = [g.name for s in slip_stages(stage.name) for g in s.gains]
     for name, p in known.items():
         if name in names or any(name in (g, *(f"{g}_{k}" for k in (1, 2))) for g in gains):
             yield _constant(p)

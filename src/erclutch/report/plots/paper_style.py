@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import RunError
-from erclutch.files import whole_file
+from erclutch.files import unwritable, whole_file
 from erclutch.report.plots.plot_description import COLUMN
 
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#7F7F7F")
@@ -132,10 +132,6 @@ def placed(path: Path) -> Generator[Path, None, None]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _unwritable(path, error) from error
-    with whole_file(path, _unwritable) as partial:
+        raise unwritable(path, error) from error
+    with whole_file(path) as partial:
         yield partial
-
-
-def _unwritable(path: Path, error: OSError) -> RunError:
-    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place")

@@ -28,7 +28,8 @@ WARMTH, METER_A, METER_B, TABLE = 15, 16, 17, 18
 # The ledger of energy in J: motor's work, field's work on strained chains, dissipation; and its smallest single term.
 WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
-STRUCTURE = 24  # of the chains, and their strain, at the points of gap 1, then of gap 2
+PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27  # fields by the supply alone, and what stays of them, V/m
+STRUCTURE = 28  # of the chains, and their strain, at the points of gap 1, then of gap 2
 STRAIN = STRUCTURE + 2 * POINTS
 STIFF_1 = STRAIN + 2 * POINTS  # stiffness of fully built chains at the present fields, Pa
 STIFF_2 = STIFF_1 + 1
@@ -63,16 +64,17 @@ def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Par
 
 @compiled
 def _gaps_after(
-    x: Array, omega: float, omega_r: float, before_1: float, before_2: float, parts: Parts, dt: float
+    x: Array, omega: float, omega_r: float, before_1: float, before_2: float, firm: float, parts: Parts, dt: float
 ) -> None:
     """Structure and strain one step later, and their entries in the ledger."""
     gaps, fluid = parts.gaps, parts.fluid
     rate_1, halving_1 = structure_rates(0.5 * (before_1 + x[FIELD_1]), fluid)
     rate_2, halving_2 = structure_rates(0.5 * (before_2 + x[FIELD_2]), fluid)
     per_strain = 1.0 / fluid.yield_strain
+    full = firm * per_strain
     soft_1, soft_2 = x[STIFF_1], x[STIFF_2]
-    stiff_1 = yield_stress(x[FIELD_1], parts.clutch_1.strength, fluid) * per_strain
-    stiff_2 = yield_stress(x[FIELD_2], parts.clutch_2.strength, fluid) * per_strain
+    stiff_1 = yield_stress(x[FIELD_1], parts.clutch_1.strength, fluid) * full
+    stiff_2 = yield_stress(x[FIELD_2], parts.clutch_2.strength, fluid) * full
     x[STIFF_1], x[STIFF_2] = stiff_1, stiff_2
     residual = fluid.residual_yield * per_strain
     for i in range(gaps.arm.size):
@@ -125,13 +127,18 @@ def _motor_torque(x: Array, drive: Drive) -> float:
 def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: float) -> None:
     """Voltages and fields in the gaps one step later."""
     share = 1.0 - decay(dt / parts.fluid.polarisation)
+    stays = 1.0 - decay(dt / parts.fluid.residual_time)
     for channel in range(2):
         command = first if channel == 0 else second
         voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
         middle = 0.5 * (voltage + x[VOLT_1 + channel])
         x[VOLT_1 + channel] = voltage
-        field = x[FIELD_1 + channel] + share * (middle / parts.clutch_1.gap - x[FIELD_1 + channel])
-        x[FIELD_1 + channel] = field if field > 1.0 else 0.0  # below 1 V/m it is off
+        prompt = x[PROMPT_1 + channel] + share * (middle / parts.clutch_1.gap - x[PROMPT_1 + channel])
+        prompt = prompt if prompt > 1.0 else 0.0  # below 1 V/m it is off
+        x[PROMPT_1 + channel] = prompt
+        x[RESIDUE_1 + channel] += stays * (prompt - x[RESIDUE_1 + channel])
+        field = prompt + parts.fluid.residual_field * (x[RESIDUE_1 + channel] - prompt)
+        x[FIELD_1 + channel] = field if field > 1.0 else 0.0
 
 
 @compiled
@@ -186,14 +193,14 @@ def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
 
 
 @compiled
-def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, dt: float) -> None:
+def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, firm: float, dt: float) -> None:
     """Positions and internal states under the new speeds."""
     drive, screw = parts.drive, parts.screw
     omega, omega_r, omega_l = x[OMEGA], x[OMEGA_R], x[OMEGA_L]
     lost = x[DISSIPATED]
     field_1, field_2 = x[FIELD_1], x[FIELD_2]
     _electric_after(x, parts, first, second, dt)
-    _gaps_after(x, omega, omega_r, field_1, field_2, parts, dt)
+    _gaps_after(x, omega, omega_r, field_1, field_2, firm, parts, dt)
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
         slip = (omega if channel == 0 else -omega) - omega_r
@@ -218,7 +225,8 @@ def advance(
     x: Array, parts: Parts, first: float, second: float, motor: float, locked: bool, dt: float, steps: int
 ) -> None:
     """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
-    warm = math.exp(-parts.thermal.thinning * x[WARMTH])  # slow: once a call will do
+    above = parts.thermal.room + x[WARMTH]  # the reference temperature; slow: once a call will do
+    warm, firm = math.exp(-parts.thermal.thinning * above), math.exp(-parts.thermal.softening * above)
     for _ in range(steps):
         _speeds_after(x, parts, warm, locked, dt)
-        _states_after(x, parts, first, second, motor, dt)
+        _states_after(x, parts, first, second, motor, firm, dt)

@@ -17,15 +17,16 @@ SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal",
 
 #: May be zero; all others must be positive.
 _MAY_BE_ZERO = {
-    "fluid": {"thinning", "field_thickening", "residual_yield"},
+    "fluid": {"thinning", "field_thickening", "residual_yield", "residual_field"},
     "clutch": {"seal_1", "seal_2"},
     "drive": {"ripple", "coulomb", "viscous"},
     "screw": {"damping", "stop_damping", "coulomb", "viscous", "asymmetry", "waviness", "backlash"},
     "sensors": {"torque_noise", "torque_step"},
-    "thermal": {"thinning"},
+    "thermal": {"thinning", "softening"},
     "excitation": {"sines", "alternating", "motor_low"},
 }
-_SHARES = ("excitation.sines", "excitation.alternating")
+_SIGNED = {"thermal.room"}
+_SHARES = ("fluid.residual_field", "excitation.sines", "excitation.alternating")
 _ORDERED = (("excitation.lowest", "excitation.highest"), ("excitation.motor_low", "excitation.motor_high"))
 
 
@@ -136,7 +137,7 @@ def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
         raise SettingError(f"{path} is {value!r}", remedy=f"Give a finite number in {unit}", where=where)
     section, _, key = path.partition(".")
     least = "0 or more" if key in _MAY_BE_ZERO.get(section, set()) else "above 0"
-    if value < 0 or (value == 0 and least == "above 0"):
+    if path not in _SIGNED and (value < 0 or (value == 0 and least == "above 0")):
         problem = f"{path} is {value:g} {unit}, it must be {least}"
         raise SettingError(problem, remedy="Correct it in the rig file", where=where)
     return float(value)

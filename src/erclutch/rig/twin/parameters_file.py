@@ -41,13 +41,9 @@ def write_rig(path: str | Path, rig: RigParameters, calibration: Mapping[str, An
     path = Path(path)
     if path.suffix.lower() != ".toml":
         raise RunError(f"a rig cannot end in {path.suffix!r}", where=str(path), remedy="End it in .toml")
-    with whole_file(path, _unwritable) as partial:
+    with whole_file(path) as partial:
         partial.write_text(rig_text(rig, calibration), encoding="utf-8")
     return path
-
-
-def _unwritable(path: Path, error: OSError) -> RunError:
-    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place")
 
 
 def rig_text(rig: RigParameters, calibration: Mapping[str, Any] | None = None) -> str:

@@ -42,6 +42,8 @@ class Fluid(NamedTuple):
     breaking_exponent: float
     building_time: float
     decay_time: float
+    residual_field: float
+    residual_time: float
     rearranging_strain: float
     idle_breaking: float
 
@@ -132,6 +134,8 @@ class Thermal(NamedTuple):
     capacity: float
     loss: float
     thinning: float
+    softening: float
+    room: float
 
 
 class Parts(NamedTuple):

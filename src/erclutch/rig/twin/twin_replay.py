@@ -20,7 +20,8 @@ def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) 
         wanted = max(field, 0.0) if channel == 0 else max(-field, 0.0)
         voltage = min(wanted, parts.supply.command_limit) / parts.supply.command_limit * parts.supply.voltage_limit
         x[k.VOLT_1 + channel] = voltage
-        x[k.FIELD_1 + channel] = voltage / parts.clutch_1.gap
+        for at in (k.FIELD_1, k.PROMPT_1, k.RESIDUE_1):
+            x[at + channel] = voltage / parts.clutch_1.gap
         _, halving = structure_rates(x[k.FIELD_1 + channel], parts.fluid)
         for i in range(channel * POINTS, channel * POINTS + POINTS):
             slip = parts.gaps.way[i] * x[k.OMEGA] - x[k.OMEGA_R]

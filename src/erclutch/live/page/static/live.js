@@ -113,10 +113,11 @@ const stepTest = () => hello?.programs.find(({ name }) => name.startsWith("step"
 
 function report() {
   const { state, trip, lateness, step, realtime, program } = status;
-  const names = { running: "running", tripped: "tripped", silent: "silent", stopped: "stopped", starting: "starting" };
+  const names = { running: "running", tripped: "tripped", ready: "at rest", silent: "silent", stopped: "stopped", starting: "starting" };
   const name = hello?.programs[program]?.name;
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
   if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
+  else if (state === "ready") banner("Reset. Fields are at zero, and nothing moves until a program is run.");
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
@@ -222,11 +223,16 @@ function freeze(on) {
   at = null;
 }
 
+function run(name) {
+  if (status?.state === "tripped") return say(`Not run: the loop is tripped${status.trip ? ` by ${status.trip}` : ""}. Reset it first.`, "bad");
+  send({ command: "program", name }, `${name} asked for`);
+}
+
 const actions = {
   zero: () => send({ command: "zero" }, "Zero field asked for"),
   reset: () => send({ command: "reset" }, "Reset asked for"),
   record: () => send({ command: "record", on: !recording }, recording ? "The recording ends" : "A recording starts"),
-  step: () => { const name = stepTest(); if (name) { $("program").value = name; send({ command: "program", name }, `${name} asked for`); } },
+  step: () => { const name = stepTest(); if (name) { $("program").value = name; run(name); } },
   freeze: () => freeze(frozen === null),
 };
 for (const name of Object.keys(actions)) $(name).addEventListener("click", actions[name]);
@@ -234,7 +240,7 @@ for (const name of Object.keys(actions)) $(name).addEventListener("click", actio
 $("program-form").addEventListener("submit", event => {
   event.preventDefault();
   const name = $("program").value;
-  if (name) send({ command: "program", name }, `${name} asked for`);
+  if (name) run(name);
 });
 $("motor-form").addEventListener("submit", event => {
   event.preventDefault();

@@ -1,0 +1,294 @@
+"""Tasks run on threads here, on processes here, or on any Dask cluster; the results are the same bits.
+
+    with task_pool("processes", workers=2) as pool:
+        for index, result in finished(pool, function, tasks):
+            ...
+
+A task gets paths and ranges of rows, never arrays: what is sent stays small, and a task can be done again elsewhere.
+Functions stand at the top of a module.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing import get_context, parent_process
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+from erclutch.errors import ErclutchError, SettingError
+from erclutch.fit.one_thread import one_thread
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+#: Tasks that a Dask scheduler holds at a time, done or not: a few kB each in its memory, enough for 1,000 workers.
+IN_FLIGHT = 2_000
+_SECONDS = 10  # to reach a scheduler
+
+
+class WorkerLostError(ErclutchError):
+    """A task whose workers died again and again, or a cluster that went away."""
+
+
+@dataclass(frozen=True)
+class TaskPool:
+    """A place where tasks run.
+
+    Attributes:
+        executor: takes functions at the top of a module, and small arguments.
+        places: tasks that it holds at a time.
+        lost: errors that say that a worker died, not that the task failed.
+        here: whether the tasks run in this process.
+    """
+
+    executor: Executor
+    places: int
+    lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    here: bool = False
+
+
+@contextmanager
+def task_pool(cluster: str | None = None, workers: int = 2) -> Generator[TaskPool]:
+    """A place where tasks run, with one BLAS thread for each task.
+
+    Whatever interrupts it cancels what waits. Processes of its own end at once; threads end after the task that they
+    run, and so do the workers of a cluster.
+
+    Args:
+        cluster: None or "threads"; "processes"; "local", a Dask cluster of processes on this machine; or the address
+            of a Dask scheduler, such as "tcp://10.0.0.7:8786".
+        workers: threads or processes; a cluster that is running has its own.
+
+    Raises:
+        SettingError: another word; Dask is not installed; no scheduler answers, it has no worker, or the versions there
+            are others than here.
+    """
+    if workers < 1:
+        raise SettingError(f"{workers} workers", remedy="Give --workers 1 or more")
+    if cluster in (None, "threads"):
+        with one_thread(), _ended(ThreadPoolExecutor(workers)) as executor:
+            yield TaskPool(executor, 2 * workers, here=True)
+    elif cluster == "processes":
+        with _ended(OwnProcesses(workers)) as executor:
+            yield TaskPool(executor, workers)
+    elif cluster == "local" or re.fullmatch(r"(tcp|tls)://.+:\d{1,5}", cluster):
+        with _dask(cluster, workers) as pool:
+            yield pool
+    else:
+        remedy = "Give threads, processes, local, or the address of a Dask scheduler: tcp://HOST:PORT"
+        raise SettingError(f"--cluster {cluster!r} is none", remedy=remedy)
+
+
+def finished(
+    pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2
+) -> Iterator[tuple[int, R | Exception]]:
+    """Run a function on each task; give results as they come, each with the index of its task.
+
+    Args:
+        pool: where.
+        function: stands at the top of a module.
+        tasks: small arguments; only as many are taken as the pool has places.
+        retries: how often a task is begun anew whose process died; a Dask scheduler counts by its own setting.
+
+    Returns:
+        What the function gave, or the error that it raised; a `WorkerLostError` for a task whose workers died.
+
+    Raises:
+        WorkerLostError: the cluster went away.
+    """
+    turns = ((index, task, 0) for index, task in enumerate(tasks))
+    running: dict[Future[R], tuple[int, T, int]] = {}
+    ended: SimpleQueue[Future[R]] = SimpleQueue()
+
+    def begin(turn: tuple[int, T, int]) -> None:
+        future = pool.executor.submit(function, turn[1])
+        running[future] = turn
+        future.add_done_callback(ended.put)
+
+    while True:
+        for turn in islice(turns, pool.places - len(running)):
+            begin(turn)
+        if not running:
+            return
+        future = ended.get()
+        index, task, lost = running.pop(future)
+        if future.cancelled():
+            raise WorkerLostError("the cluster went away", remedy="Start the cluster again, then the same command")
+        error = future.exception()
+        if isinstance(error, pool.lost):
+            if lost < retries and isinstance(error, BrokenExecutor):
+                begin((index, task, lost + 1))
+                continue
+            problem = "the process that did this died each time (killed, or out of memory)"
+            error = WorkerLostError(problem, remedy="Give fewer --workers, or more memory")
+        if error is not None and not isinstance(error, Exception):
+            raise error
+        yield index, future.result() if error is None else error
+
+
+def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2) -> Iterator[R]:
+    """The same in the order of the tasks; the first error is raised."""
+    early: dict[int, R | Exception] = {}
+    due = 0
+    for index, result in finished(pool, function, tasks, retries=retries):
+        early[index] = result
+        while due in early:
+            value = early.pop(due)
+            if isinstance(value, Exception):
+                raise value
+            yield value
+            due += 1
+
+
+@contextmanager
+def _ended(executor: Any) -> Generator[Any]:
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
+class OwnProcesses(Executor):
+    """Processes of this machine, each with a queue of its own: a process that dies takes its one task with it."""
+
+    def __init__(self, count: int) -> None:
+        self._idle: SimpleQueue[ProcessPoolExecutor] = SimpleQueue()
+        self._all: dict[ProcessPoolExecutor, Future[int]] = {}
+        for _ in range(count):
+            self._idle.put(self._started())
+
+    def _started(self) -> ProcessPoolExecutor:
+        process = ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin)
+        self._all[process] = process.submit(os.getpid)
+        return process
+
+    def submit(self, fn: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
+        """Give a task to an idle process, and wait until there is one."""
+        process = self._idle.get()
+        try:
+            future = process.submit(fn, *args, **kwargs)
+        except BrokenExecutor:  # it died while it was idle
+            process = self._replaced(process)
+            future = process.submit(fn, *args, **kwargs)
+
+        def put_back(done: Future[R]) -> None:
+            broken = not done.cancelled() and isinstance(done.exception(), BrokenExecutor)
+            self._idle.put(self._replaced(process) if broken else process)
+
+        future.add_done_callback(put_back)
+        return future
+
+    def _replaced(self, process: ProcessPoolExecutor) -> ProcessPoolExecutor:
+        del self._all[process]
+        return self._started()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes; at once where their tasks are cancelled."""
+        for process, number in list(self._all.items()):
+            if cancel_futures and number.done() and number.exception() is None:
+                with suppress(OSError):
+                    os.kill(number.result(), signal.SIGTERM)
+            process.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+
+def _begin() -> None:
+    """In a process of our own: one BLAS thread; Ctrl-C ends it without a word; it never outlives its parent."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    parent = parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+    one_blas_thread()
+
+
+def one_blas_thread() -> None:
+    """Keep the BLAS of this process to one thread from now on; sums have the same bits everywhere then."""
+    import scipy.linalg  # pyright: ignore[reportUnusedImport]  # noqa: F401  its BLAS must be there to be told
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(1)
+
+
+# --- Dask -------------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
+    try:
+        from distributed import Client, KilledWorker, LocalCluster
+        from distributed.utils import silence_logging_cmgr
+    except ImportError as error:
+        raise SettingError("Dask is not installed", remedy='pip install "erclutch[cluster]"') from error
+    import logging
+
+    with silence_logging_cmgr(logging.CRITICAL):
+        if cluster == "local":
+            # No dashboard, and nothing beyond the loopback address.
+            only_here: Any = {"host": "127.0.0.1", "dashboard_address": None}
+            place: Any = LocalCluster(
+                n_workers=workers, threads_per_worker=1, silence_logs=logging.CRITICAL, **only_here
+            )
+        else:
+            place = None
+        try:
+            client: Any = Client(place or cluster, timeout=_SECONDS, set_as_default=False)
+        except (OSError, ValueError, OverflowError) as error:
+            problem = f"no Dask scheduler answers within {_SECONDS} s ({type(error).__name__})"
+            raise SettingError(problem, where=cluster, remedy="Check the address, and that it runs") from error
+        try:
+            _prepare(client, cluster)
+            with _ended(_DaskExecutor(client.get_executor(pure=False))) as executor:
+                yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker))
+        finally:
+            client.close(timeout=_SECONDS)
+            if place is not None:
+                place.close(timeout=_SECONDS)
+
+
+class _DaskExecutor(Executor):
+    """Dask's executor; it cancels what runs where others cancel what waits."""
+
+    def __init__(self, executor: Any) -> None:
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
+        return self._executor.submit(_on_dask, fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        with suppress(Exception):  # the cluster may have gone
+            self._executor.shutdown(wait=wait and not cancel_futures)
+
+
+def _on_dask(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
+    one_blas_thread()
+    return function(*args, **kwargs)
+
+
+def _prepare(client: Any, where: str) -> None:
+    """Refuse a cluster without workers, or with other versions than here: its figures might be others."""
+    from erclutch.runs.run_folder import versions
+
+    try:
+        client.wait_for_workers(1, timeout=_SECONDS)
+        found: dict[str, Any] = client.run(versions, on_error="return")
+    except (OSError, TimeoutError) as error:
+        raise SettingError("the scheduler has no worker", where=where, remedy="Start workers first") from error
+    here = versions()
+    for worker, there in found.items():
+        if isinstance(there, Exception):
+            problem = f"the worker {worker} cannot run erclutch: {there}"
+            raise SettingError(problem, where=where, remedy="Install the same erclutch on all workers")
+        other = [f"{name} {there.get(name)}" for name in here if there.get(name) != here[name]]
+        if other:
+            mine = ", ".join(f"{each.split()[0]} {here[each.split()[0]]}" for each in other)
+            problem = f"the worker {worker} has {', '.join(other)}; here is {mine}"
+            raise SettingError(problem, where=where, remedy="Install the same versions on all workers")

@@ -1,0 +1,59 @@
+"""Tasks give the same results wherever they run; a process that dies costs its one task; what cannot be is said."""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import signal
+from pathlib import Path
+
+import pytest
+
+from erclutch.errors import LogError, SettingError
+from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
+
+
+def killed_once(mark: str) -> str:
+    """The first process that gets this dies; the second does it."""
+    try:
+        Path(mark).touch(exist_ok=False)
+    except FileExistsError:
+        return "done"
+    os.kill(os.getpid(), signal.SIGKILL)
+    return "never"
+
+
+def always_killed(_: int) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_threads_give_all_results_and_errors() -> None:
+    with task_pool(None, 2) as pool:
+        found = dict(finished(pool, math.sqrt, [4.0, -1.0, 9.0]))
+        assert list(in_order(pool, abs, range(-50, 0))) == list(range(50, 0, -1))
+        with pytest.raises(ValueError, match="math domain"):
+            list(in_order(pool, math.sqrt, [1.0, -1.0]))
+    assert (found[0], found[2]) == (2.0, 3.0)
+    assert isinstance(found[1], ValueError)
+
+
+def test_an_error_survives_the_way_back() -> None:
+    error = pickle.loads(pickle.dumps(LogError("no rows", remedy="Log more", where="a.csv")))
+    assert (type(error), str(error)) == (LogError, "a.csv: no rows. Log more.")
+
+
+@pytest.mark.parametrize("cluster", ["dask", "tcp://nobody", "tcp://h:1:x", "http://h:80", ""])
+def test_no_cluster(cluster: str) -> None:
+    with pytest.raises(SettingError, match=r"tcp://HOST:PORT"), task_pool(cluster):
+        pass
+
+
+@pytest.mark.slow
+def test_a_killed_process_costs_its_task_alone(tmp_path: Path) -> None:
+    with task_pool("processes", 2) as pool:
+        marks = [str(tmp_path / str(i)) for i in range(4)]
+        assert list(in_order(pool, killed_once, marks)) == ["done"] * 4
+        (found,) = finished(pool, always_killed, [0])
+        assert isinstance(found[1], WorkerLostError)
+        assert list(in_order(pool, math.sqrt, [4.0, 9.0])) == [2.0, 3.0]
