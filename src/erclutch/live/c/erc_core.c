@@ -221,7 +221,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
-    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* a model with alarms or adaptation reads it */
+    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* for alarms and adaptation */
     const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
     const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};
     double effort = (double)NAN;

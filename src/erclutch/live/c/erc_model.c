@@ -10,7 +10,7 @@
 
 erc_model erc_model_load(const char *path, const char *digest, uint32_t device) {
     static _Alignas(16) unsigned char memory[LARGEST_STATE];
-    erc_model model = {0, 0, memory, 0};
+    erc_model model = {0, 0, 0, memory};
     const char *(*own_digest)(void);
     uint32_t (*abi)(void), (*inputs)(void), (*state_size)(void);
     void *library = erc_library("the model", path);

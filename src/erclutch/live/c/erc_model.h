@@ -6,8 +6,8 @@
 typedef struct {
     uint32_t (*step)(void *state, const double *in, double *effort);
     uint32_t (*inverse)(const double *in, double wanted, double *field);
-    void *state;
     void (*reset)(void *state);
+    void *state;
 } erc_model;
 
 /* Loads a compiled model, checks its interface, its number of inputs and its digest, and tries one step. */
