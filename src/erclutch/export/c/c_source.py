@@ -291,8 +291,8 @@ def _about_tracking(step: ExportedStep) -> str:
     return f"""
    state->track_gain, within {1 - REACH:g} and {1 + REACH:g}, and state->track_offset, within +-{REACH:g} in parts
    of {step.tracking.limit:.6g} {unit}, follow the measured effort. What is written is the adapted effort while it costs
-   at most 2 % of RMSE in all since the reset, errors above {step.tracking.limit:.6g} {unit} counted as this much, else the
-   model's own. A reset restores the model. The other functions answer for the model as it is. {_MEASURED}"""
+   at most 2 % of RMSE in all since the reset, errors above {step.tracking.limit:.6g} {unit} counted as this much,
+   else the model's own. A reset restores the model. The other functions answer for the model as it is. {_MEASURED}"""
 
 
 def _macros(inputs: Sequence[str]) -> Iterator[str]:
