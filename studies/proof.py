@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import csv
 import importlib.util
+import itertools
 import os
 import re
 import resource
@@ -36,6 +37,8 @@ TESTS = Path(__file__).resolve().parents[1] / "tests"
 LIVE = Path(__file__).resolve().parents[1] / "src" / "erclutch" / "live" / "c"
 #: Models that also go through Eva with positions as inputs, which are differentiated inside.
 ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
+#: Models that also go through Eva with a gain and an offset that follow a torque sensor.
+ADAPTING = ("bingham, single", "fnn-16, coaxial")
 
 
 @dataclass(frozen=True)
@@ -213,12 +216,15 @@ def main() -> None:
     for label, model in models().items():
         if not any(word in label for word in asked.only):
             continue
-        for inputs in ("speeds", "angles") if label in ANGLES else ("speeds",):
-            for precision in asked.precision:
-                step = step_of(model, ExportOptions("m", precision, 1e-3, inputs))
-                with tempfile.TemporaryDirectory() as folder:
-                    kind = precision if inputs == "speeds" else f"{precision}, angles"
-                    print(_row(label, kind, proved(step, Path(folder))), flush=True)
+        variants: dict[str, dict[str, Any]] = {"": {}}
+        if label in ANGLES:
+            variants[", angles"] = {"inputs": "angles"}
+        if label in ADAPTING:
+            variants[", adapting"] = {"adapt": True}
+        for (kind, options), precision in itertools.product(variants.items(), asked.precision):
+            step = step_of(model, ExportOptions("m", precision, 1e-3, **options))
+            with tempfile.TemporaryDirectory() as folder:
+                print(_row(label, f"{precision}{kind}", proved(step, Path(folder))), flush=True)
     with tempfile.TemporaryDirectory() as folder:
         print(_row("interlock of the live loop", "float64", proved_interlock(Path(folder))))
 

@@ -30,8 +30,9 @@ from studies import proof
         ("fnn-3+rise-fall, single", ExportOptions("m", "float32", 1e-3)),
         ("fnn-16, coaxial", ExportOptions("m", "float64", 1e-3)),
         ("bingham+fnn-3, single", ExportOptions("m", "float32", 1e-3)),
+        ("bingham, single", ExportOptions("m", "float32", 1e-3, adapt=True)),
     ],
-    ids=lambda value: value if isinstance(value, str) else value.precision,
+    ids=lambda value: value if isinstance(value, str) else value.precision + ", adapting" * value.adapt,
 )
 def test_no_alarm_and_all_within_limits_for_any_bits(
     models: dict[str, Model],

@@ -94,7 +94,7 @@ typedef struct {
 } rig;
 
 static void start(rig *r, const erc_config *config) {
-    static const erc_model model = {any_effort, any_field, 0};
+    static const erc_model model = {any_effort, any_field, 0, 0};
     memset(r, 0, sizeof *r);
     must(erc_config_error(config, 64) == 0, "a configuration that is allowed");
     erc_core_init(&r->core, config, table, &model);

@@ -294,6 +294,21 @@ def test_a_tripped_core_finds_a_rig_that_starts_anew_and_no_rig_that_is_stuck() 
     assert core.step(anew[41:42], 201)[1]["field1"] > 0.0
 
 
+def test_a_reset_takes_from_the_model_what_it_remembers(tmp_path: Path) -> None:
+    """A model that counts its steps begins again."""
+    source = (HERE / "bingham.c").read_text().replace("*effort = own->effort;", "*effort = (own->effort += 1.0);")
+    (tmp_path / "counts.c").write_text(source.replace("own->effort = value;", ""))
+    core, samples = (
+        Core(LoopSettings(programs=(REST,)), build("c.so", [tmp_path / "counts.c"], shared=True)),
+        moving(90),
+    )
+    assert run(core, samples[:50])["estimate"][-1] == 50.0
+    core.order(Order.ZERO)
+    assert core.step(samples[50:51], 50)[1]["estimate"] == 51.0
+    core.order(Order.RESET)
+    assert core.step(samples[51:52], 51)[1]["estimate"] == 1.0
+
+
 def test_periods_that_were_slept_through_count() -> None:
     """The schedule without samples is one of time: hold 5, zero at the 14th period, tripped at the 21st."""
     samples, settings = moving(), LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1000.0),))

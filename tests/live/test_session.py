@@ -22,7 +22,7 @@ import pytest
 from erclutch.errors import ErclutchError, SettingError
 from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compiled_model import CompiledModel
-from erclutch.export.exported_step import LIMITED, NON_FINITE
+from erclutch.export.exported_step import ADAPTED, LIMITED, NON_FINITE
 from erclutch.export.step_numbers import run
 from erclutch.live.c_build import SOURCES, CompilerError, build
 from erclutch.live.layout import EVENT_BITS, FRAME
@@ -137,28 +137,37 @@ def _any_rig(kind: str, folder: Path) -> Iterator[Any]:
     [
         *(("bingham+lag+dahl/field", kind) for kind in ("twin", "replay", "udp")),
         *(("fnn-16+lag+dahl-2", kind) for kind in ("twin", "replay")),
+        ("bingham+lag+dahl/field", "twin, adapting"),
     ],
 )
 def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, tmp_path: Path) -> None:
-    """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges."""
+    """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges.
+
+    With adaptation the bits are those of the step that adapts.
+    """
+    kind, _, adapt = kind.partition(", ")
     path = tmp_path / "model.json"
     path.write_text(_fitted(name))
     model = load_model(path)
     steps = LoopProgram("sine", Mode.FIELDS, Waveform.SINE, amplitude=0.4, frequency=5.0, motor_torque=0.1)
     settings = LoopSettings(programs=(steps,), late_trip=5.0, theta_glitch=0.0, alpha_glitch=0.0)
-    live = live_model(path, "coaxial")
+    live = live_model(path, "coaxial", adapt=bool(adapt))
     with _any_rig(kind, tmp_path) as rig, Session(rig, settings, live, SessionOptions(seconds=1.2)) as session:
         frames = collected(session)
     frames = frames[np.flatnonzero(np.isfinite(frames["estimate"]))[0] :]
     rows = np.column_stack([frames[name] for name in ("field1", "field2", "theta_dot", "alpha_dot")])
     lost = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
     measured = np.where(frames["events"] & lost, np.nan, frames["torque"])  # the loop's model watches its own residual
-    step = step_of(model, ExportOptions("m", period=1e-3, alarms=True))
+    step = step_of(model, ExportOptions("m", period=1e-3, alarms=True, adapt=bool(adapt)))
     effort, flags = run(step, np.column_stack([rows, measured]))
     assert frames.size > 500
     assert np.ptp(frames["field1"]) > 0.2
     np.testing.assert_array_equal(frames["estimate"], effort)
     np.testing.assert_array_equal(frames["flags"], flags)
+    if adapt:
+        assert live.name.endswith(", adapting")
+        assert np.any(flags & ADAPTED)
+        return
     elements = elements_of("coaxial", dict(zip(("E1", "E2", "theta_dot", "alpha_dot"), rows.T, strict=True)))
     clock = Clock(1e-3 * np.arange(frames.size), (Span(0, frames.size, 1e-3),))
     data = Dataset("coaxial", tuple(elements), effort, clock, model.units)

@@ -28,6 +28,7 @@ def export(
     cutoff: float = 150.0,
     limits: str | None = None,
     alarms: Annotated[bool, Parameter(negative=())] = False,
+    adapt: Annotated[bool, Parameter(negative=())] = False,
     force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Write a model for a controller: one C99 file and what wraps it.
@@ -45,6 +46,7 @@ def export(
         cutoff: Bandwidth of this filter in Hz (lowpass, kalman).
         limits: Smallest and largest effort, for example '-2,2'. Default: the training range and half its width a side.
         alarms: Keep the effort's band, and warn of a wide band and of a residual that drifts (c, cpp, python).
+        adapt: Let a gain and an offset follow a measured effort; at most 2 % worse in RMSE (c, cpp, python).
         force: Replace an export that is there.
     """
     from erclutch.cli import terminal
@@ -57,7 +59,9 @@ def export(
     if run_model is not None and not model.is_dir():
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
     chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
-    options = ExportOptions(name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits), alarms)
+    options = ExportOptions(
+        name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits), alarms, adapt
+    )
     program = step_of(chosen, options)
     folder = export_model(chosen, out or Path(f"{program.name}_{to}"), to, options, force=force)
     screen = terminal.console()

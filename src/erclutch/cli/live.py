@@ -117,6 +117,7 @@ def live(
     *,
     model: Path | None = None,
     no_model: Annotated[bool, Parameter(negative=())] = False,
+    adapt: Annotated[bool, Parameter(negative=())] = False,
     explain: Annotated[bool, Parameter(negative=())] = False,
     rig: RigOptions = _DEFAULTS[0],
     control: ControlOptions = _DEFAULTS[1],
@@ -128,6 +129,7 @@ def live(
     Args:
         model: A model's file out of a run's models folder. Default on the twin: fnn-16, fitted to it once.
         no_model: Control and record without an estimate.
+        adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
         rig: What is driven.
         control: What is done.
@@ -151,7 +153,9 @@ def live(
         parameters = default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
-        chosen = None if no_model else _model(model, rig, parameters, output, device)
+        chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
+        if adapt:
+            _can_adapt(chosen, what)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
         settings = _for_rig(settings, what, device, control)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
@@ -230,17 +234,35 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
 
 
 def _model(
-    path: Path | None, rig: RigOptions, parameters: RigParameters, output: Console, device: DeviceName
+    path: Path | None, rig: RigOptions, parameters: RigParameters, output: Console, device: DeviceName, adapt: bool
 ) -> LiveModel | None:
     from erclutch.live.live_model import live_model
 
     if path is not None:
-        return live_model(path, device)
+        return live_model(path, device, adapt=adapt)
     if rig.rig not in ("twin", "twin-brake"):
         return None
     from erclutch.cli.twin_model import twin_model
 
-    return live_model(twin_model(parameters, output, device), device)
+    return live_model(twin_model(parameters, output, device), device, adapt=adapt)
+
+
+def _can_adapt(model: LiveModel | None, rig: RigChoice) -> None:
+    """Refuse --adapt without a model, or where it is known that nothing measures the torque."""
+    import numpy as np
+
+    from erclutch.live.session import ServedRig
+    from erclutch.rig.rig_plugins import RigDevice
+
+    if model is None:
+        raise SettingError("--adapt without a model", remedy="Give --model FILE, or leave --adapt out")
+    silent = isinstance(rig, RigDevice) and bool(rig.channels) and "torque" not in rig.channels
+    if isinstance(rig, ServedRig) and rig.spec["kind"] == "replay":
+        silent = not np.isfinite(np.load(rig.spec["angles"])[:, 2]).any()
+    if silent:
+        raise SettingError(
+            "--adapt needs a torque sensor, and this rig has none", where=rig.name, remedy="Leave --adapt out"
+        )
 
 
 def _settings(

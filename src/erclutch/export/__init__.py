@@ -41,8 +41,9 @@ def export_model(
     """
     folder, chosen = Path(out), target(to)
     asked = options or ExportOptions()
-    if asked.alarms and not getattr(chosen.value, "ALARMS", False):
-        raise ExportError(f"target {to} has no alarms", remedy="Export to c, cpp or python, or without alarms")
+    for name, wanted in (("alarms", asked.alarms), ("adaptation", asked.adapt)):
+        if wanted and not getattr(chosen.value, "ALARMS", False):
+            raise ExportError(f"target {to} has no {name}", remedy=f"Export to c, cpp or python, or without {name}")
     may_write(folder, force)
     program = step_of(model, asked)
     refuse_noise(program)

@@ -76,7 +76,7 @@ def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder
 
 def _options_body(options: ExportOptions, program: ExportedStep) -> dict[str, Any]:
     body = {**asdict(options), "name": program.name, "period": program.period}
-    return {key: value for key, value in body.items() if key != "alarms" or value}
+    return {key: value for key, value in body.items() if key not in ("alarms", "adapt") or value}
 
 
 def _digest(path: Path) -> str:
@@ -140,6 +140,7 @@ def _options(body: Mapping[str, Any]) -> ExportOptions:
         derivative=Derivative(**body["derivative"]),
         limits=None if limits is None else pair_of(limits, "limits"),
         alarms=truth_of(body.get("alarms", False), "alarms"),
+        adapt=truth_of(body.get("adapt", False), "adapt"),
     )
 
 

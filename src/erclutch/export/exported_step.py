@@ -15,6 +15,7 @@ from erclutch.errors import ExportError
 from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.alarms import Alarms, alarms_of
+from erclutch.models.gain_tracking import GainTracking, tracking_of
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model, margins, stage_numbers
 from erclutch.models.networks.network_model import NetworkModel
@@ -26,8 +27,8 @@ from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
 
-#: Flags that a step returns; the last two only with alarms.
-OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT = 1, 2, 4, 8, 16, 32, 64
+#: Flags that a step returns; WIDE_BAND and DRIFT only with alarms, ADAPTED only with tracking.
+OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = 1, 2, 4, 8, 16, 32, 64, 128
 #: Angles beyond are taken for a broken sensor: one more turn could no longer be told in float32.
 LARGEST_ANGLE = 1e6
 _LONGEST_NAME = 20
@@ -47,6 +48,7 @@ class ExportOptions:
         derivative: the causal filter for angles.
         limits: smallest and largest effort; None takes the training range, widened by half its width on each side.
         alarms: a step takes the measured effort too, keeps the band, and raises the flags WIDE_BAND and DRIFT.
+        adapt: a step takes the measured effort too, and a gain and an offset follow it (`models.gain_tracking`).
     """
 
     name: str | None = None
@@ -56,6 +58,7 @@ class ExportOptions:
     derivative: Derivative = field(default_factory=lambda: Derivative("kalman"))
     limits: tuple[float, float] | None = None
     alarms: bool = False
+    adapt: bool = False
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,7 @@ class ExportedStep:
         stages: between command and field, in the order of the signal, each with its parameters.
         search: of the inverse.
         alarms: numbers of the alarms; None for a step without.
+        tracking: numbers of the adaptation to a sensor; None for a step without.
     """
 
     name: str
@@ -152,11 +156,17 @@ class ExportedStep:
     stages: tuple[tuple[Stage, Mapping[str, float]], ...] = dataclasses.field(compare=False)
     search: Search
     alarms: Alarms | None = None
+    tracking: GainTracking | None = None
+
+    @property
+    def measures(self) -> bool:
+        """Whether the last input is the measured effort."""
+        return self.alarms is not None or self.tracking is not None
 
     @property
     def signals(self) -> int:
-        """How many of the inputs the effort depends on; behind them may come the measured effort."""
-        return len(self.inputs) - (self.alarms is not None)
+        """How many of the inputs the model's effort depends on; behind them may come the measured effort."""
+        return len(self.inputs) - self.measures
 
     @property
     def elements(self) -> int:
@@ -216,8 +226,9 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
     alarms = _alarms(model, scale, period) if options.alarms else None
     extra_names, extra_units = extras, tuple("K" if name == TEMPERATURE else "?" for name in extras)
-    if alarms:
+    if options.alarms or options.adapt:
         extra_names, extra_units = (*extras, "measured"), (*extra_units, model.units.effort or "1")
+    limits = _limits(model, options.limits)
     return ExportedStep(
         name=c_name(model.name, options.name),
         model=model,
@@ -231,11 +242,12 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         slip=slip_window,
         extras=tuple(_window(covered) for covered in model.extras.values()),
         both=0.01 * max(abs(v) for v in model.trained_on.field),
-        limits=_limits(model, options.limits),
+        limits=limits,
         scale=scale,
         stages=tuple(stage_numbers(model)),
         search=_search(model, PRECISIONS[options.precision], scale),
         alarms=alarms,
+        tracking=tracking_of(scale, limits) if options.adapt else None,
     )
 
 

@@ -16,6 +16,7 @@ from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import (
+    ADAPTED,
     BOTH_FIELDS,
     DRIFT,
     LARGEST_ANGLE,
@@ -31,6 +32,7 @@ from erclutch.export.exported_step import (
 from erclutch.models.alarms import Alarms
 from erclutch.models.band import FOLLOWER
 from erclutch.models.covered_cells import within
+from erclutch.models.gain_tracking import BASE, Tracked
 from erclutch.models.model import settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
@@ -242,7 +244,8 @@ class _Recording:
         fields, slips, extras = held[:e], held[e : 2 * e], held[2 * e :]
         value = self.behind(fields, slips, extras)
         effort, limited = self.limited(value)
-        flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited}
+        effort, adapted = self.tracked(effort, given[-1])
+        flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited, ADAPTED: adapted}
         flags |= self.alarms(effort, held, given[-1], record.both(self.good, record.opposite(outside)))
         raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
         raised[NON_FINITE] = record.opposite(self.good)
@@ -445,6 +448,24 @@ class _Recording:
         if self.ahead:
             return self.record.choose(self.going, self.record.operand("earlier", value=(name, rows)), signal)
         return self.record.operand("delay", signal, self.going, value=(name, rows))
+
+    def tracked(self, effort: Any, measured: Any) -> tuple[Any, Any]:
+        """The effort to be given out, and whether it is the adapted one; the state follows the measured effort."""
+        tracking, record = self.step.tracking, self.record
+        if tracking is None or self.rest:
+            return effort, False
+        names = [f"track_{name}" for name in BASE._fields]
+        before = Tracked(
+            *(record.choose(self.going, record.state(name), x) for name, x in zip(names, BASE, strict=True))
+        )
+        moved, cost = tracking.moved(before, effort)
+        adapted = record.label(record.both(self.started, record.less(cost, before.account)), "adapted")
+        given = record.label(record.choose(adapted, moved, effort), "given")
+        counts = record.label(record.both(self.started, record.finite(measured)), "counts")
+        after = tracking.after(before, effort, given, record.choose(counts, measured, effort))
+        for name, new, old in zip(names, after, before, strict=True):
+            record.keep(name, record.label(record.choose(counts, new, old), name))
+        return given, adapted
 
     def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any) -> dict[int, Any]:
         """Whether the band is wide and whether the residual has drifted; the state keeps the ends of the band."""

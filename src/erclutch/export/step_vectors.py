@@ -95,7 +95,7 @@ def ordinary(program: ExportedStep, rng: np.random.Generator, count: int) -> Arr
     slip = [rng.uniform(*program.slip.range, count) for _ in range(e)]
     speeds = speeds_of(program.device, slip)
     extras = [rng.uniform(*window.range, count) for window in program.extras]
-    measured = [] if program.alarms is None else [rng.uniform(*program.limits, count)]
+    measured = [] if not program.measures else [rng.uniform(*program.limits, count)]
     return np.column_stack([*columns, *speeds, *extras, *measured])
 
 

@@ -15,13 +15,14 @@ from erclutch.signals.device import DeviceName
 _INPUTS = {"coaxial": 4, "single": 2}
 
 
-def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) -> LiveModel:
+def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False) -> LiveModel:
     """A saved model, ready for the loop.
 
     Args:
         path: its JSON file.
         device: of the rig.
         period: of the loop in s.
+        adapt: a gain and an offset follow the torque sensor; the name says so.
 
     Raises:
         RunError: no model, or a damaged one.
@@ -39,7 +40,8 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) ->
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
-    program = step_of(model, ExportOptions(name="live", precision="float64", period=period, alarms=alarms))
+    options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
+    program = step_of(model, options)
     if program.signals != _INPUTS[device]:
         needed = ", ".join(program.inputs[: program.signals])
         raise SettingError(
@@ -47,7 +49,8 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3) ->
             where=str(path),
             remedy="Give a model without further inputs",
         )
-    return LiveModel(_compiled(program), model.name, program.digest)
+    name = f"{model.name}, adapting" if adapt else model.name
+    return LiveModel(_compiled(program), name, program.digest)
 
 
 def _compiled(program: object) -> Path:

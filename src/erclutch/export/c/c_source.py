@@ -24,6 +24,7 @@ from erclutch.export.step_record import (
     settled_record,
     step_record,
 )
+from erclutch.models.gain_tracking import REACH
 
 FLAGS = {
     "OUTSIDE_RANGE": "no training row is near the input, or it lies outside the training range: the effort is a guess",
@@ -33,8 +34,8 @@ FLAGS = {
     "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
     "WIDE_BAND": "the effort's band is wider than a quarter of the largest training effort",
     "DRIFT": "the measured effort has lain outside the band or to one side of the estimate for too long",
+    "ADAPTED": "the effort is the model's with the gain and offset that follow the measured effort",
 }
-_ALARMS = ("WIDE_BAND", "DRIFT")
 FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 
 
@@ -132,7 +133,7 @@ def _inverse(step: ExportedStep, n: str) -> str:
 
 def _signals(step: ExportedStep) -> str:
     """How many inputs an effort depends on."""
-    return f"{step.name.upper()}_INPUTS{' - 1u' if step.alarms else ''}"
+    return f"{step.name.upper()}_INPUTS{' - 1u' if step.measures else ''}"
 
 
 def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
@@ -188,7 +189,8 @@ def _switching(n: str) -> str:
 def header(step: ExportedStep) -> str:
     """The .h file."""
     n, N, p = f"{step.name}_", f"{step.name}_".upper(), step.precision
-    raised = FLAG_NAMES.items() if step.alarms else [(i, name) for i, name in FLAG_NAMES.items() if name not in _ALARMS]
+    left_out = {*(() if step.alarms else ("WIDE_BAND", "DRIFT")), *(() if step.tracking else ("ADAPTED",))}
+    raised = [(i, name) for i, name in FLAG_NAMES.items() if name not in left_out]
     flags = "\n".join(f"#define {N}{name} ((uint32_t){i}u) /* {FLAGS[name]} */" for i, name in raised)
     places = "\n".join(f"#define {N}IN_{name} {i}u" for i, name in enumerate(_macros(step.inputs)))
     signed = "signed field, E1 - E2," if step.elements == 2 else "field"
@@ -218,7 +220,7 @@ typedef {p.c_type} {n}real;
 /* Before the first step, and whenever the input was interrupted. */
 void {n}reset({n}state *state);
 {_declared_switch(step, n)}
-/* One sample. Writes the effort, always finite; returns flags.{_about_alarms(step)} */
+/* One sample. Writes the effort, always finite; returns flags.{_about_alarms(step)}{_about_tracking(step)} */
 uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort);
 
 /* The effort once the fluid has settled; no state. Takes speeds. */
@@ -274,9 +276,23 @@ def _about_alarms(step: ExportedStep) -> str:
     a, unit = step.alarms, comment(step.model.units.effort or "1")
     return f"""
    state->low and state->high are the ends of its band, made to hold {100 * a.band.level:g} % of all measured
-   efforts; above {a.wide:.6g} {unit} the band is wide. The last input is the measured effort, NaN where there is none.
+   efforts; above {a.wide:.6g} {unit} the band is wide. {_MEASURED}
    DRIFT: too many blocks of {a.block} rows had more than {100 * a.missing:.3g} % outside the band, or a mean residual
    beyond {a.lean:g} half widths of it on one side; by chance once in {a.goal / 3.0:.2g} blocks."""
+
+
+_MEASURED = "The last input is the measured effort, NaN where there is none."
+
+
+def _about_tracking(step: ExportedStep) -> str:
+    if step.tracking is None:
+        return ""
+    unit = comment(step.model.units.effort or "1")
+    return f"""
+   state->track_gain, within {1 - REACH:g} and {1 + REACH:g}, and state->track_offset, within +-{REACH:g} in parts
+   of {step.tracking.limit:.6g} {unit}, follow the measured effort. What is written is the adapted effort while it costs
+   at most 2 % of RMSE in all since the reset, errors above {step.tracking.limit:.6g} {unit} counted as this much,
+   else the model's own. A reset restores the model. The other functions answer for the model as it is. {_MEASURED}"""
 
 
 def _macros(inputs: Sequence[str]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 #: Bits of `CompiledModel.flags`.
-OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT = 1, 2, 4, 8, 16, 32, 64
+OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = 1, 2, 4, 8, 16, 32, 64, 128
 _ABI = 1
 _METH_FASTCALL = 0x80
 

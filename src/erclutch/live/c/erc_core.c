@@ -111,7 +111,7 @@ static void trip(erc_core *core, uint32_t event) {
     }
 }
 
-/* Clears the trip, and starts nothing: the fields stay at zero until a program is run. */
+/* Clears the trip, and starts nothing: the fields stay at zero until a program is run. The model forgets all samples. */
 static int reset(erc_core *core) {
     if (core->state != ERC_TRIPPED || core->missing > 0u) {
         return 0; /* nothing to reset, or still no sensors */
@@ -119,6 +119,9 @@ static int reset(erc_core *core) {
     core->state = ERC_READY;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
+    if (core->model.reset != 0) {
+        core->model.reset(core->model.state);
+    }
     return 1;
 }
 
@@ -218,7 +221,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
-    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* only a model with alarms reads it */
+    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* for alarms and adaptation */
     const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
     const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};
     double effort = (double)NAN;

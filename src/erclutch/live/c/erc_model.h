@@ -6,6 +6,7 @@
 typedef struct {
     uint32_t (*step)(void *state, const double *in, double *effort);
     uint32_t (*inverse)(const double *in, double wanted, double *field);
+    void (*reset)(void *state);
     void *state;
 } erc_model;
 

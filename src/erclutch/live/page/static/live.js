@@ -4,7 +4,7 @@ import { Charts, element, signed } from "./charts.js";
 import { Picture } from "./picture.js";
 import { Store } from "./store.js";
 
-const WIDE_BAND = 32, DRIFT = 64; // of the flags of the model's step
+const WIDE_BAND = 32, DRIFT = 64, ADAPTED = 128; // of the flags of the model's step
 
 const $ = id => document.getElementById(id);
 const write = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
@@ -203,7 +203,7 @@ function numbers() {
   const { rms, outside, flags } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
   write("clock", `${store.now.toFixed(1)} s`);
   write("torque", Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter");
-  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, 3)} N m` : "no model");
+  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, 3)} N m${(flags & ADAPTED) !== 0 ? ", adapted" : ""}` : "no model");
   write("rms", Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–");
   const modelled = Number.isFinite(estimate);
   const drift = (flags & DRIFT) !== 0, wide = (flags & WIDE_BAND) !== 0;
