@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from erclutch.arithmetic.precision import PrecisionName
 from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.c_printer import rings_of
 from erclutch.export.step_record import step_record
@@ -209,6 +210,7 @@ def main() -> None:
     parser.add_argument("--only", metavar="WORD", nargs="+", default=[""], help="models whose name has one of these")
     parser.add_argument("--precision", nargs="+", choices=["float32", "float64"], default=["float32", "float64"])
     asked = parser.parse_args()
+    precisions: list[PrecisionName] = asked.precision
     if shutil.which("frama-c") is None:
         parser.error("needs frama-c: apt-get install frama-c-base")
     print("| model | numbers | functions | alarms | effort | field | state | assumed | CPU s |")
@@ -221,7 +223,7 @@ def main() -> None:
             variants[", angles"] = {"inputs": "angles"}
         if label in ADAPTING:
             variants[", adapting"] = {"adapt": True}
-        for (kind, options), precision in itertools.product(variants.items(), asked.precision):
+        for (kind, options), precision in itertools.product(variants.items(), precisions):
             step = step_of(model, ExportOptions("m", precision, 1e-3, **options))
             with tempfile.TemporaryDirectory() as folder:
                 print(_row(label, f"{precision}{kind}", proved(step, Path(folder))), flush=True)

@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 from erclutch.fit.networks.backprop import tables_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.fit_network import fit_network
+from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import forward_fnn
@@ -50,7 +51,7 @@ def long_runs(runs: dict[str, Dataset], name: str, seeds: int) -> np.ndarray:
     found: list[tuple[float, float, float]] = []
     for seed in range(seeds):
         began = process_time()
-        best = train([(unit.x, unit.y, unit.spaced)], structure.hidden, seed, schedule, slips=unit.slips)
+        best = train(OneBlock((unit.x, unit.y, unit.spaced)), structure.hidden, seed, schedule, slips=unit.slips)
         seconds = process_time() - began
         tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
         train_error, test_error = unit.errors(partial(forward_fnn, tables, exactly=False))

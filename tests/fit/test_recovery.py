@@ -17,8 +17,10 @@ CASES = (*ladder(), "bingham+lag", "bingham+rise-fall")
 LOUD = "cho-choi-jhon (loud)"
 #: Each law with noise whose neighbours are correlated, as on a bench. Of white noise the intervals know nothing that
 #: depends on the law: one with few shapes, one with many gains, one with a root and one with a lag show its part.
-NOISES: list[tuple[str, study.Noise]] = [(name, "ar1") for name in CASES]
-NOISES += [(name, "white") for name in ("bingham", "rbfm-10", "casson", "bingham+lag")]
+NOISES: list[tuple[str, study.Noise]] = [
+    *((name, "ar1") for name in CASES),
+    *((name, "white") for name in ("bingham", "rbfm-10", "casson", "bingham+lag")),
+]
 #: Stages; the least of forms and numbers that show each.
 STAGES = (
     *("second-order", "two-lags", "effort-lag", "effort-second-order", "inertia", "stiffness", "viscous"),

@@ -296,10 +296,13 @@ def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
     path.write_text("Datum;Uhrzeit;Kraft [N];Weg [mm]\n" + rows)
     table = read_table(path)
     assert table.clock_name == "Datum and Uhrzeit"
+    assert table.clock is not None
     np.testing.assert_allclose(table.clock, np.arange(20) / 10, atol=1e-9)
     assert not [note for note in table.notes if "holds text" in note]
     path.write_text("Uhrzeit;Kraft [N];Weg [mm]\n" + re.sub(r"(?m)^[\d.]+;", "", rows))  # over midnight, without a date
-    np.testing.assert_allclose(read_table(path).clock, np.arange(20) / 10, atol=1e-9)
+    clock = read_table(path).clock
+    assert clock is not None
+    np.testing.assert_allclose(clock, np.arange(20) / 10, atol=1e-9)
 
 
 # --- size ------------------------------------------------------------------------------------------------------------

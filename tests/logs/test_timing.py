@@ -175,7 +175,7 @@ def test_stamps_since_1970_are_as_fine_as_a_double_lets_them_be(start: float) ->
 
 
 def test_a_clock_that_begins_anew_begins_a_new_stretch() -> None:
-    one = np.round(np.arange(300) * 0.001, 4)
+    one = np.arange(300, dtype=np.float64) / 1000.0
     clock = timing.from_stamps(np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t")
     assert clock.starts == (0, 300, 600)
     assert clock.uniform
@@ -185,7 +185,7 @@ def test_a_clock_that_begins_anew_begins_a_new_stretch() -> None:
 
 
 def test_a_clock_that_falls_back_a_little_is_refused() -> None:
-    stamps = np.arange(300) * 0.001
+    stamps = np.arange(300, dtype=np.float64) * 0.001
     stamps[150:] -= 0.02
     with pytest.raises(TimingError, match="runs backwards at data row 151"):
         timing.from_stamps(stamps, np.zeros(300, np.bool_), column="t")

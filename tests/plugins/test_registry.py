@@ -38,7 +38,8 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Instal
 
 def test_ours_are_files_and_need_no_list() -> None:
     assert {"bingham", "on-off", "rbfm"} <= set(names("erclutch.laws"))
-    assert set(names("erclutch.readers")) == {"mat", "mcap", "parquet", "text"}
+    measured = {"mdf", "tdms", "ros2", "hdf5", "spreadsheet", "lvm", "jsonl"}
+    assert set(names("erclutch.readers")) == {"mat", "mcap", "parquet", "text", *measured}
     assert {"lag", "rise-fall", "dahl", "effort-lag", "inertia", "stiffness"} <= set(names("erclutch.stages"))
     assert {"c", "cpp", "simulink"} <= set(names("erclutch.targets"))
     for group in GROUPS:
@@ -90,7 +91,7 @@ def test_a_rig_comes_by_name(install: Install) -> None:
     text = "from erclutch.rig.rig_plugins import UdpRig\ndef rig():\n    return UdpRig('mine', '10.0.0.1', 5005, 3)\n"
     install("my-bench", "[erclutch.rigs]\nmine = my_bench:rig\n", text)
     assert hardware("mine") == UdpRig("mine", "10.0.0.1", 5005, 3)
-    with pytest.raises(SettingError, match=r"unknown rig 'yours'.*Known are twin, replay, udp, mine"):
+    with pytest.raises(SettingError, match=r"unknown rig 'yours'.*Known are twin, twin-brake, replay, udp, mine"):
         hardware("yours")
 
 

@@ -1,4 +1,4 @@
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from os import PathLike
 from typing import Any
 
@@ -28,12 +28,15 @@ class _Item:
     @property
     def ref(self) -> Reference: ...
     @property
+    def parent(self) -> Group: ...
+    @property
     def name(self) -> str: ...
 
 class Dataset(_Item):
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
     size: int
+    ndim: int
     external: list[tuple[str, int, int]] | None
     is_virtual: bool
     def __getitem__(self, key: Any) -> Any: ...
@@ -45,6 +48,7 @@ class Group(_Item):
     def __getitem__(self, name: str | Reference) -> Any: ...  # Group, Dataset or a named type
     def __setitem__(self, name: str, value: Any) -> None: ...
     def get(self, name: str, default: Any = ..., *, getclass: bool = ..., getlink: bool = ...) -> Any: ...
+    def visititems(self, func: Callable[[str, Any], Any]) -> Any: ...
     def require_group(self, name: str) -> Group: ...
     def create_group(self, name: str) -> Group: ...
     def create_dataset(

@@ -167,14 +167,7 @@ def live(
         _follow(session, watch, told, output)
         code = session.wait(5.0)
         watch.poll()
-        if observers is not None:
-            observers.record(False)  # so that its note says that the file is whole
-        notes = () if observers is None else observers.notes
-        if loop.json:
-            print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": code}))
-        else:
-            _show(session, watch, notes, output)
-        return _ended(session, watch, code)
+        return _ended(session, watch, observers, code, None if loop.json else output)
 
 
 def _explained(output: Console) -> int:
@@ -426,12 +419,21 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
         output.print(note, markup=False, soft_wrap=True)
 
 
-def _ended(session: Session, watch: SessionFigures, code: int | None) -> int:
-    """The exit code: 0, or 3 and the reason if the loop did not end in order."""
+def _ended(
+    session: Session, watch: SessionFigures, observers: Observers | None, code: int | None, output: Console | None
+) -> int:
+    """Tells what was seen, as JSON without an output; the exit code: 0, or 3 and the reason for another end."""
     from rich.console import Console
 
     from erclutch.live.ring import State
 
+    if observers is not None:
+        observers.record(False)  # so that its note says that the file is whole
+    notes = () if observers is None else observers.notes
+    if output is None:
+        print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": code}))
+    else:
+        _show(session, watch, notes, output)
     if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
         return 0
     reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"

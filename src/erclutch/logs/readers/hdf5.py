@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,8 @@ def _texts(attributes: Any) -> dict[str, str]:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Links and data outside the file are never followed."""
-    h5py: Any = import_module("h5py")
+    import h5py
+
     groups: dict[str, dict[str, Any]] = {}
     units: dict[str, dict[str, str | None]] = {}
     texts: dict[str, dict[str, str]] = {}

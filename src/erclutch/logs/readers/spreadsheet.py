@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +37,11 @@ def _sheet(path: str, sheet: Any) -> Table:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
-    workbook: Any = import_module("python_calamine").CalamineWorkbook
+    from python_calamine import CalamineWorkbook
+
     found: dict[str, Table] = {}
     problems: list[LogError] = []
-    with workbook.from_path(path) as book:
+    with CalamineWorkbook.from_path(path) as book:
         for name in [each for each in book.sheet_names if variable in (None, each)] or book.sheet_names:
             try:
                 found[name] = _sheet(path, book.get_sheet_by_name(name))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,9 @@ def _group(group: Any) -> Found | None:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work."""
-    file: Any = import_module("nptdms").TdmsFile.read(path)
+    from nptdms import TdmsFile
+
+    file = TdmsFile.read(path)
     found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
     starts = {each.properties.get(key) for one in file.groups() for each in one.channels() for key in _CLOCK[1:]}
     notes: list[str] = []
