@@ -1,6 +1,8 @@
 /* What the operator wants, as fields: tracking by equation (23), torque by the inverse model, or predefined fields. */
 #include "erc_control.h"
 
+#include "erc_torque.h"
+
 #include <math.h>
 
 #define TWO_PI 6.283185307179586
@@ -91,6 +93,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->program = program;
     core->program_tick = tick;
     core->integral = 0.0;
+    erc_torque_start(core);
     core->mirrored = 1.0;
     core->last_wave = 0.0;
     core->motor = (double)NAN; /* the program's own */
@@ -129,7 +132,9 @@ uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]) {
         break;
     case ERC_TORQUE:
         core->reference = wanted.value;
-        split(core, saturated(core, torque_field(core, wanted.value, &events)), ask);
+        split(core, saturated(core, core->config.observer == ERC_NO_STAGES
+                                        ? torque_field(core, wanted.value, &events)
+                                        : erc_torque_field(core, wanted.value, wanted.rate, &events)), ask);
         break;
     case ERC_FIELDS:
         if (program->shape == ERC_TABLE) {
