@@ -168,30 +168,15 @@ class LoopSettings:
     programs: Sequence[LoopProgram] = (REST,)
 
     def __post_init__(self) -> None:
-        for name in (
-            "period",
-            "field_limit",
-            "motor_limit",
-            "rise_rate",
-            "fall_rate",
-            "late_trip",
-            "observer_bandwidth",
-            "torque_scale",
-        ):
+        above = ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip")
+        for name in (*above, "observer_bandwidth", "torque_scale"):
             _require(self, name, lambda value: value > 0, "a number above 0")
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
             _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
-        for name in (
-            "torque_lead",
-            "torque_lag",
-            "integral_rate",
-            "gain_rate",
-            "least_slip",
-            "drive_inertia",
-            "drive_friction",
-        ):
+        stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
+        for name in (*stages, "drive_inertia", "drive_friction"):
             _require(self, name, lambda value: value >= 0, "0 or a number above")
-        for name in ("drive_drag_1", "drive_drag_2", "k_p", "k_d", "torque_p", "torque_i"):
+        for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
             _require(self, name, lambda value: True, "a finite number")
         if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
             raise SettingError(

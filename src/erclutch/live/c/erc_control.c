@@ -52,7 +52,7 @@ static double tracking(const erc_core *core, const wanted_t *wanted) {
 }
 
 /* Field for a wanted torque: the model's inverse, corrected by what the model says the device now gives. */
-static double torque_field(erc_core *core, double wanted, uint32_t *events) {
+static double corrected_inverse(erc_core *core, double wanted, uint32_t *events) {
     const erc_config *config = &core->config;
     const double coaxial[5] = {0.0, 0.0, core->theta.speed, core->alpha.speed, 0.0};
     const double single[3] = {0.0, core->theta.speed - core->alpha.speed, 0.0};
@@ -74,6 +74,11 @@ static double torque_field(erc_core *core, double wanted, uint32_t *events) {
         core->integral = before;
     }
     return field;
+}
+
+static double torque_field(erc_core *core, const wanted_t *wanted, uint32_t *events) {
+    return core->config.observer == ERC_NO_STAGES ? corrected_inverse(core, wanted->value, events)
+                                                  : erc_torque_field(core, wanted->value, wanted->rate, events);
 }
 
 /* A predefined sequence: beyond `soft` whole half-waves are mirrored, so that the table comes back. A sequence changes
@@ -132,9 +137,7 @@ uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]) {
         break;
     case ERC_TORQUE:
         core->reference = wanted.value;
-        split(core, saturated(core, core->config.observer == ERC_NO_STAGES
-                                        ? torque_field(core, wanted.value, &events)
-                                        : erc_torque_field(core, wanted.value, wanted.rate, &events)), ask);
+        split(core, saturated(core, torque_field(core, &wanted, &events)), ask);
         break;
     case ERC_FIELDS:
         if (program->shape == ERC_TABLE) {
