@@ -112,7 +112,7 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
 
 
 def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
-    """One seed of each model with each controller: stages beat the inverse, a sensor beats what the model does not know."""
+    """One seed: stages beat the inverse, a sensor makes up for what the models do not know."""
     rig, told = default_rig(), []
     runs = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: told.append(what))
     figures = {(run.model, run.knows): run.figures for run in runs}

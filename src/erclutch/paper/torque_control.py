@@ -146,7 +146,7 @@ def _fitted(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str, Live
 def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
     """Frames of random fields and motor torques. A network needs an output that moves at times."""
     rng = np.random.default_rng([seed, held])
-    table = field_table(rig, rows, seed + 1000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
+    table = field_table(rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
     table[:, 2] = torque_sequence(rows, rng, 0.05, 0.25, settings=FieldSettings(highest=20.0))
     each = 2 * _SETTLING
     sizes = np.repeat(rng.uniform(0.2, 1.0, rows // each + 1), each)[:rows]
@@ -195,8 +195,9 @@ def drive_numbers(frames: Any) -> dict[str, float]:
     gained = (frames["theta_dot"][at + window] - frames["theta_dot"][at]) / (window * PERIOD)
     turning = speed > 20.0
     columns = [gained, np.ones(len(kept)), speed * (which > 0), speed * (which < 0)]
-    rest = mean(frames["motor_torque"]) - which * mean(frames["torque"])
-    found: Any = np.linalg.lstsq(np.column_stack(columns)[turning], rest[turning], rcond=None)[0]
+    rest: Array = mean(frames["motor_torque"]) - which * mean(frames["torque"])
+    known: Array = np.column_stack(columns)[turning]
+    found = np.linalg.lstsq(known, rest[turning], rcond=None)[0]
     names = ("drive_inertia", "drive_friction", "drive_drag_1", "drive_drag_2")
     return dict(zip(names, found.tolist(), strict=True))
 
@@ -251,7 +252,9 @@ def _figures(
     def run(table: Array, on: RigParameters = rig) -> Any:
         program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
         own = rig_settings(rig, [program], **settings)
-        return AcceleratedRun(own, models[model].library, on, seed=seed, speed=speed, locked=True).frames(len(table))[0]
+        return AcceleratedRun(own, models[model].library, on, seed=seed + 100, speed=speed, locked=True).frames(
+            len(table)
+        )[0]
 
     slow, fast = _chirp(0.1, 10.0), _chirp(0.5, _FASTEST)
     chirp = run(_sine(*slow, motor))
