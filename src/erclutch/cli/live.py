@@ -85,6 +85,9 @@ class ControlOptions:
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
     torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 2.0e-3
     """Lead of the wanted torque in s: dead time and lag from command to torque, with --observer."""
+    track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
+    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
+    and friction stand in --rig-file."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
     """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -163,6 +166,7 @@ def live(
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
         asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+        asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
         for option, (needs_model, needs_sensor) in asked.items():
             if needs_model and chosen is None:
                 raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
@@ -298,11 +302,14 @@ def _settings(
 
 
 def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
-    """Settings of the torque control in stages; gains and the drag on the drive are learned from motion alone."""
+    """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
+    found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
+    if control.track_bandwidth:
+        found["output_inertia"] = sum(parameters.value(f"screw.{part}_inertia") for part in ("rotor", "load"))
+        found["output_friction"] = parameters.value("screw.coulomb")
     if control.observer == "off":
-        return {}
-    names = ("observer", "observer_bandwidth", "torque_lead")
-    found: dict[str, Any] = {name: getattr(control, name) for name in names}
+        return found
+    found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
     if control.observer == "sensor":
         found["torque_lag"] = 1e-3
     elif control.observer == "motion":

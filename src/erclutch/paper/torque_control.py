@@ -327,11 +327,10 @@ def describe_control(runs: Sequence[ControlRun]) -> Plot:
             marks.append(Line(middle[keep], mean, style, knows, marked=True))
             columns.append(mean)
             names.append(f"{model}, {knows}")
-        panels.append(
-            Panel(Axis("frequency", "Hz", log=True), Axis("RMS error", "% of range", 0.0), marks, title=model)
-        )
+        x, y = Axis("frequency", "Hz", 0.0, 10.0), Axis("RMS error", "% of range", 0.0, 4.0)
+        panels.append(Panel(x, y, marks, title=model))
     table = PlotTable(names, np.column_stack(columns).tolist())
-    return Plot(panels, table, 2.6, PAGE, columns=3, title="TWIN: torque control, chirp to 10 Hz", legend="shared")
+    return Plot(panels, table, 2.6, PAGE, columns=3, badge="TWIN", legend="shared")
 
 
 def stands_still(frames: Any) -> bool:
