@@ -66,7 +66,7 @@ _COMMANDS = {
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _name.replace("-", "_")
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
-app.register_install_completion_command(
+app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
     help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
 )
 
