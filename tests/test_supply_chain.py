@@ -16,7 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
+
+import erclutch
 
 ROOT = Path(__file__).parents[1]
 BILL: dict[str, Any] = json.loads((ROOT / "sbom.cdx.json").read_text(encoding="utf-8"))
@@ -89,6 +92,15 @@ def test_no_licence_is_the_gpl_alone(part: dict[str, Any]) -> None:
 )
 def test_a_gpl_alone_is_seen(licence: str, alone: bool) -> None:
     assert all(GPL_ONLY.search(choice) for choice in re.split(r"\bOR\b", licence)) is alone
+
+
+def test_the_conda_recipe_asks_for_what_the_wheel_asks_for() -> None:
+    recipe = yaml.safe_load((ROOT / "packaging" / "recipe.yaml").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    asked = [f"python{project['requires-python']}", *project["dependencies"]]
+    assert [line.replace(" ", "") for line in recipe["requirements"]["run"]] == asked
+    assert recipe["package"]["version"] == erclutch.__version__
+    assert recipe["about"]["license_file"] == project["license-files"]
 
 
 # --- wheel and sdist -------------------------------------------------------------------------------------------------
