@@ -71,8 +71,7 @@ def inspect(
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
-        findings = [] if recording is None else _findings(reading.dataset([recording]))
-        _print_json(raw, recording, problem, findings, {"missing": list(missing), "mapping": tomllib.loads(text)})
+        _print_json(raw, recording, problem, reading, {"missing": list(missing), "mapping": tomllib.loads(text)})
         return int(recording is None)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
@@ -199,7 +198,7 @@ def _sketch(values: Array, points: int = 60) -> list[list[float]]:
 
 
 def _print_json(
-    raw: Table, recording: Recording | None, problem: ErclutchError | None, findings: list[str], more: dict[str, Any]
+    raw: Table, recording: Recording | None, problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
 ) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
@@ -207,6 +206,7 @@ def _print_json(
         shown = dict(zip(_FIGURES, figures, strict=True))
         columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
     body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
+    findings = [] if recording is None else _findings(reading.dataset([recording]))
     body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
     if recording is not None:
         body |= {
