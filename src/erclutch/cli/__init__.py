@@ -10,10 +10,29 @@ from cyclopts import App, CycloptsError, Parameter
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 
+
+def _versions() -> str:
+    """The version alone on the first line; below it what a report of a bug needs."""
+    import platform
+    from importlib.metadata import version
+
+    from erclutch.export.c.compilers import native, run
+
+    try:
+        found = native()
+        said = run([*found.command, "--version"], "it fails", "Set CC to another").partition("\n")[0]
+        compiler = f"{found.name}, {said}"
+    except ErclutchError as error:
+        compiler = str(error)
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
+    python = f"{platform.python_implementation()} {platform.python_version()}"
+    return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"
+
+
 app = App(
     name="erclutch",
     help="Turn a test-bench log of a clutch, brake or damper with an ER or MR fluid into a checked torque model.",
-    version=__version__,
+    version=_versions,
     help_format="plaintext",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
@@ -48,6 +67,9 @@ _COMMANDS = {
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = {"app": "app_page"}.get(_name, _name.replace("-", "_"))  # `app` is taken: it is what runs them all
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
+app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
+    help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
+)
 
 _FIRST = """erclutch turns a log of an ER or MR clutch, brake or damper into a checked torque model.
 
