@@ -10,7 +10,7 @@ logged inputs. The network's share is added behind the stages on the effort. Wit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 

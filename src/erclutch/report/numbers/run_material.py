@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -87,6 +87,7 @@ class Material:
 
     run: Run
     rows: RunRows
+    _: KW_ONLY
     fitted: Mapping[str, Model] | None = None
 
     @property
@@ -252,4 +253,4 @@ def material_in_memory(comparison: Comparison) -> Material:
     logs = [{"name": name, "origin": origin} for name, origin in zip(data.sources, origins, strict=True)]
     body = {**run_to_dict(comparison, (), None), "logs": logs}
     rows = RunRows(data, comparison.test, {e.name: e.predicted for e in comparison.entries})
-    return Material(Run(Path("RUN"), body), rows, {e.name: e.outcome.model for e in comparison.entries})
+    return Material(Run(Path("RUN"), body), rows, fitted={e.name: e.outcome.model for e in comparison.entries})
