@@ -214,11 +214,12 @@ def _curves(model: Model) -> Panel:
     levels = np.linspace(min(map(abs, covered.field)) if min(covered.field) > 0 else 0.0, strongest, _CURVES)
     slip, rest = np.linspace(*covered.slip, _POINTS), [np.zeros(_POINTS)] * (elements - 1)
     extras = [np.full(_POINTS, 0.5 * (low + high)) for low, high in model.extras.values()]
+    unit = unit_text(model.units.field) if model.units.field != "?" else ""
     lines: list[Mark] = []
     for k, level in enumerate(np.unique(levels)):
         effort = np.asarray(model.steady([np.full(_POINTS, level), *rest], [slip, *rest], extras))
         style = f"level{round(6 * k / max(_CURVES - 1, 1))}"
-        lines.append(Line(slip, effort, style, f"{number(float(level), 3)} {unit_text(model.units.field)}".strip()))
+        lines.append(Line(slip, effort, style, f"{number(float(level), 3)} {unit}".strip()))
     x, y = (Axis(n, unit_text(u)) for n, u in (("slip", model.units.slip), ("effort", model.units.effort)))
     return Panel(x, y, lines, f"Effort over slip of {model.name} in settled fields.", "effort in settled fields")
 
