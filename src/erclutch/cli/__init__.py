@@ -49,6 +49,7 @@ _COMMANDS = {
     "score": "Score the models of a run on another log.",
     "compare": "Compare runs on the rows that all of them held out.",
     "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
+    "table": "Print a table of a run for a paper: LaTeX, Markdown, HTML or CSV.",
     "fit-large": "Fit models without memory to logs larger than memory, block by block.",
     "fit-many": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
