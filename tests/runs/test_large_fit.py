@@ -32,11 +32,12 @@ from erclutch.logs.batches import datasets
 from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.disk_rows import DiskRows
+from erclutch.logs.reading import Reading
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
 from erclutch.models.networks import network_from_name
-from erclutch.runs.large_fit import Reading, _squared_errors, fit_large, write_large
+from erclutch.runs.large_fit import _squared_errors, fit_large, write_large
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.speed import Derivative, differentiate, reach
