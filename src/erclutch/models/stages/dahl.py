@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import pick
-from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travels
@@ -48,25 +47,13 @@ class Dahl(SlipMemory):
 
     def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
-        way, moved = sign_of(signal.slip), np.abs(signal.slip) * step_of(clock)
-        aim = self._aim(way, signal)
+        aim, moved = self.aim(signal), np.abs(signal.slip) * step_of(clock)
         gone = [-np.expm1(-(moved / r)) for r in q]
         return [pick(recur(1.0 - g, aim * g, aim, clock), rows) for g in gone]
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """All states have yielded in the way of the slip."""
-        return (self._aim(sign_of(signal.slip), signal),) * len(self.outputs)
-
-    def _aim(self, way: Any, signal: Moved) -> Any:
-        return way * signal.strength if self.ahead else way
-
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """The settled states."""
-        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
-
     def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
-        aim = self._aim(sign_of(signal.slip), signal)
+        aim = self.aim(signal)
         moved = np.abs(signal.slip) * memory.number(period)
         gone = [-np.expm1(-(moved / memory.number(r))) for r in q.values()]
         return tuple(
