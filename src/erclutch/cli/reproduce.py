@@ -96,7 +96,7 @@ def _own_runs(
 
 def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
     from erclutch.paper.tables import table
-    from erclutch.report.plots.paper_style import save_numbers
+    from erclutch.report.plots.paper_style import placed, save_numbers
 
     names = [n for n, a in APPROACHES.items() if what == "table2" or a.zero_field is not None]
     device = next(iter(runs.values())).device
@@ -112,6 +112,9 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     header, lines = _numbers(rows, list(runs))
     terminal.say(f"{save_numbers(out / f'{what}.csv', header, lines)}")
+    with placed(out / f"{what}.tex") as partial:
+        partial.write_text(_latex(rows, list(runs) if what == "table2" else list(runs)[1:], origin), encoding="utf-8")
+    terminal.say(str(out / f"{what}.tex"))
 
 
 def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
@@ -126,15 +129,44 @@ def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: i
         cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
         cells[f"{run}\n95 % band"] = [f"{row.bands[run][0]:.1e} - {row.bands[run][1]:.1e}" for row in rows]
         cells[f"{run}\npaper"] = [_or_dash(figures.get(run), "{:.3e}") for figures in paper]
-    base = rows[0].errors["training"]
-    cells[f"to Bingham\n{origin}"] = [f"{row.errors['training'] / base:.3f}" for row in rows]
-    against = paper[0].get("training")
-    ratios = [error and against and error / against for error in (figures.get("training") for figures in paper)]
-    cells["to Bingham\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in ratios]
+    to_bingham: list[str] = []
+    for run in runs[:1] if what == "table2" else shown:
+        ours, theirs = _to_bingham(rows, run)
+        heading = "to Bingham" if what == "table2" else f"{run}\nto Bingham"
+        cells[f"{heading}\n{origin}"] = [f"{ratio:.3f}" for ratio in ours]
+        cells[f"{heading}\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in theirs]
+        to_bingham = [f"{heading}\npaper", f"{heading}\n{origin}", *to_bingham]
     cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
-    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", "to Bingham\npaper", f"to Bingham\n{origin}"]
+    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", *to_bingham]
     number = {"table2": "II", "table3": "III"}[what]
     return terminal.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
+
+
+def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | None]]:
+    """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
+    from erclutch.paper.tables import printed
+
+    paper = [printed(row.name).get(run) for row in rows]
+    ours = [row.errors[run] / rows[0].errors[run] for row in rows]
+    return ours, [None if error is None or not paper[0] else error / paper[0] for error in paper]
+
+
+def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
+    """The table for a paper: errors with 95 % bands, the paper's own, and their ratios to Bingham."""
+    from erclutch.paper.tables import printed
+    from erclutch.report.printed_table import PRINTERS, Interval, PaperTable
+
+    names = [APPROACHES[row.name].title if row.name in APPROACHES else row.title for row in rows]
+    lines: list[list[str | int | Interval]] = [[name] for name in names]
+    header = ["Model"]
+    for run in runs:
+        header += [f"{run}, {origin}", f"{run}, low", f"{run}, high", f"{run}, paper", "to Bingham", "paper"]
+        for line, row, ours, theirs in zip(lines, rows, *_to_bingham(rows, run), strict=True):
+            known = printed(row.name).get(run)
+            line += [(row.errors[run], *row.bands[run]), "" if known is None else f"{known:.4e}".replace("e-0", "e-")]
+            line += [f"{ours:.3f}", "" if theirs is None else f"{theirs:.3f}"]
+    caption = f"Mean squared errors with 95 % bands on {origin} data, beside those that Huang and Ishikawa print."
+    return PRINTERS["latex"](PaperTable(header, lines, caption))
 
 
 def _or_dash(value: float | None, form: str) -> str:

@@ -44,6 +44,7 @@ from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
 from erclutch.models.stages import canonical, remembers, slip_stages, stages_of
 from erclutch.signals.array import Array
+from erclutch.signals.shown import Shown
 
 AnyOutcome = FitOutcome[TorqueModel] | FitOutcome[NetworkModel] | FitOutcome[ResidualModel]
 AUTO = "auto"
@@ -97,8 +98,8 @@ class Settings:
         return values
 
 
-@dataclass(frozen=True)
-class RankedModel:
+@dataclass(frozen=True, repr=False)
+class RankedModel(Shown):
     """One model of a comparison.
 
     Attributes:
@@ -134,8 +135,8 @@ class RankedModel:
         return self.label or self.outcome.model.name
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Shown):
     """Ranked models of one data set.
 
     Attributes:

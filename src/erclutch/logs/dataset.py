@@ -19,6 +19,7 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
 from erclutch.signals.recording import Recording
+from erclutch.signals.shown import Shown
 from erclutch.signals.speed import Derivative, differentiate
 
 #: Share of the RMS slip below which a row is at rest.
@@ -29,8 +30,8 @@ _STEADY = 1e-6
 _SAME_RATE = 0.01
 
 
-@dataclass(frozen=True)
-class Dataset:
+@dataclass(frozen=True, repr=False)
+class Dataset(Shown):
     """Rows of one device, of one or several logs.
 
     Attributes:
@@ -44,6 +45,7 @@ class Dataset:
         notes: what was done on the way, for the user.
         extras: further logged inputs by name, each (n,).
         spare: further columns that are no input of any model, each (n,).
+        origins: what each log says that it is, such as TWIN, "" for a measurement; empty where nobody knows.
     """
 
     device: DeviceName
@@ -56,6 +58,7 @@ class Dataset:
     notes: tuple[str, ...] = ()
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    origins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.source_rows:
@@ -217,6 +220,7 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         notes=tuple(notes),
         extras=dict(log.extras),
         spare=dict(log.spare),
+        origins=(log.origin,),
     )
 
 
@@ -277,6 +281,7 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
         spare=spare,
         clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
         sources=tuple(p.sources[0] for p in parts),
+        origins=tuple(origin for p in parts for origin in p.origins),
         source_rows=tuple((int(a), int(b)) for a, b in itertools.pairwise(offsets)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )

@@ -364,7 +364,7 @@ def unit_text(dimension: Dimension, units: Units) -> str:
     return text + "".join(f"/{name}" for name in below)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TorqueModel(SharedAnswers):
     """Effort of a device from its fields and slips.
 
@@ -427,6 +427,16 @@ class TorqueModel(SharedAnswers):
         """Parameters and what normalises the inputs, by name."""
         reference = {"reference field": self.reference.field, "reference slip": self.reference.slip}
         return {**self.shape, **self.gains, **reference, "reference of further inputs": self.reference.extras}
+
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Name, value in the data's units, unit and meaning of each parameter."""
+        for shape in self.structure.shapes(self.period):
+            value = in_user_units(self.shape[shape.name], shape.dimension, self.reference)
+            yield shape.name, value, unit_text(shape.dimension, self.units), shape.meaning
+        for gain in self.structure.gains():
+            scale = 1.0 if gain.extra is None else self.reference.extras[gain.extra]
+            value = in_user_units(self.gains[gain.name], gain.dimension, self.reference) / scale
+            yield gain.name, value, unit_text(gain.dimension, self.units), gain.meaning
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:

@@ -10,7 +10,7 @@ logged inputs. The network's share is added behind the stages on the effort. Wit
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,7 +100,7 @@ class BoundedResidual:
         return self.covered.weight(inputs) * within(missed, -self.limit, self.limit)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ResidualModel(SharedAnswers):
     """A law and a bounded network on its residual.
 
@@ -166,6 +166,10 @@ class ResidualModel(SharedAnswers):
         network = {f"network {name}": value for name, value in self.correction.network.numbers.items()}
         covered = {"covered from": cells.low, "covered to": cells.high, "reach": cells.reach}
         return {**self.law.numbers, **network, "limit": self.correction.limit, **covered}
+
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Parameters of the law."""
+        return self.law.in_units()
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
+from erclutch.signals.shown import Shown
 
 #: Lone rows of a model after which Numba, which takes half a second to load, has paid.
 WORTH_LOADING = 1000
@@ -48,13 +49,17 @@ class _LoneRows:
         return self.machine.run(np.array(row))
 
 
-class SharedAnswers:
+class SharedAnswers(Shown):
     """What all kinds of model do in the same way: name themselves, refuse other signals, answer a lone row quickly."""
 
     @property
     def name(self: Model) -> str:
         """Identifier: law or network and the stages, for example ``bingham/power+lag``."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Name, value in the data's units, unit and meaning of each parameter; weights have no meaning."""
+        return iter(())
 
     def predict(self: Model, data: Rows) -> Array:
         """Effort over a data set, shape (n,), in the unit of the training data.

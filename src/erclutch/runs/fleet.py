@@ -37,6 +37,7 @@ from erclutch.runs.cluster import finished, task_pool
 from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
+from erclutch.signals.shown import Shown
 
 MARKER = "fleet.json"
 RMSE = "rmse"
@@ -97,8 +98,8 @@ class FleetSeries:
         return tuple(d for d, s in zip(self.devices, self.score, strict=True) if abs(s) > OUTLYING)
 
 
-@dataclass(frozen=True)
-class Fleet:
+@dataclass(frozen=True, repr=False)
+class Fleet(Shown):
     """What came out.
 
     Attributes:

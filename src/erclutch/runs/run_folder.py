@@ -33,6 +33,7 @@ from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
 from erclutch.signals.recording import Recording
+from erclutch.signals.shown import Shown
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
@@ -259,8 +260,8 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
     )
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, repr=False)
+class Run(Shown):
     """A run read back.
 
     Attributes:

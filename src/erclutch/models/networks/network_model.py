@@ -50,7 +50,7 @@ class Scaling:
         return (x - self.offset[:, None]) / self.scale[:, None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NetworkModel(SharedAnswers):
     """Effort of a device from its inputs.
 
