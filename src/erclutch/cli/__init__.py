@@ -43,6 +43,7 @@ _COMMANDS = {
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
     "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
+    "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
