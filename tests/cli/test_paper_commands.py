@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from erclutch.cli.cite import AUTHORS, PAPER, PAPER_AUTHORS, cite
-from erclutch.cli.table import table
+from erclutch.cli.table_for_paper import table
 from erclutch.errors import RunError, SettingError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -46,9 +46,11 @@ _COMMANDS = {
     "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
+_MODULES = {"table": "table_for_paper"}  # of commands whose module has not their name
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
-    _module = _name.replace("-", "_")
-    app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
+    _function = _name.replace("-", "_")
+    _module = _MODULES.get(_name, _function)
+    app.command(f"erclutch.cli.{_module}:{_function}", name=_name, help=_help, sort_key=_order)
 
 _FIRST = """erclutch turns a log of an ER or MR clutch, brake or damper into a checked torque model.
 
