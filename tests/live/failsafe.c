@@ -56,7 +56,7 @@ static void must(int holds, const char *what) {
 
 static erc_row table[64];
 
-static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, double rates) {
+static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, double rates, uint32_t observer) {
     erc_config c;
     memset(&c, 0, sizeof c);
     c.magic = ERC_CONFIG_MAGIC;
@@ -74,6 +74,13 @@ static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, doubl
     c.k_p = 10.0;
     c.k_d = 0.1;
     c.torque_p = c.torque_i = 1.0;
+    c.observer = observer;
+    c.observer_bandwidth = 20.0;
+    c.torque_lead = c.torque_lag = 2e-3;
+    c.integral_rate = c.gain_rate = 10.0;
+    c.torque_scale = 0.01;
+    c.least_slip = 1.0;
+    c.drive_inertia = 2e-4;
     c.late_trip_ns = LATE_TRIP;
     c.hold_samples = hold;
     c.trip_samples = trip;
@@ -302,7 +309,7 @@ int main(int count, char **words) {
         table[k] = (erc_row){any(), any(), any()};
     }
     for (uint32_t i = 0; i < 4u; i++) {
-        const erc_config config = config_of(i & 1u, i < 2u ? 5u : 0u, i < 2u ? 21u : 8u, rates[i / 2u]);
+        const erc_config config = config_of(i & 1u, i < 2u ? 5u : 0u, i < 2u ? 21u : 8u, rates[i / 2u], i);
         for (uint32_t program = 0; program < config.programs; program++) {
             all_pairs(&config, program);
         }

@@ -12,7 +12,7 @@ import pytest
 from erclutch.live.c_build import SOURCES
 
 HERE = Path(__file__).parent
-CORE = ("core", "control", "interlock", "sensors")
+CORE = ("core", "control", "torque", "interlock", "sensors")
 
 
 def went_through(folder: Path, sources: Path = SOURCES) -> tuple[str, list[int]]:

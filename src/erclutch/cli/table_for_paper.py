@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 
-def table(
+def table_for_paper(
     run: Annotated[Path, Parameter(name="RUN")],
     *,
     to: Literal["latex", "markdown", "html", "csv"] = "markdown",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -39,6 +39,9 @@ class Waveform(IntEnum):
     TABLE = CONSTANTS["ERC_TABLE"]
 
 
+ObserverName = Literal["off", "none", "sensor", "motion"]
+#: As `CONSTANTS` calls them.
+_OBSERVERS = {"off": "NO_STAGES", "none": "BY_MODEL", "sensor": "BY_SENSOR", "motion": "BY_MOTION"}
 #: What a program may do besides: a switch each.
 _SWITCHES = ("repeat", "by_sample", "relative")
 
@@ -115,6 +118,16 @@ class LoopSettings:
         stroke: fields that drive the output further out than this [rad] are refused; 0 for none.
         k_p, k_d: gains of equation (23), field per rad and per rad/s.
         torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
+        observer: of torque control. off: gains on the estimate, as above. Else in stages (``c/erc_torque.c``), and what
+            the device gives beyond its model comes from nothing (none), a torque sensor, or the motion of the drive.
+        torque_lead: of the reference in s: dead time and lag between command and torque.
+        torque_lag: by which the measured torque is later than the estimate, in s.
+        observer_bandwidth: in Hz. integral_rate: of the error of the torque, in 1/s; 0 for none.
+        gain_rate: forgetting in 1/s of the share of its model's torque that each clutch gives; 0: it is not learned.
+        torque_scale: torque in N m from which that share is learned.
+        least_slip: slip in rad/s below which both sides run at one speed.
+        drive_inertia, drive_friction: of motor and housings, in kg m2 and N m.
+        drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.
         late_trip: a wake-up so late [s] trips.
         hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
             it is zero `ZERO_BEFORE_TRIP` periods before that.
@@ -137,17 +150,33 @@ class LoopSettings:
     k_d: float = 2.0e-3
     torque_p: float = 0.0
     torque_i: float = 0.0
+    observer: ObserverName = "off"
+    torque_lead: float = 0.0
+    torque_lag: float = 0.0
+    observer_bandwidth: float = 20.0
+    integral_rate: float = 0.0
+    gain_rate: float = 0.0
+    torque_scale: float = 0.01
+    least_slip: float = 5.0
+    drive_inertia: float = 0.0
+    drive_friction: float = 0.0
+    drive_drag_1: float = 0.0
+    drive_drag_2: float = 0.0
     late_trip: float = 0.020
     hold: int = 5
     trip: int = 21
     programs: Sequence[LoopProgram] = (REST,)
 
     def __post_init__(self) -> None:
-        for name in ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip"):
+        above = ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip")
+        for name in (*above, "observer_bandwidth", "torque_scale"):
             _require(self, name, lambda value: value > 0, "a number above 0")
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
             _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
-        for name in ("k_p", "k_d", "torque_p", "torque_i"):
+        stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
+        for name in (*stages, "drive_inertia", "drive_friction"):
+            _require(self, name, lambda value: value >= 0, "0 or a number above")
+        for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
             _require(self, name, lambda value: True, "a finite number")
         if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
             raise SettingError(
@@ -178,6 +207,7 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
     config["magic"], config["version"] = CONSTANTS["ERC_CONFIG_MAGIC"], CONSTANTS["ERC_CONFIG_VERSION"]
     config["size"], config["device"] = CONFIG.itemsize, CONSTANTS[f"ERC_{settings.device.upper()}"]
     config["period_ns"], config["late_trip_ns"] = round(settings.period * 1e9), round(settings.late_trip * 1e9)
+    config["observer"] = CONSTANTS[f"ERC_{_OBSERVERS[settings.observer]}"]
     config["hold_samples"], config["trip_samples"] = settings.hold, settings.trip
     config["programs"] = len(settings.programs)
     chosen = settings.derivative

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.machine import Machine, machine_of
 from erclutch.arithmetic.record import Record, recorded
 from erclutch.errors import ExportError
-from erclutch.models.model import Model, Rows, full_name, further_inputs, require_same_signals, stage_numbers
+from erclutch.models.model import InFluid, Model, Rows, full_name, further_inputs, require_same_signals, stage_numbers
 from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -136,10 +136,10 @@ def _recorded(model: Model, elements: int) -> Record:
         [stage.step(_FirstRow(stage.initial(m, q)), m, q, 1.0) for stage, q in stages if stage.place == "slip"]
         for m in model.moved(fluids, slips)
     ]
-    effort = through("effort", model.from_fluid(fluids, slips, remembered, list(extras.values()), _present))
+    signals = InFluid(fluids, slips, remembered, extras)
+    effort = through("effort", model.from_fluid(signals))
     if model.correction is not None:
-        inputs = model.correction.inputs(fluids, slips, remembered, extras, _present)
-        effort = effort + model.correction.of(*inputs)
+        effort = effort + model.correction.of(*model.correction.inputs(signals))
     record.give(effort + 0.0)  # no effort is minus zero
     network: Any = model if model.correction is None else model.correction.network
 
@@ -150,7 +150,3 @@ def _recorded(model: Model, elements: int) -> Record:
         if node.operation == "network":
             record.calls["network"] = recorded(forward, [f"x{i}" for i in range(len(node.arguments))])
     return record
-
-
-def _present(signal: Any, rows: int) -> Any:
-    return signal

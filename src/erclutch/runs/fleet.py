@@ -27,12 +27,12 @@ from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
-from erclutch.logs import ColumnMap, read
+from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, task_pool
-from erclutch.runs.large_fit import Reading
 from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
@@ -209,17 +209,7 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
     body = _failed(task, "")
     try:
         body |= {"sha256": [file_digest(Path(path)) for path in task.paths], "modified": _modified(task)}
-        recordings = [
-            read(
-                path,
-                how.mapping,
-                device=task.device,
-                invalid=how.invalid,
-                variable=how.variable,
-                mapping_file=how.mapping_file,
-            )
-            for path in task.paths
-        ]
+        recordings = [log for path in task.paths for log in how.read(path, task.device)]
         data = build_dataset(recordings, device=task.device, derivative=how.derivative)
         values = dict(recordings[0].constants)
         return body | {"values": values, "run": run_to_dict(compare(data, task.settings), recordings, None)}

@@ -1,6 +1,8 @@
 /* What the operator wants, as fields: tracking by equation (23), torque by the inverse model, or predefined fields. */
 #include "erc_control.h"
 
+#include "erc_torque.h"
+
 #include <math.h>
 
 #define TWO_PI 6.283185307179586
@@ -50,7 +52,7 @@ static double tracking(const erc_core *core, const wanted_t *wanted) {
 }
 
 /* Field for a wanted torque: the model's inverse, corrected by what the model says the device now gives. */
-static double torque_field(erc_core *core, double wanted, uint32_t *events) {
+static double corrected_inverse(erc_core *core, double wanted, uint32_t *events) {
     const erc_config *config = &core->config;
     const double coaxial[5] = {0.0, 0.0, core->theta.speed, core->alpha.speed, 0.0};
     const double single[3] = {0.0, core->theta.speed - core->alpha.speed, 0.0};
@@ -74,6 +76,11 @@ static double torque_field(erc_core *core, double wanted, uint32_t *events) {
     return field;
 }
 
+static double torque_field(erc_core *core, const wanted_t *wanted, uint32_t *events) {
+    return core->config.observer == ERC_NO_STAGES ? corrected_inverse(core, wanted->value, events)
+                                                  : erc_torque_field(core, wanted->value, wanted->rate, events);
+}
+
 /* A predefined sequence: beyond `soft` whole half-waves are mirrored, so that the table comes back. A sequence changes
  * sides, or steps, between half-waves: only there may its mirror begin or end. */
 static double mirrored(erc_core *core, const erc_program *program, double wave) {
@@ -91,6 +98,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->program = program;
     core->program_tick = tick;
     core->integral = 0.0;
+    erc_torque_start(core);
     core->mirrored = 1.0;
     core->last_wave = 0.0;
     core->motor = (double)NAN; /* the program's own */
@@ -129,7 +137,7 @@ uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]) {
         break;
     case ERC_TORQUE:
         core->reference = wanted.value;
-        split(core, saturated(core, torque_field(core, wanted.value, &events)), ask);
+        split(core, saturated(core, torque_field(core, &wanted, &events)), ask);
         break;
     case ERC_FIELDS:
         if (program->shape == ERC_TABLE) {

@@ -63,6 +63,15 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
     if (!isfinite(config->k_p) || !isfinite(config->k_d) || !isfinite(config->torque_p) || !isfinite(config->torque_i)) {
         return "a gain that is not finite";
     }
+    if (config->observer > ERC_BY_MOTION || !positive(config->observer_bandwidth) || !positive(config->torque_scale)) {
+        return "an unknown observer, or a bandwidth or scale of it that is not above zero";
+    }
+    if (!not_negative(config->torque_lead) || !not_negative(config->torque_lag) ||
+        !not_negative(config->integral_rate) || !not_negative(config->gain_rate) ||
+        !not_negative(config->least_slip) || !not_negative(config->drive_inertia) ||
+        !not_negative(config->drive_friction) || !isfinite(config->drive_drag_1) || !isfinite(config->drive_drag_2)) {
+        return "a number of the torque control below zero, or not finite";
+    }
     if (config->trip_samples <= ERC_ZERO_BEFORE_TRIP || config->trip_samples > 21u ||
         config->hold_samples >= config->trip_samples - ERC_ZERO_BEFORE_TRIP) {
         return "samples to hold and to trip that are not 0 <= hold < trip - 7 and trip <= 21";

@@ -126,6 +126,9 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3 };
 enum { ERC_CONSTANT = 0, ERC_SINE = 1, ERC_SQUARE = 2, ERC_TABLE = 3 };
 enum { ERC_COAXIAL = 0, ERC_SINGLE = 1 };
+/* Torque control: gains on the estimate; or stages that know the torque by the model alone, a sensor, or the drive's
+ * motion. */
+enum { ERC_NO_STAGES = 0, ERC_BY_MODEL = 1, ERC_BY_SENSOR = 2, ERC_BY_MOTION = 3 };
 
 enum {
     ERC_REPEAT = 1u,    /* a table starts again at its end; else its last row holds */
@@ -159,10 +162,17 @@ typedef struct {
     double stroke;                   /* rad from the middle; fields that drive further out are refused; 0: none */
     double k_p, k_d;                 /* equation (23): field per rad and per rad/s */
     double torque_p, torque_i;       /* field per N m and per N m s, on the estimate */
+    double torque_lead, torque_lag;  /* [s] lead of the reference; by which the torque is later than the estimate */
+    double observer_bandwidth;       /* [Hz] */
+    double integral_rate;            /* [1/s] of the error of the torque */
+    double gain_rate, torque_scale;  /* [1/s] forgetting of a clutch's gain, 0: it stays 1; N m from which it is learned */
+    double least_slip;               /* [rad/s] below it both sides run at one speed */
+    double drive_inertia, drive_friction; /* [kg*m^2] of motor and housings; their dry friction in N m */
+    double drive_drag_1, drive_drag_2; /* [N*m*s/rad] on the drive, beside the torque of the clutch under field */
     uint64_t late_trip_ns;           /* a wake-up later than this trips */
     uint32_t hold_samples, trip_samples;
     uint32_t programs, program;      /* how many, and which at the start */
     erc_program list[ERC_PROGRAMS];
-    uint32_t unused, crc;
+    uint32_t observer, crc;
 } erc_config;
-_Static_assert(sizeof(erc_config) == 16 + 8 + 15 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 26 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

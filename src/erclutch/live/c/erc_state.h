@@ -13,6 +13,24 @@ typedef struct {
     uint32_t taken;              /* good readings since the start, up to the warm-up */
 } erc_encoder;
 
+/* What a device gives of its model's torque, the drag on its drive, and how far off both may be. */
+typedef struct {
+    double gain, drag, spread[3];
+} erc_share;
+
+/* What the stages of torque control keep. Torques in N m. */
+typedef struct {
+    erc_share learned[2];           /* of each clutch */
+    double rest, integral;          /* what the device gives beyond them; integral action */
+    double late, modelled;          /* the model's torque as late as the measured one is */
+    double reaction;                /* on the drive, with the model's torque filtered as it is */
+    double speed, slow_speed;       /* of the drive one step ago, and filtered */
+    double side, way;               /* +1: clutch 1, -1: clutch 2; +1: the motor turns or last turned forward */
+    int locked;                     /* both sides run at one speed */
+    uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */
+    uint64_t step;                  /* the last one */
+} erc_stages;
+
 typedef struct {
     erc_config config;
     const erc_row *table;
@@ -26,6 +44,7 @@ typedef struct {
     uint32_t state, trip_reason, stopping, rig_seen, torque_seen;
     uint64_t step, program_tick;
     uint32_t program;
+    erc_stages stages;
     double base, motor, integral, estimate, reference;
     double mirrored, last_wave;         /* of a predefined sequence near the end of the stroke */
     double asked1, asked2, asked_motor; /* by control, at the last good sample */

@@ -1,0 +1,175 @@
+/* Torque control in stages: the torque by a sensor or by motion, what the device gives beyond its model, slips whose sign
+ * is known, the model's inverse, integral action, the hand-over between the clutches. */
+#include "erc_torque.h"
+
+#include <math.h>
+
+#define TWO_PI 6.283185307179586
+#define OUT_OF_REACH 16u  /* the model's flag */
+#define EASE 20u          /* periods after a start or a gap in which the field changes slowly */
+#define SETTLED 20u       /* periods on one clutch after which filters have forgotten the other */
+#define HAND_OVER 0.02    /* of the field limit: a smaller field does not wake the other clutch */
+#define LEAST_GAIN 0.5    /* of the model's torque; the most is its inverse */
+#define FIRST_SPREAD 0.01 /* of gain and drag, squared */
+#define MOST_SPREAD 10.0
+#define SPEED_SCALE 100.0 /* rad/s */
+
+static double bounded(double x, double low, double high) {
+    return x < low ? low : (x > high ? high : x);
+}
+
+/* Share by which a first-order filter moves in a period. */
+static double share(double rate, double dt) {
+    return 1.0 - exp(-rate * dt);
+}
+
+void erc_torque_start(erc_core *core) {
+    const erc_share first = {1.0, 0.0, {FIRST_SPREAD, 0.0, FIRST_SPREAD}};
+    erc_stages s = {.learned = {first, first}, .side = 1.0, .way = 1.0};
+    s.learned[0].drag = core->config.drive_drag_1;
+    s.learned[1].drag = core->config.drive_drag_2;
+    core->stages = s;
+}
+
+/* After a start or a gap the field begins where it is. */
+static void begin_anew(erc_core *core) {
+    erc_stages *s = &core->stages;
+    if (core->step - s->step != 1u) {
+        s->ease = EASE;
+        s->settled = 0u;
+        s->speed = core->theta.speed;
+    }
+    s->step = core->step;
+}
+
+/* The drive's torque, less what speeds the drive up and its dry friction, is what the clutch under field passes on and
+ * what drags. The model's torque goes through the same filter, so no speed is differentiated. */
+static double by_motion(erc_core *core, double late) {
+    const erc_config *config = &core->config;
+    erc_stages *s = &core->stages;
+    const double rate = TWO_PI * config->observer_bandwidth, slow = share(rate, core->dt);
+    const double omega = core->theta.speed;
+    const double motor = bounded(core->asked_motor, -config->motor_limit, config->motor_limit);
+    const double passed = motor - config->drive_friction * tanh(omega);
+    s->reaction += slow * (passed - s->reaction) - rate * config->drive_inertia * (omega - s->speed);
+    s->speed = omega;
+    s->late += late * (s->side * core->estimate - s->late);
+    s->modelled += slow * (s->late - s->modelled);
+    s->slow_speed += slow * (omega - s->slow_speed);
+    return s->reaction;
+}
+
+/* Least squares that forget: a torque is gain x model + drag x speed. Model and speed come in parts of their scales. */
+static void learn(erc_share *of, double model, double speed, double off, double keep, double scale) {
+    const double to_model = of->spread[0] * model + of->spread[1] * speed;
+    const double to_speed = of->spread[1] * model + of->spread[2] * speed;
+    const double per = 1.0 / (keep + model * to_model + speed * to_speed);
+    const double more = of->spread[0] + of->spread[2] > MOST_SPREAD ? 1.0 : 1.0 / keep;
+    of->gain = bounded(of->gain + to_model * per * off / scale, LEAST_GAIN, 1.0 / LEAST_GAIN);
+    of->drag += to_speed * per * off / SPEED_SCALE;
+    of->spread[0] = (of->spread[0] - to_model * to_model * per) * more;
+    of->spread[1] = (of->spread[1] - to_model * to_speed * per) * more;
+    of->spread[2] = (of->spread[2] - to_speed * to_speed * per) * more;
+}
+
+/* What the device gives beyond its model: a share of the torque of each clutch, and the rest by a filter. Without a
+ * measured torque, and where both sides run at one speed, the rest fades. */
+static void observe(erc_core *core) {
+    const erc_config *config = &core->config;
+    erc_stages *s = &core->stages;
+    const double fast = share(TWO_PI * config->observer_bandwidth, core->dt);
+    const double late = config->torque_lag > 0.0 ? share(1.0 / config->torque_lag, core->dt) : 1.0;
+    const int motion = config->observer == ERC_BY_MOTION;
+    double torque = (double)NAN;
+    if (motion && isfinite(core->estimate)) {
+        torque = by_motion(core, late);
+    } else if (config->observer == ERC_BY_SENSOR && isfinite(core->estimate)) {
+        s->modelled += late * (core->estimate - s->modelled);
+        torque = core->torque;
+    }
+    if (!isfinite(torque) || s->locked) {
+        s->rest *= 1.0 - fast;
+        return;
+    }
+    erc_share *learned = &s->learned[s->side < 0.0];
+    const double omega = motion ? s->slow_speed : 0.0;
+    const double off = torque - learned->gain * s->modelled - learned->drag * omega;
+    if (config->gain_rate > 0.0 && s->settled >= SETTLED) {
+        learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
+              config->torque_scale);
+    }
+    s->rest += motion ? 0.0 : fast * (off - s->rest);
+}
+
+/* A motor speed at which the sign of the slip is known. Where both sides run at one speed a clutch passes on whatever is
+ * asked of it: there the inverse is asked at the least slip that drives the wanted way. */
+static double driving(erc_core *core, double wanted) {
+    const double omega = core->theta.speed, alpha = core->alpha.speed, least = core->config.least_slip;
+    erc_stages *s = &core->stages;
+    if (core->config.device == ERC_SINGLE) {
+        s->locked = fabs(omega - alpha) < least;
+        return s->locked ? alpha + (wanted < 0.0 ? -least : least) : omega;
+    }
+    if (fabs(omega) > least) {
+        s->way = omega < 0.0 ? -1.0 : 1.0;
+    }
+    const double output = wanted < 0.0 ? -alpha : alpha;
+    s->locked = fabs(s->way * omega - output) < least;
+    return s->locked ? s->way * (output + least) : omega;
+}
+
+/* The field at which the model gives a torque at rest. Its memory is in the lead and in the observer's comparison: the
+ * inverse for the next step alone turns unstable where the model has a dead time. */
+static double inverse(erc_core *core, double wanted, uint32_t *events) {
+    const double omega = driving(core, wanted), alpha = core->alpha.speed, limit = core->config.field_limit;
+    const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
+    const double single[3] = {0.0, omega - alpha, 0.0};
+    const int alone = core->config.device == ERC_SINGLE;
+    double field = 0.0;
+    if (core->model.inverse == 0) {
+        return 0.0;
+    }
+    if ((core->model.inverse(alone ? single : coaxial, wanted, &field) & OUT_OF_REACH) != 0u) {
+        *events |= ERC_UNREACHABLE;
+    }
+    return isfinite(field) ? bounded(field, alone ? 0.0 : -limit, limit) : 0.0;
+}
+
+/* Of the error of the measured torque, or of the estimate; it does not wind up while the field can do no more. */
+static void integrate(erc_core *core, double wanted, uint32_t events) {
+    erc_stages *s = &core->stages;
+    const int measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
+    const double error = wanted - (measured ? core->torque : core->estimate);
+    const int free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
+    if (isfinite(error) && (free || error * s->integral < 0.0)) {
+        s->integral += share(core->config.integral_rate, core->dt) * error;
+    }
+}
+
+/* From one clutch to the other through zero field, and slowly after a start or a gap. */
+static double handed_over(erc_core *core, double field) {
+    const double limit = core->config.field_limit, most = limit / (double)EASE;
+    erc_stages *s = &core->stages;
+    if (field * s->side < 0.0 && fabs(field) < HAND_OVER * limit) {
+        field = 0.0;
+    }
+    if (s->ease > 0u) {
+        field = bounded(field, core->field - most, core->field + most);
+        s->ease--;
+    }
+    const double side = field * s->side < 0.0 ? -s->side : s->side;
+    s->settled = side == s->side ? s->settled + 1u : 0u;
+    s->side = side;
+    return field;
+}
+
+double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *events) {
+    erc_stages *s = &core->stages;
+    begin_anew(core);
+    observe(core);
+    double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral;
+    ask /= s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
+    const double field = inverse(core, ask, events);
+    integrate(core, wanted, *events);
+    return handed_over(core, field);
+}
