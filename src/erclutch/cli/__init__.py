@@ -60,10 +60,11 @@ _COMMANDS = {
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
     "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
+    "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
-#: Of other names than their commands: `app` is what runs them all, and there is a table of a log.
-_MODULES = {"app": "app_page", "table": "paper_table"}
+#: Commands whose names are taken: `app` by what runs them all, `table` by the module of logs.
+_MODULES = {"app": "app_page", "table": "table_for_paper"}
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
     _module = _MODULES.get(_name, _name.replace("-", "_"))
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
