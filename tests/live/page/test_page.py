@@ -33,7 +33,7 @@ from erclutch.live.page.wire import WIRE, pack
 from erclutch.live.ring import RingInfo, State
 
 LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
-PROGRAMS = [(name, f"what {name} does") for name in LIMITS.programs]
+PROGRAMS = [(name, f"what {name} does", "") for name in LIMITS.programs]
 
 
 # --- commands ---------------------------------------------------------------------------------------------------------
