@@ -307,6 +307,14 @@ class Run(Shown):
             raise RunError("changed after the run", where=str(path), remedy="Restore the file, or fit the log again")
         return path
 
+    def report(self) -> Any:
+        """The report, to be shown in a notebook; `erclutch report` writes it as a file.
+
+        Raises:
+            RunError: a file of the run is missing or was changed.
+        """
+        return self.shown_by("report")
+
     def model(self, name: str | None = None) -> Model:
         """A model of the run; None gives the recommended one.
 
