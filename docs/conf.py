@@ -20,6 +20,7 @@ extensions = [
     "cyclopts.ext.sphinx",
     "drawn_math",
     "law_pages",
+    "notebook_cells",
     "pictures",
 ]
 exclude_patterns = ["_ext"]

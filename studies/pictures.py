@@ -1,10 +1,11 @@
-"""Draw the README's pictures, a report of a real recording and the live page on the TWIN, and the states of the loop.
+"""Draw the pictures of README and pages: a report, the page of a log, the live page on the TWIN, the loop's states.
 
     python studies/pictures.py report LOG    docs/images/report.png; LOG is the NEES damper's ranran_50_converted.csv
+    python studies/pictures.py app LOG       docs/images/app.png: the same recording in erclutch app
     python studies/pictures.py live          docs/images/live.png: erclutch live on the TWIN, tracking at 0.4 Hz
     python studies/pictures.py states        docs/images/states.svg, from what erclutch live --explain prints
 
-The first two run the commands that a reader would type, in headless Chromium. Each picture must stay below 150 kB.
+The first three run the commands that a reader would type, in headless Chromium. Each picture must stay below 150 kB.
 `erclutch figure trace RUN` draws docs/images/nees-trace.png.
 """
 
@@ -66,6 +67,25 @@ def draw_report(log: Path, run: Path) -> None:
         seen.goto((run / "report.html").as_uri())
         seen.wait_for_selector("#traces-plot[data-ready=yes]")
         kept(seen.screenshot(), "report.png")
+
+
+def draw_app(log: Path, folder: Path) -> None:
+    """The page of the recording, once its columns are chosen."""
+    session = subprocess.Popen(erclutch("app", str(folder)), stdout=subprocess.PIPE, text=True)
+    try:
+        with page(1180, 1000) as seen:
+            seen.goto(_address(session))
+            seen.set_input_files("#file", str(log))
+            seen.wait_for_url("**/log/**")
+            for signal, column, unit in (("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
+                seen.select_option(f"[name='column.{signal}']", column)
+                seen.fill(f"[name='unit.{signal}']", unit)
+            seen.click("text=Read it so")
+            seen.wait_for_selector(".good")
+            kept(seen.screenshot(), "app.png")
+    finally:
+        session.terminate()
+        session.wait()
 
 
 def draw_live(folder: Path) -> None:
@@ -135,16 +155,18 @@ def draw_states(file: Path) -> None:
 def main() -> None:
     """See the module."""
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("picture", choices=("report", "live", "states"))
-    arguments.add_argument("log", type=Path, nargs="?", help="the recording that the report is of")
+    arguments.add_argument("picture", choices=("report", "app", "live", "states"))
+    arguments.add_argument("log", type=Path, nargs="?", help="the recording that report and app show")
     given = arguments.parse_args()
-    if given.picture == "report" and given.log is None:
-        arguments.error("report needs the recording")
+    if given.picture in ("report", "app") and given.log is None:
+        arguments.error(f"{given.picture} needs the recording")
     with tempfile.TemporaryDirectory() as folder:
         if given.picture == "states":
             draw_states(IMAGES / "states.svg")
         elif given.picture == "report":
             draw_report(given.log.resolve(), Path(folder) / "damper.run")
+        elif given.picture == "app":
+            draw_app(given.log.resolve(), Path(folder))
         else:
             draw_live(Path(folder))
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 import pytest
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, TimeSeriesSplit, cross_val_score
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import FunctionTransformer
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from sklearn.utils.estimator_checks import estimator_checks_generator
 
 from erclutch.errors import SettingError
@@ -45,6 +46,7 @@ def checks() -> list[Any]:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:the columns .* look standardised")  # scikit-learn's rows are
 @pytest.mark.parametrize(("estimator", "check"), checks())
 def test_scikit_learns_own_checks(estimator: Any, check: Any) -> None:
     check(estimator)
@@ -90,6 +92,29 @@ def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray,
     theirs = fit_network(data, network_from_name("fnn-6"), seed=3)
     # The comparison knows which inputs are slips and makes its cells narrow there; the estimator does not.
     assert mine.score(inputs, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2), abs=0.03)
+
+
+def test_columns_of_a_frame_are_taken_by_name(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, _ = rows
+    X, y = X[:2000], y[:2000]
+    names = ["E1", "E2", "theta_dot [rad/s]", "alpha_dot [rad/s]"]
+    frame = pd.DataFrame(X, columns=names)
+    swapped = frame[[names[2], names[1], names[3], names[0]]].assign(note="b")
+    by_place, by_name = (LawRegressor("bingham", "coaxial").fit(given, y) for given in (X, swapped))
+    np.testing.assert_array_equal(by_name.predict(swapped), by_place.predict(X))
+    np.testing.assert_array_equal(by_name.predict(frame), by_place.predict(X))
+    with pytest.raises(SettingError, match="no column alpha_dot beside E1, E2, theta_dot"):
+        by_name.predict(frame[names[:3]])
+    network = FnnRegressor((2,)).fit(frame, y)
+    with pytest.raises(ValueError, match="feature names"):
+        network.predict(swapped[names[::-1]])
+
+
+def test_standardised_columns_are_told(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+    X, y, _ = rows
+    X, y = X[:2000], y[:2000]
+    with pytest.warns(UserWarning, match="look standardised"):
+        make_pipeline(StandardScaler(), LawRegressor("bingham", "coaxial")).fit(X, y)
 
 
 @pytest.mark.slow

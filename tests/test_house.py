@@ -11,9 +11,15 @@ from studies import house as study
 
 ROOT = Path(__file__).parents[1]
 
-#: Places where the name of a module is data: the lazy names of the package, a plug-in, a module that was exported, and
-#: the reader that a child runs.
-TRICKS = {"__init__.py", "registry.py", "export/targets/mujoco.py", "logs/readers/found_recordings.py"}
+#: Places where the name of a module is data: the lazy names of the package, a plug-in, what shows a value in a
+#: notebook, a module that was exported, and the reader that a child runs.
+TRICKS = {
+    "__init__.py",
+    "registry.py",
+    "signals/shown.py",
+    "export/targets/mujoco.py",
+    "logs/readers/found_recordings.py",
+}
 
 
 @pytest.fixture(scope="module")

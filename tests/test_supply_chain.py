@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from importlib import metadata
@@ -15,7 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
+
+import erclutch
 
 ROOT = Path(__file__).parents[1]
 BILL: dict[str, Any] = json.loads((ROOT / "sbom.cdx.json").read_text(encoding="utf-8"))
@@ -90,6 +94,15 @@ def test_a_gpl_alone_is_seen(licence: str, alone: bool) -> None:
     assert all(GPL_ONLY.search(choice) for choice in re.split(r"\bOR\b", licence)) is alone
 
 
+def test_the_conda_recipe_asks_for_what_the_wheel_asks_for() -> None:
+    recipe = yaml.safe_load((ROOT / "packaging" / "recipe.yaml").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    asked = [f"python{project['requires-python']}", *project["dependencies"]]
+    assert [line.replace(" ", "") for line in recipe["requirements"]["run"]] == asked
+    assert recipe["package"]["version"] == erclutch.__version__
+    assert recipe["about"]["license_file"] == project["license-files"]
+
+
 # --- wheel and sdist -------------------------------------------------------------------------------------------------
 
 
@@ -131,28 +144,90 @@ def test_the_wheel_holds_the_licences_and_nothing_of_a_run(wheel_and_sdist: dict
 
 
 @pytest.mark.slow
-def test_the_wheel_runs_in_an_empty_environment(wheel_and_sdist: dict[str, Path], tmp_path: Path) -> None:
-    """Packages it needs come from this environment, erclutch itself from the wheel alone."""
-    venv = tmp_path / "venv"
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(venv)], check=True)
-    python = venv / "bin" / "python"
-    site = Path(
-        subprocess.check_output([python, "-c", "import site; print(site.getsitepackages()[0])"], text=True).strip()
-    )
-    here = next(Path(place) for place in sys.path if (Path(place) / "numpy").is_dir())
-    (site / "needed.pth").write_text(f"{here}\n", encoding="utf-8")
-    surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+def test_the_sdist_makes_the_same_wheel(wheel_and_sdist: dict[str, Path], tmp_path: Path) -> None:
+    with tarfile.open(wheel_and_sdist[".gz"]) as archive:
+        archive.extractall(tmp_path, filter="data")
+        epoch = str(archive.getmembers()[0].mtime)
+    (source,) = tmp_path.iterdir()
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path / "dist")]
+    done = subprocess.run(command, cwd=source, env={**os.environ, "SOURCE_DATE_EPOCH": epoch}, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    (again,) = (tmp_path / "dist").iterdir()
+    assert again.read_bytes() == wheel_and_sdist[".whl"].read_bytes()
 
-    def run(*command: str | Path) -> str:
-        done = subprocess.run(command, cwd=tmp_path, env=surroundings, capture_output=True, text=True)
+
+def link_packages(extras: frozenset[str], folder: Path) -> None:
+    """Fill a folder with what erclutch says that it needs with some extras, and nothing else."""
+    folder.mkdir(exist_ok=True)
+    for name in needed("erclutch", extras, set()):
+        package = metadata.distribution(name)
+        for top in {file.parts[0] for file in package.files or ()} - {"..", "__pycache__"}:
+            if not (folder / top).exists():
+                (folder / top).symlink_to(Path(str(package.locate_file(top))).resolve())
+
+
+class Installed:
+    """The wheel in an environment of its own, run from an empty folder."""
+
+    def __init__(self, wheel: Path, place: Path) -> None:
+        self.folder = place / "empty"
+        self.folder.mkdir()
+        self.python = place / "venv" / "bin" / "python"
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place / "venv")], check=True)
+        self.site = Path(self.run(self.python, "-c", "import site; print(site.getsitepackages()[0])").strip())
+        link_packages(frozenset(), self.site)
+        pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", self.python)
+        self.run(*pip, "install", "--quiet", "--no-deps", "--no-index", wheel)
+
+    def run(self, *command: str | Path, path: Path | None = None) -> str:
+        surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        surroundings |= {} if path is None else {"PYTHONPATH": str(path)}
+        done = subprocess.run(command, cwd=self.folder, env=surroundings, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    install = ("install", "--quiet", "--no-deps", "--no-index", wheel_and_sdist[".whl"])
-    run(sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python, *install)
-    assert run(python, "-c", "import erclutch; print(erclutch.__file__)").startswith(str(site))
-    assert run(venv / "bin" / "erclutch", "--version").strip() in wheel_and_sdist[".whl"].name
-    write = "from erclutch.logs.synthetic import write_synthetic_log; write_synthetic_log('log.csv')"
-    run(python, "-c", write)
-    assert "bingham" in run(venv / "bin" / "erclutch", "fit", "log.csv", "--models", "bingham", "--out", "one.run")
-    assert (tmp_path / "one.run" / "run.json").is_file()
+    def erclutch(self, *words: str) -> str:
+        return self.run(self.python.parent / "erclutch", *words)
+
+
+@pytest.fixture(scope="module")
+def installed(wheel_and_sdist: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    return Installed(wheel_and_sdist[".whl"], tmp_path_factory.mktemp("installed"))
+
+
+@pytest.mark.slow
+def test_the_wheel_runs_in_an_empty_environment(installed: Installed, wheel_and_sdist: dict[str, Path]) -> None:
+    """Only the packages that it requires are there: no extra, no tool, no repository."""
+    assert installed.run(installed.python, "-c", "import erclutch; print(erclutch.__file__)").startswith(
+        str(installed.site)
+    )
+    assert installed.erclutch("--version").split()[0] in wheel_and_sdist[".whl"].name
+    assert "Recommended: " in installed.erclutch("demo", "--seconds", "10", "--out", "demo")
+    log, model = "demo/twin.parquet", ("--models", "bingham")
+    assert "bingham" in installed.erclutch("fit", log, "--device", "coaxial", *model, "--out", "one.run")
+    assert "one.html" in installed.erclutch("report", "one.run", "--out", "one.html")
+    installed.erclutch("export", "one.run", "--out", "one_c")
+    assert "gcc -O2" in installed.erclutch("verify", "one_c")
+
+
+#: What each extra is for, as code that needs nothing else.
+EXTRAS = {
+    "sklearn": "from erclutch.estimators import LawRegressor",
+    "calibrate": "import cma, erclutch.paper.calibration.calibrate",
+    "export": "import onnx, ziglang, erclutch.export.targets.onnx",
+    "live": "import ziglang, erclutch.live.page.page_server",
+    "compiler": "import ziglang",
+    "formats": "import asammdf, nptdms, python_calamine, rosbags.highlevel",
+    "cluster": "import distributed, erclutch.runs.cluster",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "extra", tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+)
+def test_each_extra_alone_brings_what_it_is_for(extra: str, installed: Installed, tmp_path: Path) -> None:
+    link_packages(frozenset({extra}), tmp_path / "more")
+    assert "missing" not in installed.run(installed.python, "-c", EXTRAS[extra], path=tmp_path / "more")
+    alone = f"try:\n    {EXTRAS[extra]}\nexcept ImportError:\n    print('missing')"
+    assert "missing" in installed.run(installed.python, "-c", alone)

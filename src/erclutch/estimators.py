@@ -1,7 +1,9 @@
 """scikit-learn estimators wrap each model with ``fit``, ``predict`` and ``score``, for pipelines and grids.
 
 `LawRegressor` takes columns in the order of its device: field and slip for a single one; E1, E2, theta_dot, alpha_dot
-for the coaxial pair; further columns are left alone. `FnnRegressor` and `RbfnRegressor` take every column as an input.
+for the coaxial pair; further columns are left alone. Of a DataFrame with these names, with or without units
+(``slip [m/s]``), it takes the columns by name, in any order. `FnnRegressor` and `RbfnRegressor` take every column as an
+input. A law needs field and slip as they were logged: scaling may be part of a pipeline with a network, not with a law.
 Rows of a log follow in time, so split them in blocks (`sklearn.model_selection.TimeSeriesSplit`), never shuffled.
 
 Needs scikit-learn: ``pip install erclutch[sklearn]``.
@@ -12,6 +14,7 @@ Needs scikit-learn: ``pip install erclutch[sklearn]``.
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from typing import Any, cast
 
@@ -40,6 +43,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Units, elements_of
 
 _COLUMNS = {"single": ("field", "slip"), "coaxial": ("E1", "E2", "theta_dot", "alpha_dot")}
+_CENTRED, _SCALED = 1e-6, 1e-3  # mean and deviation that no raw columns have, all of them at once
 
 
 class LawRegressor(RegressorMixin, BaseEstimator):
@@ -84,11 +88,15 @@ class LawRegressor(RegressorMixin, BaseEstimator):
 
         Raises:
             ValueError: columns are missing, or values are not finite.
-            SettingError: an unknown law, device or dynamics.
+            SettingError: an unknown law, device or dynamics; a DataFrame with the names of some columns alone.
+
+        Warns:
+            UserWarning: all columns look standardised.
         """
         if self.device not in _COLUMNS:
             raise SettingError(f"device {self.device!r}", remedy="Give single or coaxial")
         stages_of(self.dynamics)
+        X = self._by_name(X)
         X, y = validate_data(
             self,
             X,
@@ -98,6 +106,7 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             ensure_min_samples=2,
             ensure_min_features=len(_COLUMNS[self.device]),
         )
+        self._warn_of_scaling(X)
         device, dynamics = cast(DeviceName, self.device), self.dynamics
         structure = Structure(device, self.law, law_from_name(self.law, device), dynamics, self.friction, self.offset)
         data = self._rows(X, np.asarray(y, np.float64))
@@ -108,8 +117,29 @@ class LawRegressor(RegressorMixin, BaseEstimator):
     def predict(self, X: Any) -> Array:
         """Effort, shape (n,)."""
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, reset=False)
+        X = validate_data(self, self._by_name(X), dtype=np.float64, reset=False)
         return self.model_.predict(self._rows(X, np.zeros(X.shape[0])))
+
+    def _by_name(self, X: Any) -> Any:
+        """The device's columns of a DataFrame that names them; anything else as it is."""
+        labels = {str(label).partition("[")[0].strip(): label for label in getattr(X, "columns", ())}
+        wanted = _COLUMNS[self.device]
+        missing = [name for name in wanted if name not in labels]
+        if len(missing) == len(wanted):
+            return X
+        if missing:
+            problem = f"no column {', '.join(missing)} beside {', '.join(n for n in wanted if n in labels)}"
+            raise SettingError(problem, remedy=f"Name all columns: {', '.join(wanted)}")
+        return X[[labels[name] for name in wanted]]
+
+    def _warn_of_scaling(self, X: Array) -> None:
+        own = X[:, : len(_COLUMNS[self.device])]
+        if np.all(np.abs(own.mean(0)) < _CENTRED) and np.all(np.abs(own.std(0) - 1.0) < _SCALED):
+            warnings.warn(
+                f"the columns {', '.join(_COLUMNS[self.device])} look standardised (mean 0, deviation 1): a law needs "
+                "field and slip as they were logged; leave the scaler out",
+                stacklevel=3,
+            )
 
     def _rows(self, X: Array, y: Array) -> Dataset:
         named = {name: X[:, i] for i, name in enumerate(_COLUMNS[self.device])}

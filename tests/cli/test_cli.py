@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import platform
 import re
 import shlex
 import shutil
@@ -118,7 +119,24 @@ def test_help(command: tuple[str, ...], tmp_path: Path) -> None:
 def test_version(tmp_path: Path) -> None:
     from erclutch import __version__
 
-    assert good("--version", cwd=tmp_path).strip() == __version__
+    first, *rest = good("--version", cwd=tmp_path).splitlines()
+    assert first == __version__
+    assert f"numpy {np.__version__}" in rest[1]
+    assert platform.python_version() in rest[0]
+    assert rest[2].startswith("C compiler: ")
+
+
+def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
+    script = tmp_path / "erclutch.bash"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HOME", str(tmp_path))
+        good("--install-completion", "--shell", "bash", "--output", script, cwd=tmp_path)
+    assert str(script) in (tmp_path / ".bashrc").read_text()
+    asked = {"fi": "fit", "fit log.csv --mod": "--models", "export run --precision fl": "float32"}
+    for words, wanted in asked.items():
+        code = f". {script}; COMP_WORDS=(erclutch {words}); COMP_CWORD={len(words.split())}; _erclutch"
+        said = subprocess.check_output(["bash", "-c", f'{code}; echo "${{COMPREPLY[@]}}"'], text=True)
+        assert wanted in said.split(), words
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell
 or Python a block of text is its output, where ``...`` stands for anything. On top of a page ``% needs: FOLDER/FILE``
-names the recording that it is about.
+names the recording that it is about. The Python blocks of a page below ``notebooks`` are cells of one session.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from docs._ext.notebook_cells import FOLDER, run_cells
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -84,13 +86,15 @@ def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_p
         if not recording.is_file():
             pytest.skip(f"needs the recording beside the project: {recording}")
         shutil.copy(recording, tmp_path)
+    cells = [block.body for block in blocks_of(text) if block.language == "python"]
+    session = iter(run_cells(cells, tmp_path) if page.parent.name == FOLDER else ())
     printed: str | None = None
     for block in blocks_of(text):
         if block.file:
             (tmp_path / block.file).write_text(block.body, encoding="utf-8")
             printed = None
         elif block.language in {"sh", "python"}:
-            printed = run(block, tmp_path)
+            printed = next(session)["printed"] if page.parent.name == FOLDER else run(block, tmp_path)
         else:
             assert printed is not None
             assert matches(block.body, printed), f"{page.name} shows\n{block.body}\nbut this was printed:\n{printed}"

@@ -41,6 +41,28 @@ def test_no_warning(models: dict[str, Model], compiler: str, tmp_path: Path, nee
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "casson+lag, single"])
+def test_the_example_in_the_header_compiles_and_runs(
+    models: dict[str, Model], label: str, tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc")
+    program = step_of(models[label], ExportOptions("m", "float32", 1e-3))
+    (source,) = write_core(program, tmp_path)
+    said = (tmp_path / "m.h").read_text()
+    assert said.count("SPDX-License-Identifier: Apache-2.0") == 1
+    example = re.findall(r"^       (.+;)$", said.partition("Example: ")[2].partition("*/")[0], re.MULTILINE)
+    assert len(example) == 7
+    calls = "\n".join([*example, 'printf("%u %d\\n", (unsigned)flags, effort > 0.0f);'])
+    (tmp_path / "main.c").write_text(
+        f'#include <stdio.h>\n#include "m.h"\nint main(void)\n{{\n{calls}\nreturn 0;\n}}\n'
+    )
+    command = ["gcc", *EXACT, *STRICT, str(source), str(tmp_path / "main.c"), "-o", str(tmp_path / "example")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert subprocess.check_output([str(tmp_path / "example")], text=True) == "0 1\n"
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "fnn-7, coaxial", "casson+lag, single"])
 def test_no_required_rule_of_misra_is_broken(
     models: dict[str, Model], label: str, tmp_path: Path, need: Callable[..., None]

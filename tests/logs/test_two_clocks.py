@@ -42,9 +42,9 @@ def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
     assert found.offset == pytest.approx(OFFSET + DRIFT * match.origin, abs=1e-4)
     assert found.drift_ppm == pytest.approx(40.0, abs=2.0)
     assert match.drift_interval[0] < DRIFT < match.drift_interval[1]
-    torque, time = found.table.columns["torque"], found.table.columns["time"]
+    torque, time = found.joined.columns["torque"], found.joined.columns["time"]
     assert np.std(torque - np.interp(time, _TIME, _COLUMNS["torque"][1])) < 0.1 * np.std(torque)
-    assert found.table.units["torque"] == "N*m"
+    assert found.joined.units["torque"] == "N*m"
 
 
 def test_either_log_may_be_first() -> None:
@@ -61,7 +61,7 @@ def test_a_gap_and_a_restart_of_the_clock() -> None:
     b = b[(b["time [s]"] < 12.0) | (b["time [s]"] > 14.0)].reset_index(drop=True)
     gap = erclutch.align(_a(), b, on=("slip", "rpm"))
     assert gap.offset == pytest.approx(OFFSET, abs=1e-4)
-    assert not np.any((gap.table.columns["time"] > 12.2) & (gap.table.columns["time"] < 13.8))
+    assert not np.any((gap.joined.columns["time"] > 12.2) & (gap.joined.columns["time"] < 13.8))
     b.loc[b["time [s]"] > 13.0, "time [s]"] -= 14.0
     first, second = erclutch.align(_a(), b, on=("slip", "rpm")).matches
     assert first.offset == pytest.approx(OFFSET, abs=2e-4)
@@ -93,7 +93,7 @@ def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
         erclutch.align(_sine(0.0), _sine(0.1))
     found = erclutch.align(_sine(0.0), _sine(0.1), near=-0.09)
     assert found.matches[0].on_b(np.array([15.0])) == pytest.approx(14.9, abs=1e-3)
-    assert set(found.table.columns) == {"time", "x", "x_B"}
+    assert set(found.joined.columns) == {"time", "x", "x_B"}
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
@@ -105,6 +105,6 @@ def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
     log = erclutch.read(
         found.write(tmp_path / f"joined.{ending}"), {"effort": "torque", "slip": "slip", "field": "field"}
     )
-    assert log.rows == found.table.rows
+    assert log.rows == found.joined.rows
     assert log.period == pytest.approx(1e-3, rel=1e-6)
     assert log.units["effort"] == "N*m"

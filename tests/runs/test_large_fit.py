@@ -27,17 +27,17 @@ from erclutch.errors import CheckError, ErclutchError, LogError, MappingError, R
 from erclutch.fit.centroids import centroids_of, compress
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.scoring import squared_errors
 from erclutch.logs import read, read_batches
 from erclutch.logs.batches import datasets
 from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.disk_rows import DiskRows
+from erclutch.logs.reading import Reading
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
 from erclutch.models.networks import network_from_name
-from erclutch.runs.large_fit import Reading, fit_large, write_large
+from erclutch.runs.large_fit import _squared_errors, fit_large, write_large
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.speed import Derivative, differentiate, reach
@@ -279,9 +279,7 @@ def test_errors_add_up_over_blocks(bingham: TorqueModel, sizes: list[int], seed:
     data = random_rows(rows, seed)
     ends = np.cumsum([0, *sizes]).tolist()
     blocks = [data.picked(slice(a, b)) for a, b in itertools.pairwise(ends)]
-    (error,), many = squared_errors(blocks, [model])
-    assert many == rows
-    assert error == pytest.approx(squared_errors(data.blocks, [model])[0][0], rel=1e-12)
+    (error,) = _squared_errors([model], ((block, slice(None)) for block in blocks)).tolist()
     assert error == pytest.approx(float(np.sum((data.effort - model.predict(data)) ** 2)), rel=1e-12)
 
 

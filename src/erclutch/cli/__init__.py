@@ -10,16 +10,33 @@ from cyclopts import App, CycloptsError, Parameter
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 
+
+def _versions() -> str:
+    """The version alone on the first line; below it what a report of a bug needs."""
+    import os
+    import platform
+    import shutil
+    from importlib.metadata import version
+    from importlib.util import find_spec
+
+    zig = "zig" if find_spec("ziglang") else "none"
+    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
+    python = f"{platform.python_implementation()} {platform.python_version()}"
+    return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"
+
+
 app = App(
     name="erclutch",
     help="Turn a test-bench log of a clutch, brake or damper with an ER or MR fluid into a checked torque model.",
-    version=__version__,
+    version=_versions,
     help_format="plaintext",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
 _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
+    "app": "Show a folder of logs and runs as a page: drop a log, fit, read the report, export.",
     "inspect": "Show what is in a log and what each column is taken for.",
     "align": "Join two logs of one experiment whose clocks differ, by a signal that both have.",
     "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
@@ -29,6 +46,7 @@ _COMMANDS = {
     "score": "Score the models of a run on another log.",
     "compare": "Compare runs on the rows that all of them held out.",
     "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
+    "table": "Print a table of a run for a paper: LaTeX, Markdown, HTML or CSV.",
     "fit-large": "Fit models without memory to logs larger than memory, block by block.",
     "fit-many": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
@@ -42,11 +60,17 @@ _COMMANDS = {
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
     "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
+    "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
+#: Commands whose names are taken: `app` by what runs them all, `table` by the module of logs.
+_MODULES = {"app": "app_page", "table": "table_for_paper"}
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
-    _module = _name.replace("-", "_")
+    _module = _MODULES.get(_name, _name.replace("-", "_"))
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
+app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
+    help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
+)
 
 _FIRST = """erclutch turns a log of an ER or MR clutch, brake or damper into a checked torque model.
 
@@ -55,6 +79,7 @@ What to do first:
   erclutch inspect LOG          see what is in your file and how it is read
   erclutch fit LOG              fit and rank all models; --out RUN keeps the result
   erclutch report RUN           write the result as one file to read and to forward
+  erclutch app                  the same as a page in the browser
   erclutch laws                 list the models
 
 erclutch COMMAND --help explains a command and all its options.

@@ -45,7 +45,6 @@ class ClockOptions:
             return reading.read(paths)
         from erclutch.logs import ColumnMap
         from erclutch.logs.mapping import beside
-        from erclutch.logs.resample import rate_of, resampled
 
         files = expand(paths)
         if len(files) != 2:
@@ -55,7 +54,7 @@ class ClockOptions:
         logs = aligned(files[0], files[1], self.on, self.near, time, rate)
         own = beside(files[0]) if reading.map is None else ColumnMap.from_toml(reading.map)
         log = logs.recording(reading.column_map().over(own), device=reading.device)
-        return [log if reading.resample is None else resampled(log, rate_of(reading.resample))]
+        return [reading.how().finished(log)]
 
 
 ONE_CLOCK = ClockOptions()
@@ -111,7 +110,7 @@ def align(
     )
     logs.write(out)
     save_plot(describe_clocks(logs), shown)
-    terminal.say(f"Written to {out}: {logs.table.rows:,} rows; picture {shown}")
+    terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {shown}")
 
 
 def aligned(

@@ -12,10 +12,8 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.fit import model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
-from erclutch.errors import SettingError
 
 if TYPE_CHECKING:
-    from erclutch.logs import ColumnMap
     from erclutch.runs.large_fit import LargeFit
 
 _MODELS = Group("Models and figures", sort_key=1)
@@ -61,16 +59,17 @@ def fit_large(
         json: Print everything as JSON instead of a table.
         reading: How to read the log.
     """
+    from dataclasses import replace
     from functools import partial
 
-    from erclutch.runs.large_fit import MARKER, Reading, write_large
+    from erclutch.runs.large_fit import MARKER, write_large
     from erclutch.runs.large_fit import fit_large as fit_them
     from erclutch.runs.run_folder import may_write
 
     require_counts(workers, seed, "--batch", batch, "10000 or more", batch >= 10_000)
     if out is not None:
         may_write(out, force, MARKER)
-    how = Reading(_mapped(reading), reading.map, None, reading.variable, reading.filter(), batch)
+    how = replace(reading.how(), rows=batch)
     fit_so = partial(fit_them, friction=friction, offset=offset, seed=seed, workers=workers, cluster=cluster)
     paths, tests, names = _places(logs), _places(test_log), model_names(models)
     with terminal.progress("reading") as bar:
@@ -120,17 +119,6 @@ def _print(result: LargeFit, json: bool, out: Path | None) -> None:
     peak = f", peak memory {memory / 1e6:.0f} MB" if memory else ""
     terminal.tell(f"reading took {result.read_seconds:.1f} CPU s{peak}")
     terminal.say(f"Models kept in {out / 'models'}" if out else "Nothing was kept; --out FOLDER keeps the models.")
-
-
-def _mapped(reading: LogOptions) -> ColumnMap:
-    """Which column is which; the filter of --resample needs whole stretches, and rows come here block by block."""
-    if reading.resample is not None:
-        raise SettingError("--resample needs whole stretches in memory", remedy="Use erclutch fit, or resample before")
-    if reading.begin or reading.end or reading.skip:
-        raise SettingError(
-            "--from, --to and --skip need the whole log in memory", remedy="Use erclutch fit, or cut before"
-        )
-    return reading.column_map()
 
 
 def _places(logs: tuple[str, ...]) -> list[str | Path]:

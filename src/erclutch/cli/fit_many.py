@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.fit import model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import CheckError, SettingError
+from erclutch.errors import CheckError
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Settings
@@ -81,18 +81,14 @@ def fit_many(
 
 def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOptions, more: dict[str, Any]) -> Fleet:
     from erclutch.runs.fleet import fit_many as fit_them
-    from erclutch.runs.large_fit import Reading
 
-    if reading.resample is not None:
-        raise SettingError("--resample is not for many logs", remedy="Resample the logs before")
-    how = Reading(reading.column_map(), reading.map, None, reading.variable, reading.filter())
     with terminal.progress("fitting") as bar:
 
         def show(done: int, total: int, name: str) -> None:
             bar(done, total, f"fitted {name}")
 
-        about: dict[str, Any] = {"device": reading.device, "reading": how, "settings": settings, "progress": show}
-        return fit_them(logs, settings.models, out=out, **about, **more)
+        about: dict[str, Any] = {"device": reading.device, "reading": reading.how(), "progress": show}
+        return fit_them(logs, settings.models, out=out, settings=settings, **about, **more)
 
 
 def _print(fleet: Fleet) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import tomllib
 from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
@@ -70,7 +71,7 @@ def inspect(
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
-        _print_json(raw, recording, problem, missing)
+        _print_json(raw, recording, problem, reading, {"missing": list(missing), "mapping": tomllib.loads(text)})
         return int(recording is None)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
@@ -110,9 +111,6 @@ def _print_columns(log: Path, raw: Table) -> None:
 
 
 def _print_signals(recording: Recording, data: Dataset) -> None:
-    from erclutch.fit.data_check import sensor_findings
-    from erclutch.fit.history import effort_finding
-
     terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
     ranges = [
         [name, recording.units[name] or "1", *(terminal.number(v) for v in _figures(values)[:3])]
@@ -128,9 +126,17 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         terminal.tell(terminal.coverage(element.field, element.slip, name, units))
+    for found in _findings(data):
+        terminal.tell(found, "yellow")
+
+
+def _findings(data: Dataset) -> list[str]:
+    """What is odd in a log, each with its level."""
+    from erclutch.fit.data_check import sensor_findings
+    from erclutch.fit.history import effort_finding
+
     memory = effort_finding(data)
-    for found in (*sensor_findings(data), *([memory] if memory else [])):
-        terminal.tell(f"{found.level}: {found}", "yellow")
+    return [f"{found.level}: {found}" for found in (*sensor_findings(data), *([memory] if memory else []))]
 
 
 def _dates(name: str, clock: Array) -> str:
@@ -183,13 +189,25 @@ def _figures(values: Array) -> tuple[float, float, float, float]:
     return float(finite.min()), float(finite.max()), float(finite.mean()), float(missing)
 
 
-def _print_json(raw: Table, recording: Recording | None, problem: ErclutchError | None, missing: Sequence[str]) -> None:
+def _sketch(values: Array, points: int = 60) -> list[list[float]]:
+    """Smallest and largest value of each of some stretches of equal length; stretches without a value are left out."""
+    import numpy as np
+
+    parts = np.array_split(values[np.isfinite(values)], min(points, values.size))
+    return [[float(f"{part.min():.4g}"), float(f"{part.max():.4g}")] for part in parts if part.size]
+
+
+def _print_json(
+    raw: Table, recording: Recording | None, problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
+) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
-        columns[name] = {"unit": raw.units.get(name), **dict(zip(_FIGURES, figures, strict=True))}
+        shown = dict(zip(_FIGURES, figures, strict=True))
+        columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
     body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
-    body |= {"problem": str(problem) if problem else None, "missing": list(missing)}
+    findings = [] if recording is None else _findings(reading.dataset([recording]))
+    body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
     if recording is not None:
         body |= {
             "signals": dict(recording.units),

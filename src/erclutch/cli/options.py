@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from erclutch.errors import LogError, MappingError
+from erclutch.errors import LogError
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap, Table
     from erclutch.logs.dataset import Dataset
+    from erclutch.logs.reading import Reading
     from erclutch.models.model import Model
     from erclutch.runs.run_folder import Run
     from erclutch.signals.recording import Recording
@@ -104,24 +105,8 @@ class LogOptions:
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""
         from erclutch.logs import ColumnMap
-        from erclutch.signals.recording import SIGNALS
 
-        names = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
-        signals = ("field", "slip", "position", "effort", "e1", "e2", "e", "theta", "theta_dot")
-        signals += ("alpha", "alpha_dot", "alpha_raw", "t", "motor_torque", "temperature")
-        columns = {names.get(s, s): getattr(self, s) for s in signals if getattr(self, s) is not None}
-        values = {key: getattr(self, key) for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid")}
-        given: dict[str, Any] = {key: value for key, value in values.items() if value is not None}
-        for option, pairs, example in (("constant", self.constant, "0.5 A"), ("scale", self.scale, "2.5 A/V")):
-            texts = {name.strip(): value for name, _, value in (pair.partition("=") for pair in pairs)}
-            unknown = [name for name in texts if name not in SIGNALS]
-            if unknown:
-                raise MappingError(
-                    f"--{option} {unknown[0]!r} is no signal",
-                    remedy=f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}",
-                )
-            given[f"{option}s"] = texts
-        return ColumnMap.from_dict({**given, "columns": columns, "inputs": list(self.input)})
+        return ColumnMap.from_options(self._given())
 
     def mapping_text(self, table: Table, log: Path) -> tuple[str, tuple[str, ...]]:
         """A mapping file for a log, and what is missing in it."""
@@ -137,30 +122,29 @@ class LogOptions:
         Raises:
             LogError: a log cannot be read; MappingError: or not be understood.
         """
-        from erclutch.logs import read, read_all
-        from erclutch.logs.resample import rate_of, resampled
+        how = self.how()
+        return [log for path in expand(paths) for log in how.read(path, self.device)]
 
-        rate = None if self.resample is None else rate_of(self.resample)
-        mapping = self.column_map()
-        logs: list[Recording] = []
-        for path in expand(paths):
-            if self.variable == "all":
-                logs += read_all(path, mapping, device=self.device, mapping_file=self.map)
-            else:
-                logs.append(read(path, mapping, device=self.device, mapping_file=self.map))
-        logs = [self.cut(log) for log in logs]
-        return logs if rate is None else [resampled(log, rate) for log in logs]
-
-    def cut(self, log: Recording) -> Recording:
-        """The log between --from and --to, without the start that --skip leaves out.
+    def how(self) -> Reading:
+        """What the command line says of the reading of a log.
 
         Raises:
-            SettingError: no such time, or too few rows are left.
+            MappingError: a signal that is none. SettingError: a time or a rate that is none.
         """
-        from erclutch.logs.time_window import seconds_of, within
+        from erclutch.logs.reading import Reading
+        from erclutch.logs.resample import rate_of
+        from erclutch.logs.time_window import seconds_of
 
-        given = (("from", self.begin), ("to", self.end), ("skip", self.skip))
-        return within(log, *(None if text is None else seconds_of(option, text) for option, text in given))
+        times = (("from", self.begin), ("to", self.end), ("skip", self.skip))
+        begin, end, skip = (None if text is None else seconds_of(option, text) for option, text in times)
+        return Reading(
+            self.column_map(),
+            self.map,
+            variable=self.variable,
+            derivative=self.filter(),
+            window=(begin, end, skip),
+            rate=None if self.resample is None else rate_of(self.resample),
+        )
 
     def filter(self) -> Derivative:
         """The filter for speeds."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from erclutch.paper.tables import Row
 
 _FIGURES = ("mse", "low", "high", "paper")
-What = Literal["table2", "table3", "memory", "fig4", "fig5", "kernels"]
+What = Literal["table2", "table3", "memory", "fig3", "fig4", "fig5", "fig6", "kernels"]
 
 
 def reproduce(
@@ -40,8 +40,9 @@ def reproduce(
     """Print a table of the paper, or draw one of its sweeps: on the digital TWIN, or on your own log.
 
     Args:
-        what: table2, table3, memory (table2 with memory and with past samples), fig4 (RBFN: spread and neurons), fig5
-            (FNN: neurons), kernels (RBFM).
+        what: table2, table3, memory (table2 with memory and with past samples), fig3 (a section of the training
+            log), fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), fig6 (what each approach estimates), kernels
+            (RBFM).
         log: Your training log, in place of the twin.
         test: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
@@ -61,6 +62,9 @@ def reproduce(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    if what == "fig3":
+        _training_section(log, out, seconds, seed, rig, reading)
+        return
     if log:
         others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
         runs, origin = _own_runs(log, {name: path for name, path in others.items() if path}, what, reading)
@@ -71,8 +75,35 @@ def reproduce(
         _table(what, runs, origin, out, seed, polish)
     elif what == "memory":
         _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
+    elif what == "fig6":
+        _estimates(runs, origin, out, seed, polish)
     else:
         _sweep(what, runs, origin, out, seed)
+
+
+def _training_section(
+    log: tuple[Path, ...], out: Path, seconds: float, seed: int, rig: Path | None, reading: LogOptions
+) -> None:
+    from erclutch.paper.section_figures import draw_training_section
+    from erclutch.rig.twin.scenarios import prepare
+
+    recording = reading.read(log)[0] if log else None
+    if recording is None:
+        recording = prepare("training", rig=load_rig(rig), seed=seed, seconds=min(seconds, 20.0)).recording()
+    for path in draw_training_section(recording, out):
+        terminal.say(str(path))
+
+
+def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
+    from erclutch.paper.section_figures import COMPARED, draw_estimates
+    from erclutch.paper.tables import table
+
+    train, test = runs.values()
+    models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
+    with terminal.progress("fitting") as bar:
+        rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
+    for path in draw_estimates(test, rows, out, origin):
+        terminal.say(str(path))
 
 
 def _own_runs(
@@ -96,7 +127,7 @@ def _own_runs(
 
 def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
     from erclutch.paper.tables import table
-    from erclutch.report.plots.paper_style import save_numbers
+    from erclutch.report.plots.paper_style import placed, save_numbers
 
     names = [n for n, a in APPROACHES.items() if what == "table2" or a.zero_field is not None]
     device = next(iter(runs.values())).device
@@ -112,6 +143,9 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     header, lines = _numbers(rows, list(runs))
     terminal.say(f"{save_numbers(out / f'{what}.csv', header, lines)}")
+    with placed(out / f"{what}.tex") as partial:
+        partial.write_text(_latex(rows, list(runs) if what == "table2" else list(runs)[1:], origin), encoding="utf-8")
+    terminal.say(str(out / f"{what}.tex"))
 
 
 def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
@@ -126,15 +160,44 @@ def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: i
         cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
         cells[f"{run}\n95 % band"] = [f"{row.bands[run][0]:.1e} - {row.bands[run][1]:.1e}" for row in rows]
         cells[f"{run}\npaper"] = [_or_dash(figures.get(run), "{:.3e}") for figures in paper]
-    base = rows[0].errors["training"]
-    cells[f"to Bingham\n{origin}"] = [f"{row.errors['training'] / base:.3f}" for row in rows]
-    against = paper[0].get("training")
-    ratios = [error and against and error / against for error in (figures.get("training") for figures in paper)]
-    cells["to Bingham\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in ratios]
+    to_bingham: list[str] = []
+    for run in runs[:1] if what == "table2" else shown:
+        ours, theirs = _to_bingham(rows, run)
+        heading = "to Bingham" if what == "table2" else f"{run}\nto Bingham"
+        cells[f"{heading}\n{origin}"] = [f"{ratio:.3f}" for ratio in ours]
+        cells[f"{heading}\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in theirs]
+        to_bingham = [f"{heading}\npaper", f"{heading}\n{origin}", *to_bingham]
     cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
-    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", "to Bingham\npaper", f"to Bingham\n{origin}"]
+    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", *to_bingham]
     number = {"table2": "II", "table3": "III"}[what]
     return terminal.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
+
+
+def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | None]]:
+    """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
+    from erclutch.paper.tables import printed
+
+    paper = [printed(row.name).get(run) for row in rows]
+    ours = [row.errors[run] / rows[0].errors[run] for row in rows]
+    return ours, [None if error is None or not paper[0] else error / paper[0] for error in paper]
+
+
+def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
+    """The table for a paper: errors with 95 % bands, the paper's own, and their ratios to Bingham."""
+    from erclutch.paper.tables import printed
+    from erclutch.report.printed_table import PRINTERS, Interval, PaperTable
+
+    names = [APPROACHES[row.name].title if row.name in APPROACHES else row.title for row in rows]
+    lines: list[list[str | int | Interval]] = [[name] for name in names]
+    header = ["Model"]
+    for run in runs:
+        header += [f"{run}, {origin}", f"{run}, low", f"{run}, high", f"{run}, paper", "to Bingham", "paper"]
+        for line, row, ours, theirs in zip(lines, rows, *_to_bingham(rows, run), strict=True):
+            known = printed(row.name).get(run)
+            line += [(row.errors[run], *row.bands[run]), "" if known is None else f"{known:.4e}".replace("e-0", "e-")]
+            line += [f"{ours:.3f}", "" if theirs is None else f"{theirs:.3f}"]
+    caption = f"Mean squared errors with 95 % bands on {origin} data, beside those that Huang and Ishikawa print."
+    return PRINTERS["latex"](PaperTable(header, lines, caption))
 
 
 def _or_dash(value: float | None, form: str) -> str:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import os
+import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from erclutch.fit.laws.fit_law import Estimate
     from erclutch.signals.array import Array
     from erclutch.signals.recording import Recording
+
+#: Begins a line that tells how far a command is; see `progress`.
+PROGRESS = "erclutch progress: "
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:
@@ -169,7 +174,13 @@ def tell(text: str | Table, style: str = "") -> None:
 
 @contextmanager
 def progress(title: str) -> Generator[Callable[[float, float | None, str], None]]:
-    """A bar on a terminal's standard error; call what is given with how much is done, of how much, and what it is."""
+    """A bar on a terminal's standard error; call what is given with how much is done, of how much, and what it is.
+
+    With ``ERCLUTCH_PROGRESS=lines`` each call is a line of JSON behind `PROGRESS`, for a program that shows them.
+    """
+    if os.environ.get("ERCLUTCH_PROGRESS") == "lines":
+        yield lambda done, total, what: print(PROGRESS + json.dumps([done, total, what]), file=sys.stderr, flush=True)
+        return
     from rich.progress import Progress
 
     screen = Console(stderr=True)

@@ -12,6 +12,12 @@ from erclutch.errors import printable
 #: What would end a comment or a docstring, or join it with the next line, in one of the languages that are written.
 _BREAKS = (("*/", "* /"), ("/*", "/ *"), ("??", "? ?"), ("--", "- -"), ("\\", "|"), ('"', "'"))
 
+_LATEX = {
+    **{c: f"\\{c}" for c in "{}$&#_%"},
+    **{"\\": "\\textbackslash{}", "^": "\\textasciicircum{}", "~": "\\textasciitilde{}"},
+    **{"<": "\\textless{}", ">": "\\textgreater{}", "·": "$\\cdot$", "²": "$^2$", "–": "--", "−": "$-$"},
+}
+
 
 def comment(text: str) -> str:
     """A text as one line of a comment in C, C++, MATLAB or XML, or of a Python docstring: ASCII that ends neither."""
@@ -36,3 +42,13 @@ def matlab_string(text: str) -> str:
 def markup(text: str) -> str:
     """A text between tags or in an attribute of XML and HTML."""
     return html.escape(printable(text))
+
+
+def latex(text: str) -> str:
+    """A text in the running text of LaTeX."""
+    return "".join(_LATEX.get(c, c) for c in printable(text))
+
+
+def markdown(text: str) -> str:
+    """A text in a cell of a table in Markdown."""
+    return "".join(f"\\{c}" if c in "\\`*_[]<>|" else c for c in printable(text))

@@ -33,7 +33,7 @@ from erclutch.models.alarms import Alarms
 from erclutch.models.band import FOLLOWER
 from erclutch.models.covered_cells import within
 from erclutch.models.gain_tracking import BASE, Tracked
-from erclutch.models.model import settled_memory
+from erclutch.models.model import InFluid, present, settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
 
@@ -169,10 +169,6 @@ def _parted(step: ExportedStep, signed: Any) -> list[Any]:
 def suffix_of(stage: Stage, element: str) -> str:
     """What ends the names of a stage's numbers in the state: of an element, or "" of the device."""
     return "_" + re.sub(r"[^A-Za-z0-9_]", "_", f"{stage.name}{element}")
-
-
-def _present(signal: Any, rows: int) -> Any:
-    return signal
 
 
 def _held(value: Any, low: Any, high: Any) -> Any:
@@ -380,9 +376,9 @@ class _Recording:
         correction = step.model.correction
         if correction is None:
             return effort
-        past = self._past() if step.model.past and not self.rest else _present
+        past = self._past() if step.model.past and not self.rest else present
         further = dict(zip(step.model.extras, extras, strict=True))
-        inputs = correction.inputs(fluids, slips, remembered, further, past)
+        inputs = correction.inputs(InFluid(fluids, slips, remembered, further, past))
         named = {f"x{i + 1}": x for i, x in enumerate(inputs)}
         return self._corrected(effort, self.record.call("residual", correction.of, **named))
 
@@ -398,14 +394,15 @@ class _Recording:
         """The effort ahead of the stages on it."""
         model, e = self.step.model, self.step.elements
         if (model.past or any(remembered)) and not self.rest:  # in one piece, so that strength of the field is shared
-            return model.from_fluid(fluids, slips, remembered, extras, self._past())
+            further = dict(zip(model.extras, extras, strict=True))
+            return model.from_fluid(InFluid(fluids, slips, remembered, further, self._past()))
         states = [x for element in remembered for outputs in element for x in outputs]
 
         def rest(*signals: Any) -> Any:
             own = iter(signals[2 * e : 2 * e + len(states)])
             memory = [[[next(own) for _ in outputs] for outputs in element] for element in remembered]
-            further = signals[2 * e + len(states) :]
-            return model.from_fluid(signals[:e], signals[e : 2 * e], memory, further, _present)
+            further = dict(zip(model.extras, signals[2 * e + len(states) :], strict=True))
+            return model.from_fluid(InFluid(signals[:e], signals[e : 2 * e], memory, further))
 
         names = [f"{letter}{i + 1}" for letter in "xw" for i in range(e)]
         names += [f"{letter}{i + 1}" for letter, group in (("m", states), ("v", extras)) for i in range(len(group))]

@@ -30,7 +30,6 @@ _LEVELS = {
     4: ((16, 12, 12, 10), (24, 16, 16, 12), (32, 20, 20, 16)),
 }
 _MANY = ((8,), (10,), (14,))  # cells along each of more inputs: only those with rows count
-LEVELS = 3
 
 
 @dataclass(frozen=True)

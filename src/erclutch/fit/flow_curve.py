@@ -21,6 +21,7 @@ from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, mi
 from erclutch.fit.outcome import Estimate
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.signals.array import Array
+from erclutch.signals.shown import Shown
 
 #: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
 FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
@@ -28,8 +29,8 @@ _STIFF = 1e-9
 _FAINTEST = 1e-6
 
 
-@dataclass(frozen=True)
-class FlowCurve:
+@dataclass(frozen=True, repr=False)
+class FlowCurve(Shown):
     """One measured flow curve.
 
     Attributes:
@@ -43,8 +44,8 @@ class FlowCurve:
     stress: Array
 
 
-@dataclass(frozen=True)
-class FlowFit:
+@dataclass(frozen=True, repr=False)
+class FlowFit(Shown):
     """A law on a flow curve.
 
     Attributes:

@@ -11,6 +11,7 @@ from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel
+from erclutch.signals.shown import Shown
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class Estimate:
 M = TypeVar("M", bound=TorqueModel | NetworkModel | ResidualModel, covariant=True)
 
 
-@dataclass(frozen=True)
-class FitOutcome(Generic[M]):
+@dataclass(frozen=True, repr=False)
+class FitOutcome(Shown, Generic[M]):
     """What came out of a fit.
 
     Attributes:

@@ -6,7 +6,7 @@ drawn, as long as the squared residuals are correlated, and the same blocks for 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.intervals import bandwidth_of, correlated_rows
-from erclutch.logs.dataset import Dataset
-from erclutch.models.load import Model
 from erclutch.signals.array import Array
 
 _RESAMPLES = 1000
@@ -163,16 +161,6 @@ def _block_maxima(values: Array, block: int) -> Array:
     from scipy.ndimage import maximum_filter1d
 
     return maximum_filter1d(values, block, origin=-(block // 2), mode="wrap")
-
-
-def squared_errors(blocks: Iterable[Dataset], models: Sequence[Model]) -> tuple[Array, int]:
-    """Sum of squared errors of each model over all blocks, shape (models,), and how many rows they have."""
-    totals, rows = np.zeros(len(models)), 0
-    for block in blocks:
-        errors = [block.effort - model.predict(block) for model in models]
-        totals += [float(error @ error) for error in errors]
-        rows += block.rows
-    return totals, rows
 
 
 def independent_rows(residual: Array) -> float:

@@ -20,26 +20,27 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
+from erclutch.signals.shown import Shown
 
 _TIME = "time"
 _DIGITS = 1e-9  # of a number in a text file, as a share
 _FINE = 0.02  # of a period that a stamp may be off in a text file
 
 
-@dataclass(frozen=True)
-class AlignedLogs:
+@dataclass(frozen=True, repr=False)
+class AlignedLogs(Shown):
     """Two logs as one, and how their clocks were matched.
 
     Attributes:
         matches: B's clock against A's; one for each run of B's clock, which a restart ends.
-        table: A's columns with B's beside them at A's times, in the logs' own units; rows without B are left out.
+        joined: A's columns with B's beside them at A's times, in the logs' own units; rows without B are left out.
         signal: names of the column that both logs have, in A and in B.
         traces: that column by A, and by B for each match, on the clocks of their own.
         notes: what was chosen, matched, renamed and left out, one sentence each.
     """
 
     matches: tuple[ClockMatch, ...]
-    table: Table
+    joined: Table
     signal: tuple[str, str]
     traces: tuple[Track, tuple[Track, ...]]
     notes: tuple[str, ...]
@@ -61,7 +62,7 @@ class AlignedLogs:
             MappingError, LogError: see `erclutch.read`.
         """
         own = replace(mapping or ColumnMap(), time=ColumnChoice(_TIME, "s", source="two clocks"), rate=None)
-        return assemble(self.table, own, device=device)
+        return assemble(self.joined, own, device=device)
 
     def write(self, path: str | Path) -> Path:
         """Write the log as .csv, .parquet or .mat, whole or not at all.
@@ -69,15 +70,15 @@ class AlignedLogs:
         Raises:
             RunError: it cannot be written.
         """
-        columns = dict(self.table.columns)
+        columns = dict(self.joined.columns)
         period = float(np.median(np.diff(columns[_TIME])))
         if float(np.abs(columns[_TIME]).max()) * _DIGITS > _FINE * period:  # seconds since 1970, say
             columns[_TIME] = columns[_TIME] - columns[_TIME][0]
-        labels = [(name.replace(",", " ").replace('"', " "), self.table.units.get(name) or "") for name in columns]
+        labels = [(name.replace(",", " ").replace('"', " "), self.joined.units.get(name) or "") for name in columns]
         rows = np.column_stack(list(columns.values()))
         clocks = [{"offset_s": m.offset, "origin_s": m.origin, "drift_ppm": 1e6 * m.drift} for m in self.matches]
-        label = {"label": self.table.origin} if self.table.origin else {}
-        return write_log(path, labels, [rows], {**label, "aligned": self.table.name, "clocks": clocks}, rows=len(rows))
+        label = {"label": self.joined.origin} if self.joined.origin else {}
+        return write_log(path, labels, [rows], {**label, "aligned": self.joined.name, "clocks": clocks}, rows=len(rows))
 
 
 def align_tables(

@@ -41,6 +41,7 @@ from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "scales", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
+_TEXT_KEYS = ("name_pattern", "variable", "invalid")
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,27 @@ class ColumnMap:
                 **_texts(values),
             )
 
+    @classmethod
+    def from_options(cls, options: Mapping[str, Any], source: str = "given") -> ColumnMap:
+        """From options of the command line by their names, as a run keeps them; those that say nothing of columns pass.
+
+        Raises:
+            MappingError: a constant or a scale of what is no signal; see `from_dict`.
+        """
+        names = {name.lower(): name for name in NAMED_COLUMNS}
+        columns = {names[key]: label for key, label in options.items() if key in names}
+        given = {key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options}
+        for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
+            pairs = (pair.partition("=") for pair in options.get(option, ()))
+            given[f"{option}s"] = texts = {name.strip(): value for name, _, value in pairs}
+            unknown = [name for name in texts if name not in SIGNALS]
+            if unknown:
+                raise MappingError(
+                    f"--{option} {unknown[0]!r} is no signal",
+                    remedy=f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}",
+                )
+        return cls.from_dict({**given, "columns": columns, "inputs": list(options.get("input", ()))}, source)
+
     def over(self, base: ColumnMap) -> ColumnMap:
         """This mapping with what it leaves open taken from another."""
         chosen = {*self.columns, *self.constants}
@@ -252,7 +274,7 @@ def _table_of(values: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 
 def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
-    texts = {key: values[key] for key in ("name_pattern", "variable", "invalid") if values.get(key) is not None}
+    texts = {key: values[key] for key in _TEXT_KEYS if values.get(key) is not None}
     for key, value in texts.items():
         if not isinstance(value, str):
             raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."')

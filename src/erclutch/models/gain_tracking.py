@@ -73,11 +73,6 @@ class GainTracking:
         # |a^2 - b^2| for errors a, b clipped at one, which differ by no more than the efforts do.
         return moved, within(less_select(away, 0.0, -away, away), 0.0, 1.0)
 
-    def given(self, state: Tracked, effort: Any) -> Any:
-        """The effort to be given out for that of the model, before the sensor is read."""
-        moved, cost = self.moved(state, effort)
-        return less_select(cost, state.account, moved, effort)
-
     def after(self, state: Tracked, effort: Any, given: Any, measured: Any) -> Tracked:
         """The state after a row with the model's effort, what was given out for it, and a finite measured effort."""
         base, own = (self._part(measured - value) for value in (effort, given))

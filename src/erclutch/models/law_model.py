@@ -23,7 +23,7 @@ from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_
 from erclutch.models.laws.law import Part
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
-from erclutch.models.model import Pair, Range, further_inputs, settled_memory
+from erclutch.models.model import InFluid, Pair, Range, further_inputs, settled_memory
 from erclutch.models.shared_answers import SharedAnswers
 from erclutch.models.stages import (
     NONE,
@@ -236,8 +236,8 @@ class Structure:
         if whole != wanted:
             fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
             moved = [Moved(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
-        further = [functions((extras or {})[name][wanted]) for name in self.extras]
-        columns = self.from_fluid(fluids, slips, remembered, further, reference, q, moved)
+        further = {name: functions((extras or {})[name][wanted]) for name in self.extras}
+        columns = self.from_fluid(InFluid(fluids, slips, remembered, further), reference, q, moved)
         plain = ahead or functions is not _as_it_is
         return columns if plain else [self.behind(column, clock, q, rows) for column in columns]
 
@@ -287,32 +287,23 @@ class Structure:
         ]
 
     def from_fluid(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Sequence[Any],
-        reference: Reference,
-        q: Sequence[Any],
-        moved: Sequence[Moved] | None = None,
+        self, signals: InFluid, reference: Reference, q: Sequence[Any], moved: Sequence[Moved] | None = None
     ) -> list[Any]:
         """One column a gain, elementwise on any operand.
 
         Args:
-            fluids: field in the fluid of each element.
-            slips: slip of each element.
-            remembered: outputs of each stage on the slip, for each element.
-            extras: further inputs.
+            signals: what the law works on.
             reference: what normalises.
             q: nonlinear parameters.
             moved: what `moved` makes of fluids and slips, where that is known.
         """
         first = len(self.law.stimulus_shape)
         shape = q[first : first + len(self.law.shape)]
+        fluids, slips, extras = signals.fluids, signals.slips, [signals.extras[name] for name in self.extras]
         moved = self.moved(fluids, slips, reference, q) if moved is None else moved
         factors, gains = self._factors(extras, reference, q), self._gains_of_element
         columns: list[Any] = []
-        for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, remembered, strict=True):
+        for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, signals.remembered, strict=True):
             strength, slip = np.abs(fluid), way * relative / reference.slip
             turn = FORWARD if self.law.forward else shape[0]
             own = self._law_columns(strength, slip, shape, factors)
@@ -373,7 +364,7 @@ def unit_text(dimension: Dimension, units: Units) -> str:
     return text + "".join(f"/{name}" for name in below)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TorqueModel(SharedAnswers):
     """Effort of a device from its fields and slips.
 
@@ -437,6 +428,16 @@ class TorqueModel(SharedAnswers):
         reference = {"reference field": self.reference.field, "reference slip": self.reference.slip}
         return {**self.shape, **self.gains, **reference, "reference of further inputs": self.reference.extras}
 
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Name, value in the data's units, unit and meaning of each parameter."""
+        for shape in self.structure.shapes(self.period):
+            value = in_user_units(self.shape[shape.name], shape.dimension, self.reference)
+            yield shape.name, value, unit_text(shape.dimension, self.units), shape.meaning
+        for gain in self.structure.gains():
+            scale = 1.0 if gain.extra is None else self.reference.extras[gain.extra]
+            value = in_user_units(self.gains[gain.name], gain.dimension, self.reference) / scale
+            yield gain.name, value, unit_text(gain.dimension, self.units), gain.meaning
+
     @property
     def plugins(self) -> tuple[Plugin, ...]:
         """What the model needs of other packages; its file names them."""
@@ -463,7 +464,10 @@ class TorqueModel(SharedAnswers):
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
         fluids = [self.command(exact(np.atleast_1d(f))) for f in fields]
-        return np.asarray(self.from_fluid(fluids, [exact(np.atleast_1d(w)) for w in slips], extras=extras), np.float64)
+        relative = [exact(np.atleast_1d(w)) for w in slips]
+        remembered = settled_memory(self, self.moved(fluids, relative))
+        further = dict(zip(self.structure.extras, extras, strict=True))
+        return np.asarray(self.from_fluid(InFluid(fluids, relative, remembered, further)), np.float64)
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the normalised field after the law's stimulus; elementwise on any operand."""
@@ -473,19 +477,9 @@ class TorqueModel(SharedAnswers):
         """What the stages on the slip of each element work on, elementwise on any operand."""
         return self.structure.moved(fluids, slips, self.reference, list(self.shape.values()))
 
-    def from_fluid(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]] | None = None,
-        extras: Sequence[Any] = (),
-        past: Any = None,
-    ) -> Any:
+    def from_fluid(self, signals: InFluid) -> Any:
         """Effort ahead of the stages on it, elementwise on any operand; see `Model`."""
-        if remembered is None:
-            remembered = settled_memory(self, self.moved(fluids, slips))
-        q = list(self.shape.values())
-        columns = self.structure.from_fluid(fluids, slips, remembered, extras, self.reference, q)
+        columns = self.structure.from_fluid(signals, self.reference, list(self.shape.values()))
         return reduce(add, self._terms(columns))
 
     def equation(self) -> list[str]:

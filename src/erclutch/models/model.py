@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -127,6 +127,30 @@ class ModelStructure(Protocol):
         ...
 
 
+def present(signal: Any, rows: int) -> Any:
+    """A signal so many rows back that has long been the same: the signal."""
+    return signal
+
+
+@dataclass(frozen=True)
+class InFluid:
+    """What a law or a network works on, behind the stages on command and slip: operands of any kind.
+
+    Attributes:
+        fluids: field in the fluid of each element.
+        slips: slip of each element.
+        remembered: outputs of each stage on the slip, for each element.
+        extras: further inputs by name.
+        past: ``past(signal, rows)``, a signal so many rows back.
+    """
+
+    fluids: Sequence[Any]
+    slips: Sequence[Any]
+    remembered: Sequence[Sequence[Sequence[Any]]]
+    extras: Mapping[str, Any]
+    past: Callable[[Any, int], Any] = present
+
+
 class Correction(Protocol):
     """What a network adds to a law's effort, behind the stages on the effort; it can be switched off on a target."""
 
@@ -135,15 +159,8 @@ class Correction(Protocol):
         """The network, a `NetworkModel`."""
         ...
 
-    def inputs(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Mapping[str, Any],
-        past: Any,
-    ) -> list[Any]:
-        """All inputs of the network, elementwise on any operand; for the arguments see `Model.from_fluid`."""
+    def inputs(self, signals: InFluid) -> list[Any]:
+        """All inputs of the network, elementwise on any operand."""
         ...
 
     def of(self, *inputs: Any) -> Any:
@@ -261,23 +278,8 @@ class Model(Protocol):
         """
         ...
 
-    def from_fluid(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Sequence[Any],
-        past: Any,
-    ) -> Any:
-        """Effort ahead of the stages on it, elementwise on any operand.
-
-        Args:
-            fluids: field in the fluid of each element.
-            slips: slip of each element.
-            remembered: outputs of each stage on the slip, for each element.
-            extras: further inputs.
-            past: ``past(signal, rows)``, a signal so many rows back.
-        """
+    def from_fluid(self, signals: InFluid) -> Any:
+        """Effort ahead of the stages on it, elementwise on any operand."""
         ...
 
     def equation(self) -> list[str]:

@@ -10,7 +10,7 @@ logged inputs. The network's share is added behind the stages on the effort. Wit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from erclutch.arithmetic.as_in_c import exact
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
-from erclutch.models.model import Pair, Range, further_inputs, settled_memory
+from erclutch.models.model import InFluid, Pair, Range, further_inputs, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
@@ -84,17 +84,9 @@ class BoundedResidual:
     limit: float
     covered: CoveredCells
 
-    def inputs(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Mapping[str, Any],
-        past: Callable[[Any, int], Any],
-    ) -> list[Any]:
-        """All inputs of the network, elementwise on any operand; for the arguments see `Model.from_fluid`."""
-        structure = self.network.structure
-        return inputs_from(structure, fluids, slips, remembered, [extras[n] for n in structure.extras], past)
+    def inputs(self, signals: InFluid) -> list[Any]:
+        """All inputs of the network, elementwise on any operand."""
+        return inputs_from(self.network.structure, signals)
 
     def of(self, *inputs: Any) -> Any:
         """Effort that is added, for inputs that record."""
@@ -108,7 +100,7 @@ class BoundedResidual:
         return self.covered.weight(inputs) * within(missed, -self.limit, self.limit)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ResidualModel(SharedAnswers):
     """A law and a bounded network on its residual.
 
@@ -175,6 +167,10 @@ class ResidualModel(SharedAnswers):
         covered = {"covered from": cells.low, "covered to": cells.high, "reach": cells.reach}
         return {**self.law.numbers, **network, "limit": self.correction.limit, **covered}
 
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Parameters of the law."""
+        return self.law.in_units()
+
     @property
     def plugins(self) -> tuple[Plugin, ...]:
         """What the law needs of other packages."""
@@ -205,7 +201,7 @@ class ResidualModel(SharedAnswers):
         relative = [exact(np.atleast_1d(w)) for w in slips]
         remembered = settled_memory(self, self.moved(fluids, relative))
         further = dict(zip(self.extras, extras, strict=True))
-        inputs = self.correction.inputs(fluids, relative, remembered, further, lambda x, _: x)
+        inputs = self.correction.inputs(InFluid(fluids, relative, remembered, further))
         return law + self.correction.of_inputs(np.array(np.broadcast_arrays(*inputs), np.float64))
 
     def command(self, field: Any) -> Any:
@@ -216,16 +212,9 @@ class ResidualModel(SharedAnswers):
         """What the stages on the slip of each element work on, as for the law."""
         return self.law.moved(fluids, slips)
 
-    def from_fluid(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Sequence[Any],
-        past: Any,
-    ) -> Any:
+    def from_fluid(self, signals: InFluid) -> Any:
         """The law's effort ahead of the stages on it; the correction comes behind them."""
-        return self.law.from_fluid(fluids, slips, remembered, extras[: len(self.law.extras)], past)
+        return self.law.from_fluid(signals)
 
     def equation(self) -> list[str]:
         """The equation and what it needs, as lines of a comment."""
@@ -261,11 +250,11 @@ def residual_inputs(
     Raises:
         MappingError: a further input is not there.
     """
-    further = list(further_inputs(structure.extras, extras).values())
+    further = further_inputs(structure.extras, extras)
     q = list(law.shape.values())
     fluids, slips, _, remembered = law.structure.signals(elements, clock, law.reference, q, exact)
-    inputs = inputs_from(structure, fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
-    return np.array(inputs, np.float64)
+    signals = InFluid(fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    return np.array(inputs_from(structure, signals), np.float64)
 
 
 def residual_from_dict(body: Mapping[str, Any], where: str = "model") -> ResidualModel:

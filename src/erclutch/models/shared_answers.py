@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.machine import Machine, machine_of
 from erclutch.arithmetic.record import Record, recorded
 from erclutch.errors import ExportError
-from erclutch.models.model import Model, Rows, full_name, further_inputs, require_same_signals, stage_numbers
+from erclutch.models.model import InFluid, Model, Rows, full_name, further_inputs, require_same_signals, stage_numbers
 from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
+from erclutch.signals.shown import Shown
 
 #: Lone rows of a model after which Numba, which takes half a second to load, has paid.
 WORTH_LOADING = 1000
@@ -48,13 +49,17 @@ class _LoneRows:
         return self.machine.run(np.array(row))
 
 
-class SharedAnswers:
+class SharedAnswers(Shown):
     """What all kinds of model do in the same way: name themselves, refuse other signals, answer a lone row quickly."""
 
     @property
     def name(self: Model) -> str:
         """Identifier: law or network and the stages, for example ``bingham/power+lag``."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    def in_units(self) -> Iterator[tuple[str, float, str, str]]:
+        """Name, value in the data's units, unit and meaning of each parameter; weights have no meaning."""
+        return iter(())
 
     def predict(self: Model, data: Rows) -> Array:
         """Effort over a data set, shape (n,), in the unit of the training data.
@@ -131,10 +136,10 @@ def _recorded(model: Model, elements: int) -> Record:
         [stage.step(_FirstRow(stage.initial(m, q)), m, q, 1.0) for stage, q in stages if stage.place == "slip"]
         for m in model.moved(fluids, slips)
     ]
-    effort = through("effort", model.from_fluid(fluids, slips, remembered, list(extras.values()), _present))
+    signals = InFluid(fluids, slips, remembered, extras)
+    effort = through("effort", model.from_fluid(signals))
     if model.correction is not None:
-        inputs = model.correction.inputs(fluids, slips, remembered, extras, _present)
-        effort = effort + model.correction.of(*inputs)
+        effort = effort + model.correction.of(*model.correction.inputs(signals))
     record.give(effort + 0.0)  # no effort is minus zero
     network: Any = model if model.correction is None else model.correction.network
 
@@ -145,7 +150,3 @@ def _recorded(model: Model, elements: int) -> Record:
         if node.operation == "network":
             record.calls["network"] = recorded(forward, [f"x{i}" for i in range(len(node.arguments))])
     return record
-
-
-def _present(signal: Any, rows: int) -> Any:
-    return signal

@@ -46,7 +46,7 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
         RigStartError: it ended, or said nothing in time.
     """
     process = subprocess.Popen(
-        [sys.executable, "-m", "erclutch.rig.rig_process", json.dumps(dict(spec))],
+        [sys.executable, "-P", "-m", "erclutch.rig.rig_process", json.dumps(dict(spec))],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         text=True,

@@ -13,13 +13,14 @@ from __future__ import annotations
 import os
 import re
 import signal
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context, parent_process, resource_tracker
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
@@ -233,28 +234,40 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         raise SettingError("Dask is not installed", remedy='pip install "erclutch[cluster]"') from error
     import logging
 
-    with silence_logging_cmgr(logging.CRITICAL):
+    with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:
+        place: Any = cluster
         if cluster == "local":
             # No dashboard, and nothing beyond the loopback address.
-            only_here: Any = {"host": "127.0.0.1", "dashboard_address": None}
-            place: Any = LocalCluster(
-                n_workers=workers, threads_per_worker=1, silence_logs=logging.CRITICAL, **only_here
-            )
-        else:
-            place = None
+            only_here: Any = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            with _interrupts_held():
+                place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
+                stack.callback(place.close, timeout=_SECONDS)
         try:
-            client: Any = Client(place or cluster, timeout=_SECONDS, set_as_default=False)
+            client: Any = Client(place, timeout=_SECONDS, set_as_default=False)
         except (OSError, ValueError, OverflowError) as error:
             problem = f"no Dask scheduler answers within {_SECONDS} s ({type(error).__name__})"
             raise SettingError(problem, where=cluster, remedy="Check the address, and that it runs") from error
-        try:
-            _prepare(client, cluster)
-            with _ended(_DaskExecutor(client.get_executor(pure=False))) as executor:
-                yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker))
-        finally:
-            client.close(timeout=_SECONDS)
-            if place is not None:
-                place.close(timeout=_SECONDS)
+        stack.callback(client.close, timeout=_SECONDS)
+        _prepare(client, cluster)
+        with _ended(_DaskExecutor(client.get_executor(pure=False))) as executor:
+            yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker))
+
+
+@contextmanager
+def _interrupts_held() -> Generator[None]:
+    """Ctrl-C waits until the end, and never reaches processes that begin here: this process ends them, without a word.
+
+    Threads and processes inherit which signals are held. Windows has no such thing.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # its start lets Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _DaskExecutor(Executor):

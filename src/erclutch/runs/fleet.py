@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -27,15 +28,16 @@ from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
-from erclutch.logs import ColumnMap, read
+from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, task_pool
-from erclutch.runs.large_fit import Reading
 from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
+from erclutch.signals.shown import Shown
 
 MARKER = "fleet.json"
 RMSE = "rmse"
@@ -96,8 +98,8 @@ class FleetSeries:
         return tuple(d for d, s in zip(self.devices, self.score, strict=True) if abs(s) > OUTLYING)
 
 
-@dataclass(frozen=True)
-class Fleet:
+@dataclass(frozen=True, repr=False)
+class Fleet(Shown):
     """What came out.
 
     Attributes:
@@ -208,17 +210,7 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
     body = _failed(task, "")
     try:
         body |= {"sha256": [file_digest(Path(path)) for path in task.paths], "modified": _modified(task)}
-        recordings = [
-            read(
-                path,
-                how.mapping,
-                device=task.device,
-                invalid=how.invalid,
-                variable=how.variable,
-                mapping_file=how.mapping_file,
-            )
-            for path in task.paths
-        ]
+        recordings = [log for path in task.paths for log in how.read(path, task.device)]
         data = build_dataset(recordings, device=task.device, derivative=how.derivative)
         values = dict(recordings[0].constants)
         return body | {"values": values, "run": run_to_dict(compare(data, task.settings), recordings, None)}
@@ -252,7 +244,7 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
 
 def _grouped(files: Sequence[Path], by: str, how: Reading) -> dict[str, tuple[str, ...]]:
     """The logs of each device by its name, in order."""
-    top = Path(*_common(files))
+    top = os.path.commonpath([path.parent for path in files])
     if by == "log":
         names = [path.relative_to(top).as_posix() for path in files]
     elif by == "folder":
@@ -265,12 +257,6 @@ def _grouped(files: Sequence[Path], by: str, how: Reading) -> dict[str, tuple[st
         names = [f"{by} {constants_of(pattern, path.name)[by][0]:g}" for path in files]
     pairs = sorted(zip(names, map(str, files), strict=True), key=lambda pair: _natural(pair[0]) + _natural(pair[1]))
     return {name: tuple(path for _, path in group) for name, group in groupby(pairs, key=lambda pair: pair[0])}
-
-
-def _common(files: Sequence[Path]) -> tuple[str, ...]:
-    parts = [path.parent.parts for path in files]
-    same = [p[0] for p in zip(*parts, strict=False) if len(set(p)) == 1]
-    return tuple(same)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

@@ -11,8 +11,8 @@ the rows in their order. Laws with a stimulus of their own, and networks with pa
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, cast
@@ -26,17 +26,15 @@ from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, re
 from erclutch.fit.data_check import Finding, check
 from erclutch.fit.laws.fit_law import fit_structure, require_no_stimulus
 from erclutch.fit.networks.fit_network import fit_network, require_no_past
-from erclutch.logs import Batch, ColumnMap, read_batches
-from erclutch.logs.assemble import Invalid
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.disk_rows import DiskRows, Part, Source, Stretch, TrainingRows, read_part
+from erclutch.logs.reading import Reading
 from erclutch.models.load import Model
 from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName, Units
-from erclutch.signals.speed import Derivative
 
 LARGE_SCHEMA = 1
 MARKER = "large.json"
@@ -44,39 +42,6 @@ _CHECKED = 100_000  # rows, evenly taken, that the checks before the fit look at
 
 #: Called with what is being done and the rows done so far.
 LargeFitProgress = Callable[[str, int], None]
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How logs are read; see `erclutch.read`.
-
-    Attributes:
-        mapping: which column is which signal.
-        mapping_file: a mapping file in place of those beside the logs.
-        invalid: "error", "drop", or None for what the mapping says.
-        variable: which recording of a MATLAB file.
-        derivative: filter for speeds that are not logged.
-        rows: of a batch.
-    """
-
-    mapping: ColumnMap | Mapping[str, Any] | None = None
-    mapping_file: str | Path | None = None
-    invalid: Invalid | None = None
-    variable: str | None = None
-    derivative: Derivative = field(default_factory=Derivative)
-    rows: int = 65_536
-
-    def batches(self, path: str | Path, device: DeviceName) -> Iterator[Batch]:
-        """The batches of one log."""
-        return read_batches(
-            path,
-            self.mapping,
-            device=device,
-            invalid=self.invalid,
-            variable=self.variable,
-            mapping_file=self.mapping_file,
-            rows=self.rows,
-        )
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from erclutch.models.load import load_model
 from erclutch.models.model import Model, margins
 from erclutch.runs.run_folder import Run, read_run
 from erclutch.signals.array import Array
-from erclutch.signals.recording import SIGNALS
 from erclutch.signals.speed import Derivative
 
 if TYPE_CHECKING:
@@ -226,12 +225,5 @@ def _read(
 
 def _map_of(reading: Mapping[str, Any], own: ColumnMap | None) -> ColumnMap:
     """How the run read its own logs, over the mapping file beside the log."""
-    names = {name.lower(): name for name in SIGNALS} | {"temperature": "temperature"}
-    columns = {names[key]: value for key, value in reading.items() if key in names}
-    rest = {
-        key: reading[key] for key in ("time", "rate", "lead", "name_pattern", "variable", "invalid") if key in reading
-    }
-    constants = {key.strip(): value for key, _, value in (text.partition("=") for text in reading.get("constant", ()))}
-    inputs = list(reading.get("input", ()))
-    said = ColumnMap.from_dict({**rest, "columns": columns, "constants": constants, "inputs": inputs}, "as the run")
+    said = ColumnMap.from_options(reading, "as the run")
     return said if own is None else said.over(own)

@@ -64,5 +64,6 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
         sources=tuple(str(log["name"]) for log in body["logs"]),
         source_rows=tuple((int(a), int(b)) for a, b in body["source_rows"]),
         notes=tuple(body["notes"]),
+        origins=tuple(str(log["origin"]) for log in body["logs"]),
     )
     return RunRows(data, columns["test"], {e["name"]: columns[f"effort:{e['name']}"] for e in body["ranking"]})

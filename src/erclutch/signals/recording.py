@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from erclutch.signals.array import Array
+from erclutch.signals.shown import Shown
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ TEMPERATURE = "temperature_K"
 NAMED_COLUMNS = (*SIGNALS, "temperature")
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Shown):
     """A log after reading: signals in SI units on one clock, cut into segments without gaps.
 
     Attributes:

@@ -64,6 +64,9 @@ def source(step: ExportedStep) -> str:
     return _preamble(step) + "\n".join(parts)
 
 
+#: The text below is erclutch's; what the log made of it is not.
+LICENCE = """SPDX-License-Identifier: Apache-2.0
+   This is the licence of the text, which erclutch wrote. The model's numbers belong to whoever owns the log."""
 _NULL = "#include <stddef.h> /* NULL */\n\n"
 _ABOUT = {
     "held": "A value within two limits",
@@ -81,6 +84,7 @@ def _preamble(step: ExportedStep) -> str:
     n = step.name
     return f"""/* {step.headline}. Written by erclutch {__version__}; see {n}.h.
    Model {step.digest}
+   {LICENCE}
 
    Compile with -std=c99 -ffp-contract=off (and never with -ffast-math): then every compiler and processor with IEEE
    arithmetic gives the same bits. Brackets fix the order of each sum. */
@@ -356,6 +360,9 @@ def _header_comment(step: ExportedStep) -> str:
     lines = [
         f"{model.title}: {model.name}, device {model.structure.device}. Written by erclutch {__version__}.",
         f"Model {step.digest}",
+        *map(str.strip, LICENCE.splitlines()),
+        "",
+        *_example(step, f"{step.name}_"),
         "",
         *rows,
         "Units are those of the training data; 1 is none, ? unknown.",
@@ -373,6 +380,21 @@ def _header_comment(step: ExportedStep) -> str:
         "An input far outside its training range is held a tenth of that range outside it (see the table).",
     ]
     return _comment(lines).rstrip("\n")
+
+
+def _example(step: ExportedStep, n: str) -> list[str]:
+    """Lines of C that call the step."""
+    N, places = n.upper(), list(_macros(step.inputs))
+    given = ((places[0], step.field.range[1]), (places[step.elements], 1.0))
+    return [
+        "Example: declare a state, reset it once, then call the step for each sample and look at the flags.",
+        f"    {n}state state;",
+        f"    {n}real effort, input[{N}INPUTS] = {{0}};",
+        "    uint32_t flags;",
+        f"    {n}reset(&state);",
+        *(f"    input[{N}IN_{place}] = ({n}real){value:.6g};" for place, value in given),
+        f"    flags = {n}step(&state, input, &effort);",
+    ]
 
 
 def _ranges(step: ExportedStep, i: int) -> str:

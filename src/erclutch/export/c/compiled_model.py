@@ -95,9 +95,7 @@ class CompiledModel:
             "run": (pointer, ctypes.c_size_t, pointer, pointer, pointer),
         }
         for name, signature in signatures.items():
-            function: Any = getattr(self._library, f"erc_model_{name}", None)
-            if function is None:  # a library of an older export has no inverse of the next step
-                continue
+            function: Any = getattr(self._library, f"erc_model_{name}")
             function.argtypes = signature
             function.restype = None if name in ("reset", "run") else ctypes.c_uint32
         step = ctypes.cast(self._library.erc_model_step, pointer).value
@@ -181,8 +179,6 @@ class CompiledModel:
         matter; positions go in where the step takes positions.
         """
         self._set(inputs)
-        if not hasattr(self._library, "erc_model_inverse_now"):
-            raise OSError("this library has no inverse of the next step; export the model again")
         self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, ctypes.byref(self._out))
         return self._out.value
 

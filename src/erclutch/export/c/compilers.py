@@ -77,7 +77,7 @@ def natives() -> tuple[Compiler, ...]:
             found.append(Compiler(name, (name,)))
     if importlib.util.find_spec("ziglang") is not None:
         # Without the flag its code is for this very processor, and a cache or a folder may be another one's, too.
-        found.append(Compiler("zig", (sys.executable, "-m", "ziglang", "cc"), flags=("-mcpu=baseline",)))
+        found.append(Compiler("zig", (sys.executable, "-P", "-m", "ziglang", "cc"), flags=("-mcpu=baseline",)))
     return tuple(found)
 
 
@@ -114,4 +114,4 @@ def cpp_compilers() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Name and command of each C++ compiler of this machine."""
     found = tuple((name, (name,)) for name in ("g++", "clang++") if shutil.which(name))
     zig = importlib.util.find_spec("ziglang") is not None
-    return found or ((("zig", (sys.executable, "-m", "ziglang", "c++")),) if zig else ())
+    return found or ((("zig", (sys.executable, "-P", "-m", "ziglang", "c++")),) if zig else ())

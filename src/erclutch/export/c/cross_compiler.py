@@ -13,7 +13,7 @@ from pathlib import Path
 
 from erclutch.export.c.compilers import EXACT, run
 
-_ZIG = (sys.executable, "-m", "ziglang")
+_ZIG = (sys.executable, "-P", "-m", "ziglang")
 #: msvcrt.dll is part of every Windows.
 _WINDOWS_C = ("calloc", "free", "malloc", "memcpy", "memset", "strcmp", "strncpy")
 

@@ -250,8 +250,9 @@ def _package(program: ExportedStep) -> str:
   <name>{program.name.lower()}</name>
   <version>{__version__}</version>
   <description>Torque model {markup(program.model.name)}, {program.digest}</description>
-  <maintainer email="nobody@example.com">nobody</maintainer>
-  <license>Apache-2.0</license>
+  <!-- Fill in the two lines below: nobody but you can say who keeps this package, and under which terms. -->
+  <maintainer email="todo@todo.todo">TODO: your name</maintainer>
+  <license>TODO: your licence</license>
   <buildtool_depend>ament_cmake</buildtool_depend>
   <export>
     <build_type>ament_cmake</build_type>

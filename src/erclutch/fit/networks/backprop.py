@@ -8,7 +8,7 @@ made exactly by carrying first and second derivatives forward through the layers
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,11 +53,6 @@ def tables_of(theta: Array, sizes: Sequence[int]) -> dict[str, Array]:
     for i, (weight, bias) in enumerate(hidden, start=1):
         tables |= {f"W{i}": weight.copy(), f"b{i}": bias.copy()}
     return {**tables, "W_out": w.copy(), "b_out": b.copy()}
-
-
-def theta_of(tables: Mapping[str, Array]) -> Array:
-    """Back from tables."""
-    return np.concatenate([table.ravel() for table in tables.values()])
 
 
 @dataclass(frozen=True)

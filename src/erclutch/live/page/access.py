@@ -59,7 +59,7 @@ class Access:
         return (f"127.0.0.1:{self.port}", f"localhost:{self.port}")
 
     def from_here(self, headers: list[tuple[str, str]], *, socket: bool) -> bool:
-        """Whether Host and Origin are ours. A browser's socket always has an Origin; a request for a file may not."""
+        """Whether Host and Origin are ours. A browser's socket or form always has an Origin; a request may not."""
         hosts = [value for name, value in headers if name == "host"]
         origins = [value for name, value in headers if name == "origin"]
         if len(hosts) != 1 or hosts[0] not in self._hosts() or len(origins) > 1:

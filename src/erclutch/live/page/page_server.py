@@ -204,16 +204,29 @@ class Strangers:
 
 
 class Guard:
-    """Answers nobody else than `Access` lets in, whatever is asked for."""
+    """Answers nobody else than `Access` lets in, whatever is asked for.
 
-    def __init__(self, app: Starlette, access: Access) -> None:
-        self._app, self._access = app, access
+    Args:
+        app: what answers.
+        access: who gets an answer.
+        headers: of each answer that does not say otherwise.
+        command: that printed the address.
+    """
+
+    def __init__(
+        self,
+        app: Starlette,
+        access: Access,
+        headers: Mapping[str, str] = HEADERS,
+        command: str = "erclutch live",
+    ) -> None:
+        self._app, self._access, self._headers, self._command = app, access, headers, command
         self.strangers = Strangers()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or socket (ASGI)."""
         if scope["type"] == "http":
-            await self._http(scope, receive, _with_headers(send))
+            await self._http(scope, receive, _with_headers(send, self._headers))
         elif scope["type"] == "websocket":
             if self._access.from_here(_headers(scope), socket=True) and self._access.by_cookie(_headers(scope)):
                 self.strangers.shown(scope["client"])
@@ -224,7 +237,8 @@ class Guard:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = _headers(scope)
-        if not self._access.from_here(headers, socket=False):
+        changes = scope["method"] not in ("GET", "HEAD")
+        if not self._access.from_here(headers, socket=changes):
             await PlainTextResponse("Only for this machine.\n", 403)(scope, receive, send)
         elif scope["path"] == "/" and self._access.by_query(scope["query_string"].decode("latin-1")):
             self.strangers.shown(scope["client"])
@@ -234,7 +248,7 @@ class Guard:
             self.strangers.shown(scope["client"])
             await self._app(scope, receive, send)
         else:
-            text = "Open the address that erclutch live printed; it holds a token.\n"
+            text = f"Open the address that {self._command} printed; it holds a token.\n"
             await PlainTextResponse(text, 403)(scope, receive, send)
 
 
@@ -242,11 +256,13 @@ def _headers(scope: Scope) -> list[tuple[str, str]]:
     return [(name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in scope["headers"]]
 
 
-def _with_headers(send: Send) -> Send:
+def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
-            message["headers"] = [*message.get("headers", []), *own]
+            given = message.get("headers", [])
+            there = {name.lower() for name, _ in given}
+            own = [(name.encode(), value.encode()) for name, value in headers.items() if name.encode() not in there]
+            message["headers"] = [*given, *own]
         await send(message)
 
     return sent

@@ -45,7 +45,7 @@ def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds:
         settings = {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": folder}
         environment = {**os.environ, **settings}
         limits = str(memory), str(int(seconds))
-        command = [sys.executable, "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
+        command = [sys.executable, "-P", "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
         no_input, wait = subprocess.DEVNULL, 2 * seconds
         try:
             done = subprocess.run(

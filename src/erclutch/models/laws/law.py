@@ -172,7 +172,6 @@ PER_SLIP = Dimension(slip=-1)
 PER_FIELD = Dimension(field=-1)
 FIELD = Dimension(field=1)
 SLIP = Dimension(slip=1)
-NUMBER = Dimension()
 
 YIELD = Gain("T_y", "yield effort at the reference field", EFFORT, part="yield")
 VISCOSITY = Gain("eta", "viscous effort per slip", VISCOUS, part="viscous")

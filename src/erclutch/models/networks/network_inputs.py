@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,15 +11,13 @@ from erclutch.arithmetic.as_in_c import exact
 from erclutch.models.law_model import TorqueModel, in_user_units
 from erclutch.models.laws.smooth import power
 from erclutch.models.laws.yield_stress import SQUARE
-from erclutch.models.model import further_inputs
+from erclutch.models.model import InFluid, further_inputs
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.stages import slip_stages, stages_at, stages_of
 from erclutch.models.stages.stage import Moved, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, speeds_of
-
-Past = Callable[[Any, int], Any]
 
 #: Numbers of the strength of the field in the memory: its exponent, and the field at which it is one.
 STRENGTH = ("n_m", "E_m")
@@ -48,24 +46,18 @@ def inputs_of(
     slips = [e.slip for e in elements]
     moved = moved_of(structure, [exact(f) for f in fields], [exact(w) for w in slips], dynamics)
     remembered = [[_respond(stage, m, clock, dynamics) for stage in slip_stages(structure.dynamics)] for m in moved]
-    further = list(further_inputs(structure.extras, extras).values())
-    rows = inputs_from(structure, fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
-    return np.array(rows, np.float64)
+    further = further_inputs(structure.extras, extras)
+    signals = InFluid(fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    return np.array(inputs_from(structure, signals), np.float64)
 
 
-def inputs_from(
-    structure: NetworkStructure,
-    fluids: Sequence[Any],
-    slips: Sequence[Any],
-    remembered: Sequence[Sequence[Sequence[Any]]],
-    extras: Sequence[Any],
-    past: Past,
-) -> list[Any]:
-    """All inputs in their order, elementwise on any operand; for the arguments see `Model.from_fluid`."""
-    base = base_of(structure, fluids, slips)
-    memory = (x for element in remembered for outputs in element for x in outputs)
+def inputs_from(structure: NetworkStructure, signals: InFluid) -> list[Any]:
+    """All inputs in their order, elementwise on any operand."""
+    base = base_of(structure, signals.fluids, signals.slips)
+    extras = [signals.extras[name] for name in structure.extras]
+    memory = (x for element in signals.remembered for outputs in element for x in outputs)
     recalled = recalled_of(structure, base, extras)
-    return [*base, *(past(x, k) for k in structure.past for x in recalled), *memory, *extras]
+    return [*base, *(signals.past(x, k) for k in structure.past for x in recalled), *memory, *extras]
 
 
 def _respond(stage: Stage, signal: Any, clock: Clock, numbers: Mapping[str, float]) -> Any:

@@ -15,9 +15,9 @@ from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.models import model_file
 from erclutch.models.band import Band
-from erclutch.models.model import Pair, Range, settled_memory
+from erclutch.models.model import InFluid, Pair, Range, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
-from erclutch.models.networks.network_inputs import STRENGTH, Past, inputs_from, inputs_of, moved_of
+from erclutch.models.networks.network_inputs import STRENGTH, inputs_from, inputs_of, moved_of
 from erclutch.models.shared_answers import SharedAnswers
 from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import Moved
@@ -50,7 +50,7 @@ class Scaling:
         return (x - self.offset[:, None]) / self.scale[:, None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NetworkModel(SharedAnswers):
     """Effort of a device from its inputs.
 
@@ -166,7 +166,8 @@ class NetworkModel(SharedAnswers):
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         remembered = settled_memory(self, self.moved(*(map(exact, x) for x in (fields, slips))))
-        inputs = inputs_from(self.structure, fields, slips, remembered, extras, lambda x, _: x)
+        further = dict(zip(self.structure.extras, extras, strict=True))
+        inputs = inputs_from(self.structure, InFluid(fields, slips, remembered, further))
         return self.of_inputs(np.array(inputs, np.float64))
 
     def command(self, field: Any) -> Any:
@@ -177,16 +178,9 @@ class NetworkModel(SharedAnswers):
         """What the stages on the slip of each element work on, elementwise on any operand."""
         return moved_of(self.structure, list(fluids), list(slips), self.dynamics)
 
-    def from_fluid(
-        self,
-        fluids: Sequence[Any],
-        slips: Sequence[Any],
-        remembered: Sequence[Sequence[Sequence[Any]]],
-        extras: Sequence[Any],
-        past: Past,
-    ) -> Any:
+    def from_fluid(self, signals: InFluid) -> Any:
         """Effort of operands that record: all of the network is one operation of the record."""
-        inputs = inputs_from(self.structure, fluids, slips, remembered, extras, past)
+        inputs = inputs_from(self.structure, signals)
         return inputs[0].record("network", *inputs)
 
     def equation(self) -> list[str]:

@@ -74,6 +74,11 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     )
 
 
+def fleet_panels(fleet: Fleet) -> list[Panel]:
+    """A chart of each number of the model that stands for the fleet, the error first."""
+    return [_panel(s, fleet.over) for s in sorted(shown(fleet), key=lambda s: s.parameter != RMSE)]
+
+
 def fleet_html(fleet: Fleet) -> str:
     """The report of a fleet as one HTML document."""
     series = shown(fleet)
@@ -83,7 +88,7 @@ def fleet_html(fleet: Fleet) -> str:
         "rows": [
             (s, np.median(s.value), trend_of(s), drifting(s), named(s.outliers), named(beyond(s))) for s in series
         ],
-        "panels": [_panel(s, fleet.over) for s in sorted(series, key=lambda s: s.parameter != RMSE)],
+        "panels": fleet_panels(fleet),
         "failed": fleet.failed,
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }

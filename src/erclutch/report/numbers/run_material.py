@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -26,9 +27,12 @@ from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
 from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
 from erclutch.report.numbers.windows import Windows, windows
-from erclutch.runs.run_folder import Run
+from erclutch.runs.run_folder import Run, run_to_dict
 from erclutch.runs.run_rows import RunRows, read_rows
 from erclutch.signals.array import Array
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Comparison
 
 Role = Literal["recommended", "best", "baseline"]
 
@@ -78,10 +82,13 @@ class Material:
     Attributes:
         run: the run.
         rows: its rows.
+        fitted: models of a comparison that is in no folder, by name.
     """
 
     run: Run
     rows: RunRows
+    _: KW_ONLY
+    fitted: Mapping[str, Model] | None = None
 
     @property
     def body(self) -> Mapping[str, Any]:
@@ -147,8 +154,8 @@ class Material:
 
     @cached_property
     def models(self) -> Mapping[str, Model]:
-        """All models of the run, read from their files."""
-        return {name: self.run.model(name) for name in self.run.names}
+        """All models of the run, read from their files if they are in any."""
+        return self.fitted or {name: self.run.model(name) for name in self.run.names}
 
     @cached_property
     def band_ends(self) -> tuple[Array, Array] | None:
@@ -237,3 +244,13 @@ def material_of(run: Run) -> Material:
     run.file("table.csv")
     _ = made.models
     return made
+
+
+def material_in_memory(comparison: Comparison) -> Material:
+    """The same of a comparison that is kept in no folder."""
+    data = comparison.data
+    origins = data.origins or ("",) * len(data.sources)
+    logs = [{"name": name, "origin": origin} for name, origin in zip(data.sources, origins, strict=True)]
+    body = {**run_to_dict(comparison, (), None), "logs": logs}
+    rows = RunRows(data, comparison.test, {e.name: e.predicted for e in comparison.entries})
+    return Material(Run(Path("RUN"), body), rows, fitted={e.name: e.outcome.model for e in comparison.entries})

@@ -51,7 +51,7 @@ def describe_clocks(logs: AlignedLogs) -> Plot:
         ],
         PlotTable(("curve", "time_s", "value"), rows),
         4.2,
-        badge=logs.table.origin,
+        badge=logs.joined.origin,
     )
 
 

@@ -1,0 +1,61 @@
+"use strict";
+// Two things that a page cannot do alone: send a dropped file, and follow a command while it runs.
+
+const drop = document.getElementById("drop");
+if (drop) {
+  const said = document.getElementById("upload");
+  const send = file => {
+    const request = new XMLHttpRequest();
+    const failed = text => { said.textContent = text; said.className = "problem"; };
+    request.open("PUT", `/upload/${encodeURIComponent(file.name)}`);
+    request.upload.onprogress = event => {
+      said.className = "";
+      said.textContent = `Copying ${file.name}: ${Math.floor(100 * event.loaded / Math.max(event.total, 1))} %`;
+    };
+    request.onerror = () => failed("The server does not answer. Is erclutch app still running?");
+    request.onload = () => {
+      let answer = {};
+      try { answer = JSON.parse(request.responseText); } catch { /* told below */ }
+      if (request.status === 200 && answer.log) location.href = answer.log;
+      else failed(answer.problem || "The file was not taken.");
+    };
+    request.send(file);
+  };
+  document.getElementById("file").addEventListener("change", event => {
+    if (event.target.files.length) send(event.target.files[0]);
+  });
+  for (const kind of ["dragenter", "dragover"]) drop.addEventListener(kind, event => { event.preventDefault(); drop.classList.add("over"); });
+  for (const kind of ["dragleave", "drop"]) drop.addEventListener(kind, event => { event.preventDefault(); drop.classList.remove("over"); });
+  drop.addEventListener("drop", event => {
+    if (event.dataTransfer.files.length) send(event.dataTransfer.files[0]);
+  });
+}
+
+const device = document.getElementById("device");
+if (device) device.addEventListener("change", () => device.form.requestSubmit());
+
+const job = document.getElementById("job");
+if (job && job.dataset.state === "running") {
+  const part = name => document.getElementById(name);
+  const look = async () => {
+    let told;
+    try {
+      const answer = await fetch(`/job/${job.dataset.number}.json`);
+      if (!answer.ok) throw new Error(answer.statusText);
+      told = await answer.json();
+    } catch {
+      part("doing").textContent = "The server does not answer. Is erclutch app still running?";
+      setTimeout(look, 2000);
+      return;
+    }
+    if (told.state !== "running") { location.reload(); return; }
+    part("seconds").textContent = told.seconds.toFixed(1);
+    part("doing").textContent = told.doing;
+    if (told.share === null) part("share").removeAttribute("value");
+    else part("share").value = told.share;
+    part("lines").textContent = told.lines;
+    if (told.address) { part("address").hidden = false; part("address").querySelector("a").href = told.address; }
+    setTimeout(look, 400);
+  };
+  look();
+}

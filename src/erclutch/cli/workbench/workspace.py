@@ -1,0 +1,189 @@
+"""The workspace is a folder: logs and runs lie in it as a user or a command put them there."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from collections.abc import AsyncIterable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import ErclutchError
+
+#: Of an upload, bytes; as large as the largest log that `erclutch.read` takes.
+LARGEST = 4 << 30
+_LONGEST_NAME = 120
+_WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
+
+
+class WorkspaceError(ErclutchError):
+    """A name or file that the workspace does not take or does not have."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file or folder of the workspace: its name, bytes, and time of its last change in s since 1970."""
+
+    name: str
+    size: int
+    changed: float
+
+
+class Workspace:
+    """A folder with logs and runs.
+
+    Args:
+        folder: where.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+
+    def logs(self) -> list[Entry]:
+        """Logs, the newest first: files of a suffix that a reader knows, and folders that are one log."""
+        from erclutch.logs.log_reader import folder_reader, log_suffixes
+
+        suffixes = {suffix for suffix in log_suffixes() if suffix not in _WRITTEN}
+
+        def is_log(path: Path) -> bool:
+            if path.is_dir():
+                return not _is_run(path) and folder_reader(path) is not None
+            return path.is_file() and any(path.name.lower().endswith(suffix) for suffix in suffixes)
+
+        return self._entries(path for path in self._visible() if is_log(path))
+
+    def runs(self) -> list[Entry]:
+        """Runs, the newest first."""
+        return self._entries(path for path in self._visible() if path.is_dir() and _is_run(path))
+
+    def results(self) -> list[Entry]:
+        """What commands wrote besides: exports, estimates, comparisons, mapping files."""
+        known = {entry.name for entry in (*self.logs(), *self.runs())}
+        kinds = (*_WRITTEN, ".toml")
+
+        def is_result(path: Path) -> bool:
+            return path.name not in known and (path.suffix in kinds or _is_export(path))
+
+        return self._entries(path for path in self._visible() if is_result(path))
+
+    def _visible(self) -> Iterable[Path]:
+        with contextlib.suppress(OSError):
+            yield from (path for path in self.folder.iterdir() if not path.name.startswith((".", "-")))
+
+    def _entries(self, paths: Iterable[Path]) -> list[Entry]:
+        found: list[Entry] = []
+        for path in paths:
+            with contextlib.suppress(OSError):
+                state = path.stat()
+                found.append(Entry(path.name, state.st_size, state.st_mtime))
+        return sorted(found, key=lambda entry: (-entry.changed, entry.name))
+
+    def path(self, name: str) -> Path:
+        """A file or folder that is in the workspace.
+
+        Raises:
+            WorkspaceError: no such name.
+        """
+        path = self.folder / plain_name(name)
+        try:
+            if path.exists():
+                return path
+        except OSError:
+            pass
+        raise WorkspaceError("the workspace has no such file or folder", where=name, remedy="Go back to the overview")
+
+    def free(self, name: str) -> str:
+        """A name that nothing has: this one, or with a number."""
+        stem, suffix = os.path.splitext(plain_name(name))
+        number, found = 1, name
+        while (self.folder / found).exists():
+            number += 1
+            found = f"{stem}-{number}{suffix}"
+        return found
+
+    async def take(self, name: str, content: AsyncIterable[bytes]) -> str:
+        """Write a log that somebody uploads, whole or not at all; returns its name.
+
+        Raises:
+            WorkspaceError: no such name is taken, the file is larger than 4 GiB, empty, or cannot be written.
+        """
+        name = self.free(name)
+        partial = self.folder / f".{secrets.token_hex(8)}.part"
+        size = 0
+        try:
+            with partial.open("xb") as file:
+                async for piece in content:
+                    size += len(piece)
+                    if size > LARGEST:
+                        remedy = "Copy it into the folder, and use erclutch fit-large"
+                        raise WorkspaceError(f"the file is larger than {LARGEST >> 30} GiB", where=name, remedy=remedy)
+                    file.write(piece)
+            if not size:
+                raise WorkspaceError("the file is empty", where=name, remedy="Give a log with rows")
+            os.link(partial, self.folder / name)
+        except OSError as error:
+            problem = f"the file cannot be written ({error.strerror or error})"
+            raise WorkspaceError(
+                problem, where=name, remedy="Make room, or give erclutch app another folder"
+            ) from error
+        finally:
+            partial.unlink(missing_ok=True)
+        return name
+
+    def rename(self, old: str, new: str) -> None:
+        """Give a run another name.
+
+        Raises:
+            WorkspaceError: no such run, or the name is taken.
+        """
+        path, target = self.path(old), self.folder / plain_name(new)
+        if target.exists():
+            raise WorkspaceError("there is such a name already", where=new, remedy="Choose another name")
+        try:
+            path.rename(target)
+        except OSError as error:
+            problem = f"the run cannot be renamed ({error.strerror or error})"
+            raise WorkspaceError(problem, where=old, remedy="Check the folder's permissions") from error
+
+
+def plain_name(name: str) -> str:
+    """A name of one file or folder of the workspace, once it has been checked.
+
+    Raises:
+        WorkspaceError: a path, a hidden name, a name like an option, control characters, or too many characters.
+    """
+    bad = set('/\\:*?"<>|') & set(name)
+    if bad or not name.isprintable() or name.startswith((".", "-", " ")) or name.endswith((".", " ")) or not name:
+        problem = f"{name!r} cannot be the name of a file here"
+        raise WorkspaceError(problem, remedy='Use letters, digits, "-", "_", "." and spaces; no "-" or "." in front')
+    if len(name.encode()) > _LONGEST_NAME:
+        raise WorkspaceError(f"the name has more than {_LONGEST_NAME} bytes", where=name[:40], remedy="Shorten it")
+    return name
+
+
+def _is_run(path: Path) -> bool:
+    return (path / "run.json").is_file()
+
+
+def _is_export(path: Path) -> bool:
+    return path.is_dir() and (path / "export.json").is_file()
+
+
+def said_size(size: int) -> str:
+    """Bytes for people."""
+    return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
+
+
+def zipped(folder: Path) -> Any:
+    """A folder as a zip archive in memory; links and what lies outside are left out."""
+    import io
+    import zipfile
+
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and not path.is_symlink():
+                archive.write(path, path.relative_to(folder.parent).as_posix())
+    return packed.getvalue()

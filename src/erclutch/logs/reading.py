@@ -1,0 +1,77 @@
+"""How logs are read is said once: columns, filters, a window in time and a rate, for logs in memory and on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import SettingError
+from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batches
+from erclutch.logs.assemble import Invalid
+from erclutch.logs.resample import resampled
+from erclutch.logs.time_window import within
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import Recording
+from erclutch.signals.speed import Derivative
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How logs are read; see `erclutch.read`.
+
+    Attributes:
+        mapping: which column is which signal.
+        mapping_file: a mapping file in place of those beside the logs.
+        invalid: "error", "drop", or None for what the mapping says.
+        variable: which recording of a file that holds several; "all" for each of them.
+        derivative: filter for speeds that are not logged.
+        rows: of a batch.
+        window: first and last time that are taken, and how much is left out of the start, in s; None: all is taken.
+        rate: in Hz, to which logs are brought; None: they keep their own.
+    """
+
+    mapping: ColumnMap | Mapping[str, Any] | None = None
+    mapping_file: str | Path | None = None
+    invalid: Invalid | None = None
+    variable: str | None = None
+    derivative: Derivative = field(default_factory=Derivative)
+    rows: int = 65_536
+    window: tuple[float | None, float | None, float | None] = (None, None, None)
+    rate: float | None = None
+
+    def read(self, path: str | Path, device: DeviceName) -> list[Recording]:
+        """The recordings of one log.
+
+        Raises:
+            LogError, MappingError: see `erclutch.read`.
+            SettingError: a window or a rate that the log cannot have.
+        """
+        how = self._how(device)
+        if self.variable == "all":
+            return [self.finished(log) for log in read_all(path, map_over(self.mapping, None), **how)]
+        return [self.finished(read(path, self.mapping, variable=self.variable, **how))]
+
+    def finished(self, log: Recording) -> Recording:
+        """A recording in its window and at its rate.
+
+        Raises:
+            SettingError: a window or a rate that it cannot have.
+        """
+        log = within(log, *self.window)
+        return log if self.rate is None else resampled(log, self.rate)
+
+    def batches(self, path: str | Path, device: DeviceName) -> Iterator[Batch]:
+        """The batches of one log.
+
+        Raises:
+            SettingError: a window or a rate: both need the whole log in memory.
+        """
+        if self.rate is not None or self.window != (None, None, None):
+            remedy = "Use erclutch fit, or cut and resample the logs before"
+            raise SettingError("--from, --to, --skip and --resample need the whole log in memory", remedy=remedy)
+        return read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
+
+    def _how(self, device: DeviceName) -> dict[str, Any]:
+        return {"device": device, "invalid": self.invalid, "mapping_file": self.mapping_file}

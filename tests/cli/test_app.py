@@ -1,0 +1,332 @@
+"""The page of `erclutch app`: who gets an answer, what a form becomes, and the whole road in a real browser."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import closing, suppress
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.cli.workbench import actions
+from erclutch.cli.workbench.jobs import Job
+from erclutch.cli.workbench.workspace import Workspace, WorkspaceError, plain_name
+
+CHROMIUM = Path("/usr/bin/chromium")
+NEES = Path(__file__).parents[3] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
+
+# --- forms ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_form_becomes_the_choices_that_somebody_made() -> None:
+    guessed = {"column.time": "t", "was.time": "t", "column.effort": "F", "unit.effort": "N", "was.effort": "F [N]"}
+    assert actions.chosen_of(guessed).words() == []
+    given = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "", "turn.slip": "on", "rate": "1 kHz"}
+    words = actions.chosen_of({**guessed, **given}).words()
+    assert words == ["--slip=-V [cm/s]", "--rate", "1 kHz"]
+    kept = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "V [cm/s]", "given.slip": "V [cm/s]"}
+    assert actions.chosen_of({**guessed, **kept}).words() == ["--slip", "V [cm/s]"]
+    taken_away = {"column.field": "", "was.field": "I [A]"}
+    assert actions.chosen_of({**guessed, **taken_away}).words() == ["--field", "none"]
+
+
+def test_a_fit_as_words_and_in_python() -> None:
+    form = {"models": "bingham hem/square", "lag": "none", "test": "0.3", "constant": "field=1 A", "invalid": "drop"}
+    words = actions.fit_words(form, ["a.csv", "b.csv"], "run")
+    assert words[:3] == ["fit", "a.csv", "b.csv"]
+    assert words[3:] == [
+        *("--constant", "field=1 A", "--invalid", "drop", "--models", "bingham", "hem/square", "--lag", "none"),
+        *("--out", "run"),
+    ]
+    script = actions.fit_in_python(form, ["a.csv"], "run")
+    compile(script, "script", "exec")
+    assert "{'columns': {}, 'constants': {'field': '1 A'}}, invalid='drop'" in script
+
+
+@given(st.text(max_size=130))
+def test_a_name_is_refused_or_stays_in_the_folder(name: str) -> None:
+    with suppress(WorkspaceError):
+        kept = Path("/there") / plain_name(name)
+        assert kept.parent == Path("/there")
+        assert not kept.name.startswith(("-", "."))
+
+
+@given(st.dictionaries(st.sampled_from(["models", "lag", "test", "seed", "rate", "column.slip"]), st.text(max_size=30)))
+def test_no_text_of_a_form_becomes_an_option(form: dict[str, str]) -> None:
+    with suppress(WorkspaceError):
+        words = actions.fit_words(form, ["log.csv"], "run")
+        known = {"--models", "--lag", "--test", "--seed", "--rate", "--slip", "--out"}
+        assert {word.split("=")[0] for word in words if word.startswith("-")} <= known
+
+
+def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
+    async def pieces(*parts: bytes, broken: bool = False) -> AsyncIterator[bytes]:
+        for part in parts:
+            yield part
+        if broken:
+            raise ConnectionError
+
+    space = Workspace(tmp_path)
+    assert asyncio.run(space.take("a.csv", pieces(b"1,", b"2\n"))) == "a.csv"
+    assert asyncio.run(space.take("a.csv", pieces(b"3\n"))) == "a-2.csv"
+    assert (tmp_path / "a.csv").read_bytes() == b"1,2\n"
+    for content in (pieces(b"1", broken=True), pieces()):
+        with pytest.raises(WorkspaceError):
+            asyncio.run(space.take("b.csv", content))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a-2.csv", "a.csv"]
+    assert [entry.name for entry in space.logs()] == ["a-2.csv", "a.csv"]
+
+
+def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
+    job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
+    while not job.lines and job.code is None and job.seconds < 3.0:
+        time.sleep(0.05)
+    job.cancel()
+    job.join(20.0)
+    assert job.state == "cancelled"
+    assert job.code == 130
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- the server -------------------------------------------------------------------------------------------------------
+
+
+class Served:
+    """A running `erclutch app`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "erclutch", "app", str(folder)]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.url = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=(\S+)", self.url)
+        assert found
+        self.port, token = int(found[1]), found[2]
+        self.cookie = f"erclutch-{self.port}={token}"
+
+    def ask(self, method: str, path: str, body: bytes = b"", **headers: str) -> tuple[int, str]:
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        origin = {} if method == "GET" else {"Origin": f"http://127.0.0.1:{self.port}"}
+        connection.request(method, path, body, {"Cookie": self.cookie, **origin, **headers})
+        with closing(connection), connection.getresponse() as answer:
+            return answer.status, answer.read().decode("utf-8", "replace")
+
+    def close(self) -> int:
+        self.process.send_signal(signal.SIGINT)
+        with self.process:
+            return self.process.wait(20.0)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    server = Served(tmp_path_factory.mktemp("space"))
+    yield server
+    assert server.close() == 0
+
+
+@pytest.mark.slow
+def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served) -> None:
+    assert served.ask("GET", "/")[0] == 200
+    assert served.ask("GET", "/", Cookie="")[0] == 403
+    assert served.ask("GET", "/", Cookie=f"erclutch-{served.port}=x")[0] == 403
+    assert served.ask("GET", "/", Host="evil.example")[0] == 403
+    assert served.ask("POST", "/twin", b"what=log", Origin="http://evil.example")[0] == 403
+    assert served.ask("POST", "/twin", b"what=log", Origin="null")[0] == 403
+    assert served.ask("PUT", "/upload/a.csv", b"1", Origin="http://evil.example")[0] == 403
+    assert list(served.folder.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("GET", "/log/none.csv", b""),
+        ("GET", "/file/..", b""),
+        ("GET", "/file/%2e%2e", b""),
+        ("GET", "/shown/%2Fetc%2Fpasswd", b""),
+        ("GET", "/run/none", b""),
+        ("GET", "/job/7", b""),
+        ("GET", "/static/..%2F..%2Fjobs.py", b""),
+        ("GET", "/log/a.csv?device=three", b""),
+        ("POST", "/fit/none.csv", b"run=r"),
+        ("POST", "/run/none/rename", b"to=x"),
+        ("POST", "/compare", b""),
+        ("POST", "/compare", b"&".join(b"a%d=1" % i for i in range(600))),
+        ("POST", "/compare", b"a" * 200_000),
+        ("PUT", "/upload/.hidden", b"1"),
+        ("PUT", "/upload/--out", b"1"),
+        ("PUT", "/upload/a%0A.csv", b"1"),
+        ("PUT", "/upload/empty.csv", b""),
+    ],
+)
+def test_what_cannot_be_is_told(served: Served, method: str, path: str, body: bytes) -> None:
+    status, text = served.ask(method, path, body)
+    assert status in (400, 404)
+    assert "Traceback" not in text
+
+
+@pytest.mark.slow
+def test_a_killed_server_takes_its_commands_with_it(tmp_path: Path) -> None:
+    server = Served(tmp_path)
+    server.ask("POST", "/twin", b"what=live")
+    children = Path(f"/proc/{server.process.pid}/task/{server.process.pid}/children")
+    until = time.monotonic() + 20.0
+    pids: list[str] = []
+    while not pids and time.monotonic() < until:
+        pids = children.read_text().split()
+    assert pids
+    server.process.kill()
+    with server.process:
+        server.process.wait()
+    while time.monotonic() < until + 20.0 and any(Path(f"/proc/{pid}").exists() for pid in pids):
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+# --- the browser ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def open_page(served: Served) -> Iterator[Callable[..., Any]]:
+    if not CHROMIUM.exists():
+        pytest.skip(f"needs {CHROMIUM}")
+    sync: Any = import_module("playwright.sync_api")
+    wrong: list[str] = []
+    with sync.sync_playwright() as playwright:
+        flags = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*flags, "--disable-component-update"])
+
+        def hear(message: Any) -> None:
+            if message.type == "error" and "status of 400" not in message.text:  # a page that tells a problem
+                wrong.append(message.text)
+
+        def opened(width: int = 1440, scheme: str = "light") -> Any:
+            page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page.on("pageerror", lambda error: wrong.append(str(error)))
+            page.on("console", hear)
+            page.goto(served.url)
+            return page
+
+        yield opened
+        browser.close()
+    assert wrong == []
+
+
+def german(path: Path) -> Path:
+    """A SYNTHETIC brake with decimal commas, revolutions a minute and a column in °C."""
+    random = np.random.default_rng(3)
+    time_, rows = np.arange(4000) / 500, ["Zeit [s];Strom [A];Drehzahl [1/min];Drehmoment [N m];Temperatur [°C]"]
+    current = 1.0 + np.sin(2 * time_) * np.sign(np.sin(0.5 * time_))
+    speed = 200 * np.sin(5 * time_)
+    torque = (0.3 + current**2) * np.tanh(speed / 10) + 0.002 * speed + random.normal(0, 0.02, time_.size)
+    for row in zip(time_, current, speed, torque, 25 + 0.1 * time_, strict=True):
+        rows.append(";".join(f"{value:.6f}".replace(".", ",") for value in row))
+    path.write_text("\n".join(rows), encoding="latin-1")
+    return path
+
+
+def accessible(page: Any) -> None:
+    axe: Any = import_module("axe_playwright_python.sync_playwright")
+    found = axe.Axe().run(page).response["violations"]
+    assert [(each["id"], [node["html"][:120] for node in each["nodes"][:3]]) for each in found] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("log", ["german", "NEES"])
+def test_from_a_dropped_file_to_exported_c(
+    log: str, served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    if log == "NEES" and not NEES.exists():
+        pytest.skip(f"needs the measured data beside the project: {NEES}")
+    page = open_page()
+    page.set_input_files("#file", str(NEES if log == "NEES" else german(tmp_path / "Prüfstand 1.csv")))
+    page.wait_for_url("**/log/**")
+    if log == "german":
+        assert page.locator("[name='column.effort']").input_value() == "Drehmoment"
+        page.select_option("[name='column.temperature']", "Temperatur")
+        page.click("text=Read it so")
+        page.wait_for_load_state()
+        assert "--temperature Temperatur" in page.locator("code").first.inner_text()
+    else:
+        assert "2 things are missing" in page.locator("[role=alert]").inner_text()
+        for signal_, column, unit in (("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
+            page.select_option(f"[name='column.{signal_}']", column)
+            page.fill(f"[name='unit.{signal_}']", unit)
+        page.click("text=Read it so")
+        page.wait_for_load_state()
+    assert "understood" in page.locator(".good").inner_text()
+    page.fill("[name=models]", "bingham")
+    page.fill("[name=lag]", "none")
+    page.fill("[name=run]", f"run-{log}")
+    page.click("button:has-text('Fit')")
+    page.wait_for_url("**/job/**")
+    page.get_by_text("Read the report").click(timeout=120_000)
+    report = page.frame_locator("iframe")
+    report.locator("h1").wait_for(timeout=60_000)
+    assert "bingham" in report.locator("body").inner_text()
+    page.click("summary")
+    page.click("button:has-text('Export')")
+    with page.expect_download(timeout=60_000) as download:
+        page.get_by_text("Download").click(timeout=60_000)
+    assert download.value.suggested_filename.endswith(".zip")
+    made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-bingham-c"))
+    assert list(made.glob("*.c"))
+    run = json.loads((served.folder / f"run-{log}" / "run.json").read_text())
+    assert run["recommended"] == "bingham"
+
+
+@pytest.mark.slow
+def test_a_broken_log_a_cancelled_fit_and_two_tabs(
+    served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    page, other = open_page(390, "dark"), open_page()
+    (tmp_path / "broken.parquet").write_bytes(b"PAR1" + os.urandom(500))
+    page.set_input_files("#file", str(tmp_path / "broken.parquet"))
+    page.wait_for_url("**/log/**")
+    assert "broken.parquet" in page.locator("[role=alert]").inner_text()
+    for tab, log in ((page, "one.csv"), (other, "two.csv")):
+        tab.goto(f"http://127.0.0.1:{served.port}/")
+        tab.set_input_files("#file", str(german(tmp_path / log)))
+        tab.wait_for_url("**/log/**")
+        tab.fill("[name=run]", f"run-{log}")
+        tab.focus("button:has-text('Fit')")
+        tab.keyboard.press("Enter")
+        tab.wait_for_url("**/job/**")
+    assert page.url != other.url
+    page.click("text=Cancel")
+    page.locator("#state.cancelled").wait_for(timeout=20_000)
+    assert not (served.folder / "run-one.csv").exists()
+    other.click("text=Cancel")
+    for width in (1440, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        for place in ("", "log/two.csv", "job/1"):
+            page.goto(f"http://127.0.0.1:{served.port}/{place}")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
+def test_accessible(width: int, scheme: str, served: Served, open_page: Callable[..., Any], tmp_path: Path) -> None:
+    page = open_page(width, scheme)
+    accessible(page)
+    page.set_input_files("#file", str(german(tmp_path / "look.csv")))
+    page.wait_for_url("**/log/**")
+    page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
+    accessible(page)
+    page.goto(f"http://127.0.0.1:{served.port}/log/none.csv")
+    accessible(page)

@@ -1,0 +1,111 @@
+"""What a notebook shows of each class of the main job: a line, HTML that keeps to itself, DataFrames, axes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import erclutch
+from erclutch.errors import SettingError
+from erclutch.report.numbers.run_material import Material
+
+_HOSTILE = 'a<script>alert(1)</script>&"\x1b[31m.csv'
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[str, Any]:
+    """One value of each class, of rows that are named by someone hostile."""
+    rng = np.random.default_rng(3)
+    time = np.arange(1200) * 1e-3
+    field, slip = 1e3 * (np.sin(9.0 * time) > 0), 20.0 * np.sin(31.0 * time)
+    effort = 4e-4 * field * np.tanh(slip) + 0.01 * slip + 0.01 * rng.normal(size=time.size)
+    columns = {"field": field, "slip": slip, "effort": effort}
+    log = erclutch.recording_from_arrays(
+        columns, {"field": "V", "slip": "rad/s", "effort": "N*m"}, time=time, name=_HOSTILE
+    )
+    data = erclutch.build_dataset(log)
+    found = erclutch.compare(data, erclutch.Settings(models=("bingham", "fnn-2"), lag="none"))
+    rate = np.geomspace(0.1, 300.0, 12)
+    law, network = found.entry("bingham").outcome.model, found.entry("fnn-2").outcome.model
+    curve = erclutch.FlowCurve("<b>starch", rate, 3.0 + 2.0 * rate**0.6)
+    values = (log, data, found, found.entries[0], found.entries[0].outcome, law, network, curve)
+    return {f"{type(value).__name__}": value for value in values}
+
+
+def test_html_is_escaped_and_asks_for_nothing(shown: dict[str, Any]) -> None:
+    for name, value in shown.items():
+        drawn = value._repr_html_()
+        assert "<svg" in drawn, name
+        assert "<script" not in drawn
+        assert "<b>starch" not in drawn
+        assert not re.search(r"https?://|url\(|@import", drawn), name
+        assert len(drawn) < 100_000, name
+
+
+def test_a_line_is_a_line(shown: dict[str, Any]) -> None:
+    for name, value in shown.items():
+        assert repr(value).startswith(f"{name}(")
+        assert len(repr(value)) < 300
+        assert not re.search(r"[\x00-\x1f]", repr(value)), name
+    assert "1 200 rows" in repr(shown["Recording"])
+
+
+def test_a_recording_goes_out_as_a_frame_and_comes_back(shown: dict[str, Any]) -> None:
+    log = shown["Recording"]
+    back = erclutch.read(log.to_frame())
+    assert back.units == log.units
+    np.testing.assert_array_equal(back.time, log.time)
+    for name, values in log.signals.items():
+        np.testing.assert_array_equal(back.signals[name], values)
+
+
+def test_tables_hold_the_figures_unrounded(shown: dict[str, Any]) -> None:
+    found, entry = shown["Comparison"], shown["RankedModel"]
+    ranking = found.table()
+    assert ranking["model"].tolist() == [e.name for e in found.entries]
+    assert ranking["rmse [N*m]"].tolist() == [e.test.rmse.value for e in found.entries]
+    rows = found.to_frame()
+    np.testing.assert_array_equal(rows[f"effort:{entry.name}"], entry.predicted)
+    np.testing.assert_array_equal(rows["test"], found.test)
+    law = shown["TorqueModel"].table().set_index("parameter")["value"]
+    for estimate in found.entry("bingham").outcome.estimates:
+        assert law[estimate.name] == estimate.value
+
+
+def test_a_run_on_disk_shows_what_the_comparison_did(material: Material) -> None:
+    run = material.run
+    assert run.table()["model"].tolist() == list(run.names)
+    assert "SYNTHETIC" in run._repr_html_()
+    assert 'srcdoc="&lt;!doctype html' in run.report()._repr_html_()
+    assert run.to_frame().shape == (material.rows.data.rows, 4 + len(run.names))
+
+
+def test_plots_are_axes_and_wrong_names_are_told(shown: dict[str, Any]) -> None:
+    from matplotlib import pyplot
+
+    axes = shown["Comparison"].plot("trace", start=1.0, seconds=0.1)
+    assert [type(axis).__name__ for axis in axes] == ["Axes"] * 3
+    assert axes[0].get_lines()[0].get_xdata().size == 101
+    assert shown["FlowCurve"].plot().get_ylabel() == "Shear stress [Pa]"
+    with pytest.raises(SettingError, match="Plots of a Comparison: ranking, trace"):
+        shown["Comparison"].plot("trase")
+    with pytest.raises(SettingError, match="no option begin"):
+        shown["Recording"].plot(begin=1.0)
+    pyplot.close("all")
+
+
+def test_every_public_name_is_listed() -> None:
+    assert dir(erclutch) == sorted(erclutch.__all__)
+
+
+def test_a_fleet_shows_its_devices(tmp_path: Path, shown: dict[str, Any]) -> None:
+    for name in ("one", "two"):
+        shown["Recording"].to_frame().to_csv(tmp_path / f"{name}.csv")
+    fleet = erclutch.fit_many(tmp_path, ("bingham",), out=tmp_path / "fleet", settings=erclutch.Settings(lag="none"))
+    assert fleet.table()["device"].tolist() == ["one.csv", "two.csv"]
+    assert "<svg" in fleet._repr_html_()
+    assert len(fleet.to_frame()) == len(fleet.parameters)

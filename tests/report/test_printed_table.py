@@ -1,0 +1,65 @@
+"""Tables for papers: digits from the interval, columns that siunitx aligns, foreign text that stays text."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+
+import pytest
+
+from erclutch.errors import SettingError
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.printed_table import PRINTERS, PaperTable, parameter_table, ranking_table, rounded
+
+
+@pytest.mark.parametrize(
+    ("figure", "printed"),
+    [
+        ((0.042801, 0.02484, 0.0571), ["0.043", "0.025", "0.057"]),
+        ((1.62687, 1.5267, 1.7243), ["1.627", "1.527", "1.724"]),
+        ((0.0015217, 4.2e-6, 0.01776), ["0.0015", "4e-6", "0.0178"]),
+        ((2.756e-5, 2.377e-5, 3.135e-5), ["2.76e-5", "2.38e-5", "3.14e-5"]),
+        ((-1234.5, -1300.0, -1170.0), ["-1234", "-1300", "-1170"]),
+        ((0.123456, None, None), ["0.1235", "", ""]),
+        ((3.0, float("-inf"), float("inf")), ["3.000", "", ""]),
+        ((0.0, 0.0, 1.27e-6), ["0.00e-6", "0.00e-6", "1.27e-6"]),
+        ((None, None, None), ["", "", ""]),
+    ],
+)
+def test_digits_come_from_the_interval(
+    figure: tuple[float | None, float | None, float | None], printed: list[str]
+) -> None:
+    assert rounded(figure) == printed
+
+
+def test_foreign_text_stays_text_in_each_format() -> None:
+    name = r"a_b\end{tabular}|<b>%$1 & x^2~"
+    hostile = PaperTable(("Model", "x"), [(name, 1)], f"Of {name}.")
+    text = PRINTERS["latex"](hostile)
+    assert r"{a\_b\textbackslash{}end\{tabular\}|\textless{}b\textgreater{}\%\$1 \& x\textasciicircum{}2" in text
+    assert text.count(r"\end{tabular}") == 1
+    assert "<b>" not in PRINTERS["html"](hostile)
+    assert len(re.findall(r"(?<!\\)\|", PRINTERS["markdown"](hostile).splitlines()[2])) == 3
+    assert next(csv.DictReader(io.StringIO(PRINTERS["csv"](hostile))))["Model"] == name
+
+
+def test_the_ranking_for_siunitx_and_for_a_program(material: Material) -> None:
+    run = material.run
+    text = PRINTERS["latex"](ranking_table(run, 2))
+    assert re.search(r"\\begin\{tabular\}\{l( S\[table-format=\d+\.\d+\]){7}\}", text)
+    assert f"{len(run.names) - 2} more models are left out." in text
+    assert "Data: SYNTHETIC." in text
+    body = [line for line in text.splitlines() if line.endswith(r"\\")][1:]
+    assert [line.count("&") for line in body] == [7, 7]
+    rows = list(csv.DictReader(io.StringIO(PRINTERS["csv"](ranking_table(run)))))
+    assert [float(row["RMSE [N·m]"]) for row in rows] == [run.entry(row["Model"])["test"]["rmse"][0] for row in rows]
+
+
+def test_parameters_of_a_law_and_of_a_network(material: Material) -> None:
+    run = material.run
+    law = next(name for name in run.names if name.startswith("bingham"))
+    table = parameter_table(run, law)
+    assert [row[0] for row in table.rows] == [p["name"] for p in run.entry(law)["fit"]["parameters"]]
+    with pytest.raises(SettingError, match="weights mean nothing"):
+        parameter_table(run, "fnn-2")
