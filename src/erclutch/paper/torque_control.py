@@ -117,7 +117,7 @@ def control_runs(
     total = seeds * len(INVERSES) * len(KNOWS)
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
-            fitted = cache(partial(_fitted, rig, seed, Path(folder)))
+            fitted = cache(partial(fitted_models, rig, seed, Path(folder)))
             for model in INVERSES:
                 for knows in KNOWS:
                     key = f"{seed}, {model}, {knows}"
@@ -130,8 +130,14 @@ def control_runs(
 # --- models -----------------------------------------------------------------------------------------------------------
 
 
-def _fitted(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str, LiveModel], dict[str, float]]:
-    """The models of a log of the TWIN, ready for the loop, and what the log says of the drive."""
+def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str, LiveModel], dict[str, float]]:
+    """The models of a log of the TWIN, ready for the loop, and what the log says of the drive.
+
+    Args:
+        rig: parameters of the TWIN.
+        seed: of the log.
+        folder: for the models' files.
+    """
     held = _log(rig, seed, _LOG_ROWS, held=True)
     data = joined([_dataset(held), _dataset(_log(rig, seed, _FREE_ROWS, held=False))])
     models: dict[str, LiveModel] = {}
