@@ -110,7 +110,7 @@ def align(
     )
     logs.write(out)
     save_plot(describe_clocks(logs), shown)
-    terminal.say(f"Written to {out}: {logs.table.rows:,} rows; picture {shown}")
+    terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {shown}")
 
 
 def aligned(
