@@ -72,8 +72,7 @@ def fit(
     began = time.perf_counter()
     if out is not None:
         may_write(out, force)
-    require_counts(workers, seed)
-    require(2 if blocks else 0, 50, blocks=blocks)
+    require_counts(workers, seed, blocks)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
     recordings = clocks.read(reading, logs)
     comparison = _compared(reading.dataset(recordings), Settings(*asked))
@@ -111,14 +110,15 @@ def _compared(data: Dataset, settings: Settings) -> Comparison:
         return compare(data, settings, lambda done, total, name: bar(done, total, f"fitted {name}"))
 
 
-def require_counts(workers: int, seed: int) -> None:
-    """Refuse no workers, or a seed below zero.
+def require_counts(workers: int, seed: int, blocks: int = 0) -> None:
+    """Refuse no workers, a seed below zero, and one block or more than 50.
 
     Raises:
         SettingError: one of them cannot be.
     """
     require(1, workers=workers)
     require(0, seed=seed)
+    require(2 if blocks else 0, 50, blocks=blocks)
 
 
 def model_names(words: Sequence[str]) -> tuple[str, ...]:
