@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import csv
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
-from erclutch.errors import CheckError, SettingError
+from erclutch.errors import CheckError, RunError, SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.report.plots.matplotlib_painter import paint
+from erclutch.report.plots.paper_style import new_figure, style
 from erclutch.report.plots.run_plots import FIGURES, write_figure
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import Run, read_run, write_run
 
 
 def material_from(folder: Path, models: tuple[str, ...], lag: str) -> Material:
@@ -43,6 +49,43 @@ def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None
     header, rows = numbers(paths[2])
     assert rows
     assert all(len(row) == len(header) for row in rows)
+
+
+@pytest.mark.parametrize("name", ["trace", "residual", "ranking", "parity"])
+def test_no_text_is_cut_off_or_left_as_tex(name: str, material: Material) -> None:
+    """Long names too: the legend must not push the axes away, nor leave the figure."""
+    plot = FIGURES[name][1](material)
+    with style():
+        figure = new_figure(plot.height, plot.width)
+        FigureCanvasAgg(figure)
+        paint(figure, plot)
+        figure.canvas.draw()
+        named = [axis.get_legend() for axis in figure.axes]
+        texts = [text for legend in named if legend for text in legend.get_texts()]
+        labels = [one.label for axis in figure.axes for one in (axis.xaxis, axis.yaxis) if one.label.get_text()]
+        for text in (*texts, *labels):
+            box = text.get_window_extent()
+            assert -1 <= box.x0 <= box.x1 <= figure.bbox.width + 1, text
+            assert -1 <= box.y0 <= box.y1 <= figure.bbox.height + 1, text
+        assert not [text for text in figure.findobj(Text) if "$" in text.get_text()]
+        assert all(axis.get_position().width > 0.3 for axis in figure.axes)
+
+
+def test_a_ranking_says_what_it_leaves_out(material: Material) -> None:
+    entries = [dict(material.body["ranking"][0], name=f"model-{k}") for k in range(30)]
+    many = replace(material, run=Run(Path("many"), {**material.body, "ranking": entries}))
+    assert FIGURES["ranking"][1](many).panels[0].title == "the first 24 of 30 models"
+    assert FIGURES["ranking"][1](material).panels[0].title == ""
+
+
+def test_other_formats_and_both_columns(material: Material, tmp_path: Path) -> None:
+    paths = write_figure("ranking", material, tmp_path, kinds=("svg",), wide=True)
+    assert [p.name for p in paths] == ["ranking.svg", "ranking.csv"]
+    assert 'width="515.52pt"' in paths[0].read_text()  # 7.16 inches
+    if shutil.which("xelatex") is None:
+        with pytest.raises(RunError, match="needs LaTeX"):
+            write_figure("ranking", material, tmp_path, kinds=("pgf",))
+        assert not (tmp_path / "ranking.pgf").exists()
 
 
 def test_the_same_bytes_again(material: Material, tmp_path: Path) -> None:

@@ -13,17 +13,14 @@ from erclutch.errors import ErclutchError
 
 def _versions() -> str:
     """The version alone on the first line; below it what a report of a bug needs."""
+    import os
     import platform
+    import shutil
     from importlib.metadata import version
+    from importlib.util import find_spec
 
-    from erclutch.export.c.compilers import native, run
-
-    try:
-        found = native()
-        said = run([*found.command, "--version"], "it fails", "Set CC to another").partition("\n")[0]
-        compiler = f"{found.name}, {said}"
-    except ErclutchError as error:
-        compiler = str(error)
+    zig = "zig" if find_spec("ziglang") else "none"
+    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
     python = f"{platform.python_implementation()} {platform.python_version()}"
     return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"
@@ -63,10 +60,13 @@ _COMMANDS = {
     "verify": "Run an export on its test vectors against the model.",
     "laws": "List the laws.",
     "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
+    "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
     "recover": "Make a whole recording of one that a crash left open or that is damaged.",
 }
+#: Commands whose names are taken: `app` by what runs them all, `table` by the module of logs.
+_MODULES = {"app": "app_page", "table": "table_for_paper"}
 for _order, (_name, _help) in enumerate(_COMMANDS.items()):
-    _module = {"app": "app_page"}.get(_name, _name.replace("-", "_"))  # `app` is taken: it is what runs them all
+    _module = _MODULES.get(_name, _name.replace("-", "_"))
     app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
 app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
     help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -15,8 +15,12 @@ def figure(
     out: Path = Path("figures"),
     start: float | None = None,
     seconds: float | None = None,
+    as_: Annotated[
+        tuple[Literal["pdf", "png", "svg", "pgf"], ...], Parameter(name="--as", consume_multiple=True, negative=())
+    ] = ("pdf", "png"),
+    wide: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
-    """Draw a figure of a run at IEEE column width: NAME.pdf, NAME.png and the numbers behind it. Without a name: list.
+    """Draw a figure of a run at IEEE column width, with the numbers behind it as CSV. Without a name: list.
 
     Args:
         name: Which figure: ranking, trace, error-map, parity, residual, flow-curves, loops or lag; 'all' for all that
@@ -25,6 +29,8 @@ def figure(
         out: Folder for the files.
         start: First second of a trace, on the log's own clock.
         seconds: Length of a trace.
+        as_: Formats: pdf, png, svg, or pgf, which needs LaTeX.
+        wide: Draw over both columns of a page.
     """
     from erclutch.cli import terminal
     from erclutch.errors import CheckError, SettingError
@@ -45,7 +51,7 @@ def figure(
     material = material_of(read_run(run))
     for one in FIGURES if name == "all" else (name,):
         try:
-            paths = write_figure(one, material, out, start=start, seconds=seconds)
+            paths = write_figure(one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide)
         except CheckError as error:
             if name != "all":
                 raise

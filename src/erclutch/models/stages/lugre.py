@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, steps_of
 from erclutch.models.laws.law import SLIP, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
@@ -50,9 +51,11 @@ class LuGre(SlipMemory):
 
     def _row(self, signal: Moved, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
         """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
+        way = sign_of(signal.slip)
         ratio = signal.slip / w_l
         most = (h - 1.0) * np.exp(-(ratio * ratio)) + 1.0
-        return self.aim(signal), most, -np.expm1(-((np.abs(signal.slip) * step) / (r * most)))
+        aim = way * signal.strength if self.ahead else way
+        return aim, most, -np.expm1(-((np.abs(signal.slip) * step) / (r * most)))
 
     @staticmethod
     def _rate(signal: Moved, aim: Any, s: Any, most: Any) -> Any:

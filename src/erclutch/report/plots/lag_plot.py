@@ -30,7 +30,7 @@ def describe_lag(material: Material) -> Plot:
             remedy="Fit with --lag auto, or log with a switched field",
         )
     table = PlotTable(("curve", "model", "time_s", "value"), rows)
-    return Plot(panels, table, 1.9 * len(panels), badge=material.print_badge)
+    return Plot(panels, table, 2.0 * len(panels), badge=material.print_badge, legend="above")
 
 
 def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:

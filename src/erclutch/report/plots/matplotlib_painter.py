@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.report.numbers.number_text import number
 from erclutch.report.plots.paper_style import BLACK, RAMPS, STYLES, new_figure, save, save_numbers, style
 from erclutch.report.plots.plot_description import (
-    PAGE,
     Axis,
     Bars,
     Cells,
@@ -25,6 +25,8 @@ from erclutch.report.plots.plot_description import (
 )
 
 _CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
+_KEY, _LETTER = 0.5, 0.055  # inches of a legend's line with its margins, and of a letter beside it
+_MARGIN = 9  # letters that the ticks beside a panel take
 _TIGHT = "\u00a0"
 #: Which meanings a legend names first.
 _RANKS = {"measured": 0, "recommended": 1, "best": 2, "baseline": 3}
@@ -53,15 +55,17 @@ def paint(figure: Any, plot: Plot) -> None:
     axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=ratios)
     for axis in list(axes.flat)[len(plot.panels) :]:
         axis.set_visible(False)
-    maps: dict[str, list[tuple[Any, Any]]] = {}
+    maps: dict[str, list[tuple[Any, Any, bool]]] = {}
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        _panel(axis, panel)
+        _panel(axis, panel, int(plot.width / plot.columns / _LETTER) - _MARGIN)
         for cells in panel.cells():
-            maps.setdefault(cells.label, []).append((_cells(axis, cells), axis))
+            maps.setdefault(cells.label, []).append((_cells(axis, cells), axis, cells.log))
     for label, drawn in maps.items():
         if label:
-            at = [axis for _, axis in drawn]
-            figure.colorbar(drawn[0][0], ax=at, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
+            at = [axis for _, axis, _ in drawn]
+            bar = figure.colorbar(drawn[0][0], ax=at, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
+            if drawn[0][2]:
+                _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
     _titles(axes, plot)
     _legends(figure, axes, plot)
     if plot.title:
@@ -70,9 +74,12 @@ def paint(figure: Any, plot: Plot) -> None:
         figure.align_ylabels(list(axes.flat))
 
 
-def _panel(axis: Any, panel: Panel) -> None:
+def _panel(axis: Any, panel: Panel, room: int) -> None:
     x, y = panel.limits()
     axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear", xlim=x, ylim=y)
+    for one, log, ends in ((axis.xaxis, panel.x.log, x), (axis.yaxis, panel.y.log, y)):
+        if log:
+            _plain_decades(one, *ends)
     if panel.x.whole:
         axis.xaxis.get_major_locator().set_params(integer=True)
     for layer, mark in enumerate(panel.marks):
@@ -80,7 +87,26 @@ def _panel(axis: Any, panel: Panel) -> None:
     if panel.square:
         axis.set_aspect("equal")
     if panel.title:
-        axis.set_title(panel.title, loc="left", fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+        title = panel.title if len(panel.title) <= room else _parted(panel.title, room)
+        axis.set_title(title, loc="left", fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+
+
+def _parted(name: str, room: int) -> str:
+    """A name that is too long for its panel in two lines, parted at a stage of the model."""
+    at = name.rfind("+", 1, room) + 1 or room
+    return f"{name[:at]}\n{name[at:]}"
+
+
+def _plain_decades(axis: Any, low: float, high: float) -> None:
+    """Ticks of a logarithmic axis in plain text; matplotlib's own are TeX, which `paper_style` leaves as it stands."""
+    from matplotlib.ticker import NullFormatter
+
+    axis.set_major_formatter(_decade)
+    axis.set_minor_formatter(_decade if high < 10.0 * low else NullFormatter())
+
+
+def _decade(value: float, _: int) -> str:
+    return f"{value:g}" if 1e-3 <= value < 1e4 else number(value, 1).replace("1·", "")
 
 
 def _draw(axis: Any, mark: Mark, layer: float) -> None:
@@ -143,7 +169,8 @@ def _titles(axes: Any, plot: Plot) -> None:
             axis.tick_params(labelbottom=False)
         else:
             badge = f" ({plot.badge})" if plot.badge and below is None else ""
-            axis.set_xlabel(_capital(panel.x.title) + badge)
+            narrow = any(isinstance(mark, NamedBars) for mark in panel.marks)  # names beside it have taken the room
+            axis.set_xlabel(_capital(panel.x.title) + badge, loc="right" if narrow else "center")
         if k % columns and _same(panel.y, panels[k - 1].y):
             axis.tick_params(labelleft=False)
         else:
@@ -169,7 +196,6 @@ def _capital(text: str) -> str:
 def _legends(figure: Any, axes: Any, plot: Plot) -> None:
     """Names of the marks; a panel with one name has no legend."""
     above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
-    place: dict[str, Any] = above | {"ncols": 6 if plot.width == PAGE else 3} if plot.legend == "above" else {}
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
         named = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
         labels = [label for _, label in sorted(panel.legend(), key=lambda key: _RANKS.get(key[0], len(_RANKS)))]
@@ -179,4 +205,6 @@ def _legends(figure: Any, axes: Any, plot: Plot) -> None:
             figure.legend(handles, labels, loc="outside upper center", ncols=ncols, title=plot.legend_title)
             return
         if len(labels) > 1:
+            columns = max(1, int(plot.width / plot.columns / (_KEY + _LETTER * max(map(len, labels)))))
+            place: dict[str, Any] = above | {"ncols": columns} if plot.legend == "above" else {}
             axis.legend(handles, labels, handlelength=1.6, **place)

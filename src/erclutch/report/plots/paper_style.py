@@ -38,6 +38,8 @@ RAMPS = {
     "mass": ("#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#2171b5", "#08519c", "#08306b"),
 }
 
+#: Endings of a figure's file.
+KINDS = ("pdf", "png", "svg", "pgf")
 _DATE = "SOURCE_DATE_EPOCH"
 _RC: dict[Any, object] = {
     "font.family": "sans-serif",
@@ -92,20 +94,25 @@ def new_figure(height: float, width: float = COLUMN) -> Any:
 
 
 def save(figure: Any, path: Path) -> Path:
-    """Write a figure as its ending says (.png, .pdf, .svg), whole or not at all; call inside `style`.
+    """Write a figure as its ending says, one of `KINDS`, whole or not at all; call inside `style`.
 
     Raises:
-        RunError: another ending, or the folder cannot be written.
+        RunError: another ending, a folder that cannot be written, or a .pgf without LaTeX, which measures its texts.
     """
-    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise RunError(
-            f"a figure cannot end in {path.suffix!r}", where=str(path), remedy="End it in .png, .pdf or .svg"
-        )
     kind = path.suffix.lower()[1:]
+    if kind not in KINDS:
+        remedy = f"End it in {', '.join(f'.{kind}' for kind in KINDS)}"
+        raise RunError(f"a figure cannot end in {path.suffix!r}", where=str(path), remedy=remedy)
     # Without a date the same data give the same bytes.
     metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
     with placed(path) as partial:
-        figure.savefig(partial, format=kind, metadata=metadata)
+        try:
+            figure.savefig(partial, format=kind, metadata=metadata)
+        except (FileNotFoundError, RuntimeError) as error:
+            if kind != "pgf":
+                raise
+            remedy = "Install LaTeX with xelatex, or take a .pdf"
+            raise RunError("a .pgf needs LaTeX, which is not here", where=str(path), remedy=remedy) from error
     return path
 
 

@@ -19,7 +19,7 @@ def describe_parity(material: Material) -> Plot:
         (float(edges[k]), float(edges[k + 1]), *(float(d.density[k]) for d in spread)) for k in range(edges.size - 1)
     ]
     table = PlotTable(["residual_from", "residual_to", *(f"density:{d.model}" for d in spread)], rows)
-    return Plot([_parity(material), _distribution(material)], table, 4.6, badge=material.print_badge)
+    return Plot([_parity(material), _distribution(material)], table, 4.7, badge=material.print_badge, legend="above")
 
 
 def _parity(material: Material) -> Panel:

@@ -28,7 +28,7 @@ def describe_residual(material: Material) -> Plot:
             remedy="Hold out more rows with --test",
         )
     panels = [_spectrum(material, power), _correlation(material, memory)]
-    return Plot(panels, _table(power, memory), 3.8, badge=material.print_badge)
+    return Plot(panels, _table(power, memory), 4.0, badge=material.print_badge, legend="above")
 
 
 def _spectrum(material: Material, found: Spectrum) -> Panel:

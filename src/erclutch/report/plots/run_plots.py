@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from erclutch.errors import SettingError
@@ -13,7 +14,7 @@ from erclutch.report.plots.lag_plot import describe_lag
 from erclutch.report.plots.loops_plot import describe_loops
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.report.plots.parity_plot import describe_parity
-from erclutch.report.plots.plot_description import Plot
+from erclutch.report.plots.plot_description import PAGE, Plot
 from erclutch.report.plots.ranking_plot import describe_ranking
 from erclutch.report.plots.residual_plot import describe_residual
 from erclutch.report.plots.trace_plot import describe_trace
@@ -32,16 +33,25 @@ FIGURES: dict[str, tuple[str, Callable[..., Plot]]] = {
 
 
 def write_figure(
-    name: str, material: Material, folder: Path, *, start: float | None = None, seconds: float | None = None
+    name: str,
+    material: Material,
+    folder: Path,
+    *,
+    start: float | None = None,
+    seconds: float | None = None,
+    kinds: Sequence[str] = ("pdf", "png"),
+    wide: bool = False,
 ) -> list[Path]:
     """Draw a figure of a run at IEEE width.
 
     Args:
         name: one of `FIGURES`.
         material: the run.
-        folder: for NAME.pdf, NAME.png and NAME.csv.
+        folder: for NAME.csv and a file of each kind.
         start: first second of a trace.
         seconds: length of a trace.
+        kinds: of `paper_style.KINDS`.
+        wide: over both columns of a page.
 
     Returns:
         The files written.
@@ -54,4 +64,6 @@ def write_figure(
     if name not in FIGURES:
         raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}")
     plot = FIGURES[name][1](material, **({"start": start, "seconds": seconds} if name == "trace" else {}))
-    return save_plot(plot, *(folder / f"{name}.{kind}" for kind in ("pdf", "png")))
+    if wide:
+        plot = replace(plot, width=PAGE)
+    return save_plot(plot, *(folder / f"{name}.{kind}" for kind in kinds))
