@@ -6,16 +6,19 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from erclutch.cli.reproduce import _to_bingham  # pyright: ignore[reportPrivateUsage]
 from erclutch.errors import RunError
 from erclutch.logs.dataset import Dataset
 from erclutch.paper import memory_table
 from erclutch.paper.published import APPROACHES
+from erclutch.paper.section_figures import draw_estimates
 from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
 from erclutch.paper.sweep_points import Points
 from erclutch.paper.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
@@ -66,6 +69,27 @@ def test_the_table_with_memory(runs: dict[str, Dataset], tmp_path: Path, monkeyp
     monkeypatch.setattr(memory_table, "compare", pytest.fail)
     assert memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent) == (stages, found)
     assert memory_table.noise_floor(default_rig()) == pytest.approx(0.0003**2 + 0.00005**2 / 12)
+
+
+def test_figure_6_shows_what_the_models_estimate(runs: dict[str, Dataset], tmp_path: Path) -> None:
+    test = runs["test"]
+    rows = table({"training": runs["training"]}, models=("bingham/forward", "hem/forward"))
+    paths = draw_estimates(test, rows, tmp_path, "TWIN")
+    assert [p.name for p in paths] == ["fig6.pdf", "fig6.png", "fig6.csv"]
+    with paths[-1].open() as file:
+        kept = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    hem = rows[1].model.predict(test)
+    start = int(np.argmin(np.abs(hem - kept[0]["hem/forward"])))
+    for name, values in (("measured", test.effort), ("hem/forward", hem)):
+        assert [r[name] for r in kept] == pytest.approx(values[start : start + len(kept)].tolist(), rel=1e-8)
+
+
+def test_a_ratio_to_bingham_is_that_of_its_own_run(runs: dict[str, Dataset]) -> None:
+    rows = table(runs, models=("bingham/forward", "hem/forward"))
+    swapped = [replace(r, errors={**r.errors, "zero-field": r.errors["test"]}) for r in rows]
+    ours, theirs = _to_bingham(swapped, "zero-field")
+    assert ours == [1.0, rows[1].errors["test"] / rows[0].errors["test"]]
+    assert theirs == [1.0, pytest.approx(6.5249e-5 / 5.5329e-5)]
 
 
 @pytest.mark.slow

@@ -80,6 +80,7 @@ def test_a_run_on_disk_shows_what_the_comparison_did(material: Material) -> None
     run = material.run
     assert run.table()["model"].tolist() == list(run.names)
     assert "SYNTHETIC" in run._repr_html_()
+    assert 'srcdoc="&lt;!doctype html' in run.report()._repr_html_()
     assert run.to_frame().shape == (material.rows.data.rows, 4 + len(run.names))
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from erclutch.paper.tables import Row
 
 _FIGURES = ("mse", "low", "high", "paper")
-What = Literal["table2", "table3", "memory", "fig4", "fig5", "kernels"]
+What = Literal["table2", "table3", "memory", "fig3", "fig4", "fig5", "fig6", "kernels"]
 
 
 def reproduce(
@@ -40,8 +40,9 @@ def reproduce(
     """Print a table of the paper, or draw one of its sweeps: on the digital TWIN, or on your own log.
 
     Args:
-        what: table2, table3, memory (table2 with memory and with past samples), fig4 (RBFN: spread and neurons), fig5
-            (FNN: neurons), kernels (RBFM).
+        what: table2, table3, memory (table2 with memory and with past samples), fig3 (a section of the training
+            log), fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), fig6 (what each approach estimates), kernels
+            (RBFM).
         log: Your training log, in place of the twin.
         test: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
@@ -61,6 +62,9 @@ def reproduce(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    if what == "fig3":
+        _training_section(log, out, seconds, seed, rig, reading)
+        return
     if log:
         others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
         runs, origin = _own_runs(log, {name: path for name, path in others.items() if path}, what, reading)
@@ -71,8 +75,35 @@ def reproduce(
         _table(what, runs, origin, out, seed, polish)
     elif what == "memory":
         _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
+    elif what == "fig6":
+        _estimates(runs, origin, out, seed, polish)
     else:
         _sweep(what, runs, origin, out, seed)
+
+
+def _training_section(
+    log: tuple[Path, ...], out: Path, seconds: float, seed: int, rig: Path | None, reading: LogOptions
+) -> None:
+    from erclutch.paper.section_figures import draw_training_section
+    from erclutch.rig.twin.scenarios import prepare
+
+    recording = reading.read(log)[0] if log else None
+    if recording is None:
+        recording = prepare("training", rig=load_rig(rig), seed=seed, seconds=min(seconds, 20.0)).recording()
+    for path in draw_training_section(recording, out):
+        terminal.say(str(path))
+
+
+def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
+    from erclutch.paper.section_figures import COMPARED, draw_estimates
+    from erclutch.paper.tables import table
+
+    train, test = runs.values()
+    models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
+    with terminal.progress("fitting") as bar:
+        rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
+    for path in draw_estimates(test, rows, out, origin):
+        terminal.say(str(path))
 
 
 def _own_runs(

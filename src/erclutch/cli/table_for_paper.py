@@ -8,11 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 
-<<<<<<<< HEAD:src/erclutch/cli/paper_table.py
-def paper_table(
-========
 def table_for_paper(
->>>>>>>> h-notebook:src/erclutch/cli/table_for_paper.py
     run: Annotated[Path, Parameter(name="RUN")],
     *,
     to: Literal["latex", "markdown", "html", "csv"] = "markdown",

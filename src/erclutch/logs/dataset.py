@@ -100,6 +100,16 @@ class Dataset(Shown):
         return (1 / slow, 1 / fast) if slow - fast > _SAME_RATE * fast else (1 / self.period, 1 / self.period)
 
     @property
+    def named_signals(self) -> dict[str, tuple[Array, str]]:
+        """Field and slip of each element, numbered where there are two: values (n,) and unit by name."""
+        named: dict[str, tuple[Array, str]] = {}
+        tails = [""] if len(self.elements) == 1 else [str(i + 1) for i in range(len(self.elements))]
+        for tail, element in zip(tails, self.elements, strict=True):
+            named[f"field{tail}"] = element.field, self.units.field
+            named[f"slip{tail}"] = element.slip, self.units.slip
+        return named
+
+    @property
     def where(self) -> str:
         """The logs' names, for messages."""
         return self.sources[0] if len(self.sources) == 1 else f"{len(self.sources)} logs"

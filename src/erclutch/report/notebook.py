@@ -7,7 +7,7 @@ theme. Each text in it is escaped: names come from files.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -20,6 +20,8 @@ from erclutch.report.plots.plot_description import Panel, PlotTable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from erclutch.runs.run_folder import Run
 
 _MOST = 8  # rows of a table
 _SMALL, _WIDE = (262, 165), (400, 200)  # of pictures: three beside each other, or fewer
@@ -104,6 +106,25 @@ def _figure(panel: Panel, size: tuple[int, int]) -> Markup:
     return Markup('<figure style="flex:0 1 {}px">{}<figcaption>{} {}</figcaption></figure>').format(
         size[0], drawn, panel.title, keys
     )
+
+
+@dataclass(frozen=True)
+class InlineReport:
+    """A report in a frame of its own; `html` is the document."""
+
+    html: str = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        frame = '<iframe title="Report" sandbox="allow-scripts" style="{}" srcdoc="{}"></iframe>'
+        return str(Markup(frame).format("width:100%;height:720px;border:0;background:#fff", self.html))
+
+
+def report(run: Run) -> InlineReport:
+    """See `Run.report`."""
+    from erclutch.report.html.report_page import report_html
+    from erclutch.report.numbers.run_material import material_of
+
+    return InlineReport(report_html(material_of(run)))
 
 
 def table(value: Any) -> DataFrame:

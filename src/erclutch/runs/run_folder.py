@@ -232,14 +232,11 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
     import pyarrow.parquet as pq
 
     data = comparison.data
-    tail = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]
     columns: dict[str, tuple[Any, str]] = {"time": (data.clock.time, "s")}
     if len(data.sources) > 1:
         names = np.repeat(data.sources, [b - a for a, b in data.source_rows])
         columns["log"] = (pa.array(names).dictionary_encode(), "")
-    for i, element in zip(tail, data.elements, strict=True):
-        columns[f"field{i}"] = (element.field, data.units.field)
-        columns[f"slip{i}"] = (element.slip, data.units.slip)
+    columns |= data.named_signals
     columns["effort"] = (data.effort, data.units.effort)
     columns["test"] = (comparison.test, "")
     for entry in comparison.entries:
@@ -306,6 +303,14 @@ class Run(Shown):
         if found != self.body["files"][name]:
             raise RunError("changed after the run", where=str(path), remedy="Restore the file, or fit the log again")
         return path
+
+    def report(self) -> Any:
+        """The report, to be shown in a notebook; `erclutch report` writes it as a file.
+
+        Raises:
+            RunError: a file of the run is missing or was changed.
+        """
+        return self.shown_by("report")
 
     def model(self, name: str | None = None) -> Model:
         """A model of the run; None gives the recommended one.

@@ -23,13 +23,17 @@ class Shown:
     def _repr_html_(self) -> str:
         return str(_notebook().html(self))
 
+    def shown_by(self, name: str) -> Any:
+        """What a function of `erclutch.report.notebook` makes of the value."""
+        return getattr(_notebook(), name)(self)
+
     def table(self) -> DataFrame:
         """The table that a notebook shows, whole and unrounded, as a DataFrame."""
-        return _notebook().table(self)
+        return self.shown_by("table")
 
     def to_frame(self) -> DataFrame:
         """All rows as a DataFrame with units in the names of its columns and the time, if any, in its index."""
-        return _notebook().frame(self)
+        return self.shown_by("frame")
 
     def plot(self, name: str | None = None, **options: Any) -> Any:
         """Draw with matplotlib.

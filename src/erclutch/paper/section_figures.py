@@ -1,0 +1,70 @@
+"""Figures 3 and 6 show sections: of the training log, and of the test log with what each approach estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.paper.published import APPROACHES
+from erclutch.paper.tables import Row
+from erclutch.report.numbers.number_text import unit_text
+from erclutch.report.plots.log_plots import describe_section
+from erclutch.report.plots.matplotlib_painter import save_plot
+from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable
+from erclutch.signals.recording import Recording
+
+#: Approaches of figure 6, the plainest first, each on a panel of its own: curves this near hide each other.
+COMPARED = ("bingham/forward", "seo-seo/forward", "hem/forward", "rbfm-10/forward", "rbfn-50", "fnn-16")
+_SECONDS = 1.0
+_STYLES = ("series0", "series1")
+
+
+def draw_training_section(log: Recording, folder: Path) -> list[Path]:
+    """Figure 3: fields, motor torque and transmitted torque over a section of the training log."""
+    return _kept(describe_section(log, seconds=_SECONDS), folder, "fig3")
+
+
+def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str) -> list[Path]:
+    """Figure 6: measured torque and that of each approach, fields and slips, over a lively section of the test log."""
+    at = _lively(test)
+    time = test.clock.time[at] - test.clock.time[at.start]
+    x = Axis("time", "s", 0.0, float(time[-1]))
+    estimates = {row.name: row.model.predict(test)[at] for row in rows}
+    torques = np.array([test.effort[at], *estimates.values()])
+    slack = 0.05 * float(np.ptp(torques))
+    y = Axis("torque", unit_text(test.units.effort), float(torques.min()) - slack, float(torques.max()) + slack)
+    panels = [
+        Panel(
+            x,
+            y,
+            [
+                Line(time, test.effort[at], "measured", "measured"),
+                Line(time, values, "recommended", APPROACHES[name].title if name in APPROACHES else name),
+            ],
+        )
+        for name, values in estimates.items()
+    ]
+    columns = {"time_s": time, "measured": test.effort[at], **estimates}
+    for what, unit in (("field", test.units.field), ("slip", test.units.slip)):
+        signals = {f"{what} CH{k + 1}": getattr(e, what)[at] for k, e in enumerate(test.elements)}
+        columns |= signals
+        lines = [Line(time, v, s, n.split()[-1]) for (n, v), s in zip(signals.items(), _STYLES, strict=False)]
+        panels.append(Panel(x, Axis(what, unit_text(unit)), lines))
+    table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
+    return _kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")
+
+
+def _lively(data: Dataset) -> slice:
+    """The rows of a section in which the torque varies as the upper quarter of all sections."""
+    width = min(round(_SECONDS / data.period), data.rows)
+    starts = range(0, data.rows - width + 1, max(1, width // 2))
+    order = sorted(starts, key=lambda start: float(data.effort[start : start + width].std()))
+    first = order[(3 * len(order)) // 4]
+    return slice(first, first + width)
+
+
+def _kept(plot: Plot, folder: Path, name: str) -> list[Path]:
+    return save_plot(plot, *(folder / f"{name}.{kind}" for kind in ("pdf", "png")))
