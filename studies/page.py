@@ -47,12 +47,15 @@ def session() -> Session:
     return Session(TWIN, LoopSettings(programs=(sine,)))
 
 
+_PROGRAMS = [("tracking", "", "rad")]
+
+
 @contextmanager
 def observed(folder: Path) -> Iterator[tuple[Session, Observers]]:
     """A session with its page and a recording."""
     with (
         session() as live,
-        Observers(live.ring, live.carry_out, programs=[("tracking", "")], motor_limit=0.95, folder=folder) as watched,
+        Observers(live.ring, live.carry_out, programs=_PROGRAMS, motor_limit=0.95, folder=folder) as watched,
     ):
         watched.record(True)
         yield live, watched

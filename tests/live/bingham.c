@@ -45,6 +45,11 @@ uint32_t erc_model_inverse(const double *in, double wanted, double *field) {
     return size > 0.5 || yield < 0.0 ? 16u : 0u;
 }
 
+uint32_t erc_model_inverse_now(const void *memory, const double *in, double wanted, double *field) {
+    (void)memory;
+    return erc_model_inverse(in, wanted, field);
+}
+
 uint32_t erc_model_steady(const double *in, double *effort) {
     state_t state = {0.0};
     return erc_model_step(&state, in, effort);

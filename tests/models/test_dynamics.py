@@ -11,11 +11,18 @@ from hypothesis import strategies as st
 
 from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.models.stages import command_lag
-from erclutch.models.stages.command_lag import respond
 from erclutch.signals.clock import Clock, Span, cut_spans
 
 PERIOD = 1e-3
 free = settings(max_examples=40, deadline=None)
+
+
+def respond(
+    command: Any, clock: Clock, *, delay: Any, rise: Any, fall: Any | None = None, rows: slice = slice(None)
+) -> Any:
+    """The field in the fluid that follows a command, by the stage with one time constant or with two."""
+    times = (rise,) if fall is None else (rise, fall)
+    return command_lag.CommandLag("", "", fall is not None).respond(command, clock, (delay, *times), rows)
 
 
 def clock_of(*rows: int, period: float = PERIOD, uniform: bool = True, seed: int = 0) -> Clock:

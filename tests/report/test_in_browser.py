@@ -141,6 +141,37 @@ def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
         assert ("held out" in text) == bool(material.rows.test[row])
 
 
+def test_a_heading_sorts_the_ranking(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+    page = visit(report)
+    ranking = material.body["ranking"]
+
+    def names() -> list[str]:
+        rows = page.locator("table.ranking tbody tr .name").all_text_contents()
+        return [row.split(" ")[0].strip() for row in rows]
+
+    best_first = [entry["name"] for entry in ranking]
+    assert names() == best_first
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    assert names() == sorted(best_first, key=lambda name: material.run.entry(name)["parameters_count"])
+    page.get_by_role("button", name="R²", exact=True).click()
+    page.get_by_role("button", name="R²", exact=True).click()
+    assert page.locator("th[aria-sort=descending]").all_text_contents() == ["R²"]
+    most = max(entry["test"]["r2"][0] for entry in ranking)
+    assert material.run.entry(names()[0])["test"]["r2"][0] == pytest.approx(most, abs=1e-3)  # as it is printed
+    page.get_by_role("button", name="Model", exact=True).click()
+    assert names() == best_first
+
+
+def test_the_title_is_whole_on_a_phone(report: Path, visit: Callable[..., Any]) -> None:
+    page = visit(report, 390)
+    page.evaluate("document.querySelector('h1').textContent = 'a-recording-with-a-long-name-2026-11-23T13-42-01Z.mcap'")
+    title = page.evaluate(
+        "(e => [e.scrollHeight <= e.clientHeight, e.getBoundingClientRect().top])(document.querySelector('h1'))"
+    )
+    assert title[0]
+    assert title[1] >= 8
+
+
 def test_buttons_and_the_strip(report: Path, material: Material, visit: Callable[..., Any]) -> None:
     page = visit(report)
     n = material.rows.data.rows

@@ -105,6 +105,14 @@ def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     assert [(row["device"], row["logs"]) for row in found.fits] == [("a", "1.csv"), ("b", "1.csv; 2.csv")]
 
 
+def test_folders_of_one_name_below_different_ones_are_told_apart(logs: Path, tmp_path: Path) -> None:
+    for place in ("one/logs", "two/logs"):
+        (tmp_path / place).mkdir(parents=True)
+        shutil.copy(logs / "unit20.csv", tmp_path / place / "1.csv")  # empty: a row with the reason
+    found = fit_many([tmp_path / "one", tmp_path / "two"], MODELS, out=tmp_path / "run", settings=FAST)
+    assert [row["device"] for row in found.fits] == ["one/logs/1.csv", "two/logs/1.csv"]
+
+
 def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     with pytest.raises(ErclutchError, match="not a run"):

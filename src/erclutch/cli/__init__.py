@@ -13,17 +13,14 @@ from erclutch.errors import ErclutchError
 
 def _versions() -> str:
     """The version alone on the first line; below it what a report of a bug needs."""
+    import os
     import platform
+    import shutil
     from importlib.metadata import version
+    from importlib.util import find_spec
 
-    from erclutch.export.c.compilers import native, run
-
-    try:
-        found = native()
-        said = run([*found.command, "--version"], "it fails", "Set CC to another").partition("\n")[0]
-        compiler = f"{found.name}, {said}"
-    except ErclutchError as error:
-        compiler = str(error)
+    zig = "zig" if find_spec("ziglang") else "none"
+    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
     python = f"{platform.python_implementation()} {platform.python_version()}"
     return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"

@@ -335,7 +335,7 @@ def _observers(
     with Observers(
         session.ring,
         session.carry_out,
-        programs=[(p.name, p.meaning) for p in settings.programs],
+        programs=[(p.name, p.meaning, p.mode.reference) for p in settings.programs],
         motor_limit=settings.motor_limit,
         folder=loop.folder,
         page=not loop.headless,

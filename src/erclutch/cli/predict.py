@@ -100,12 +100,8 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
 
 def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
     """Time and the model's inputs: values (n,) and unit by name."""
-    columns = {"time": (data.clock.time, "s")}
-    tails = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]
-    for tail, element in zip(tails, data.elements, strict=True):
-        columns[f"field{tail}"] = element.field, data.units.field
-        columns[f"slip{tail}"] = element.slip, data.units.slip
-    return columns | {extra: (data.extras[extra], "") for extra in model.extras}
+    extras = {extra: (data.extras[extra], "") for extra in model.extras}
+    return {"time": (data.clock.time, "s"), **data.named_signals, **extras}
 
 
 def _write(out: Path, columns: dict[str, tuple[Array, str]], about: dict[str, str]) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -357,8 +357,8 @@ def _fit_all(
     with one_thread(), ThreadPoolExecutor(max_workers=max(1, workers)) as pool:
         futures = [pool.submit(fit_structure, train, structure) for structure in structures]
         try:
-            for done, name in enumerate(_as_completed(futures), start=1):
-                report(done, len(futures), name)
+            for done, future in enumerate(as_completed(futures), start=1):
+                report(done, len(futures), future.result().model.name)
         except BaseException:
             pool.shutdown(cancel_futures=True, wait=False)
             raise
@@ -460,14 +460,6 @@ def _networks_with_memory(
         return []
     form = _remembered(laws[-1].model.structure.dynamics)
     return list(dict.fromkeys(replace(n, dynamics=form) for n in networks if n.kind == "fnn"))
-
-
-def _as_completed(futures: Sequence[Future[FitOutcome[TorqueModel]]]) -> Iterable[str]:
-    waiting = set(futures)
-    while waiting:
-        done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-        for future in done:
-            yield future.result().model.name
 
 
 def _second_time_constant(

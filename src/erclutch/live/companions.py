@@ -25,7 +25,7 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
     Args:
         ring: path of the session's ring.
         carry_out: gets the page's commands to the loop (zero, reset, program, motor); called from a thread.
-        programs: names of the session's programs and, for people, what they do.
+        programs: names of the session's programs, what they do, and the unit of their reference: rad, N m or none.
         motor_limit: largest motor torque in N m that the page may ask for.
         folder: where recordings go.
         page: show the page; without it only recordings are looked after.
@@ -42,7 +42,7 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         ring: str | Path,
         carry_out: Callable[[PageCommand], None],
         *,
-        programs: Sequence[tuple[str, str]] = (),
+        programs: Sequence[tuple[str, str, str]] = (),
         motor_limit: float = 0.0,
         folder: str | Path = "recordings",
         page: bool = True,
@@ -55,8 +55,8 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         self._ended = threading.Event()
         self._lock = threading.RLock()
         self.recordings = Recordings(ring, folder, self.say)
-        limits = CommandLimits(tuple(name for name, _ in programs), motor_limit)
-        texts = [{"name": name, "text": text} for name, text in programs]
+        limits = CommandLimits(tuple(name for name, *_ in programs), motor_limit)
+        texts = [{"name": name, "text": text, "reference": unit} for name, text, unit in programs]
         shown = {"programs": texts, "stroke": stroke, "lead": lead}
         self.page = PageProcess(str(ring), limits, port=port, shown=shown) if page else None
         self._thread = threading.Thread(target=self._look_after, daemon=True)

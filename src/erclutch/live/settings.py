@@ -29,6 +29,11 @@ class Mode(IntEnum):
     TORQUE = CONSTANTS["ERC_TORQUE"]
     FIELDS = CONSTANTS["ERC_FIELDS"]
 
+    @property
+    def reference(self) -> str:
+        """Unit of what the program wants to be followed; empty where it wants nothing."""
+        return {Mode.TRACK: "rad", Mode.TORQUE: "N m"}.get(self, "")
+
 
 class Waveform(IntEnum):
     """Course of a program's reference."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from erclutch.errors import MappingError, SettingError, placed
 from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.signals.array import Array, Mask
-from erclutch.signals.clock import Clock, Span, cut_spans
+from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
 from erclutch.signals.recording import Recording
 from erclutch.signals.shown import Shown
@@ -100,6 +100,16 @@ class Dataset(Shown):
         return (1 / slow, 1 / fast) if slow - fast > _SAME_RATE * fast else (1 / self.period, 1 / self.period)
 
     @property
+    def named_signals(self) -> dict[str, tuple[Array, str]]:
+        """Field and slip of each element, numbered where there are two: values (n,) and unit by name."""
+        named: dict[str, tuple[Array, str]] = {}
+        tails = [""] if len(self.elements) == 1 else [str(i + 1) for i in range(len(self.elements))]
+        for tail, element in zip(tails, self.elements, strict=True):
+            named[f"field{tail}"] = element.field, self.units.field
+            named[f"slip{tail}"] = element.slip, self.units.slip
+        return named
+
+    @property
     def where(self) -> str:
         """The logs' names, for messages."""
         return self.sources[0] if len(self.sources) == 1 else f"{len(self.sources)} logs"
@@ -135,18 +145,13 @@ class Dataset(Shown):
         """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
         keep = np.zeros(self.rows, np.bool_)
         spans: list[Span] = []
-        for start, stop in _stretches(mask):
+        for start, stop in stretches(mask):
             for span in cut_spans(self.clock.spans, start, stop):
                 offset = spans[-1].stop if spans else 0
                 keep[start + span.start : start + span.stop] = True
                 spans.append(Span(offset, offset + span.stop - span.start, span.period))
         bounds = tuple((int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows)
         return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
-
-
-def _stretches(mask: Mask) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def build_dataset(

@@ -50,22 +50,7 @@ _OTHER = _set(
     "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
     "normal accuracy resolution power viscosity strain crack"
 )
-_NEED_UNIT = {
-    "v",
-    "t",
-    "m",
-    "d",
-    "n",
-    "u",
-    "b",
-    "x",
-    "tau",
-    "load",
-    "id",
-    "te",
-    "par",
-    "tension",
-}  # short names that mean several things
+_NEED_UNIT = _set("v t m d n u b x tau load id te par tension")  # short names that mean several things
 _SINGLE = ("field", "slip", "position", "effort")
 _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",

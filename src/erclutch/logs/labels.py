@@ -18,27 +18,11 @@ _PERIOD = re.compile(
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
+_SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
+_OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C"
 _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
-    **{
-        "rad_s": "rad/s",
-        "rads": "rad/s",
-        "radps": "rad/s",
-        "deg_s": "deg/s",
-        "dps": "deg/s",
-        "m_s": "m/s",
-        "mps": "m/s",
-    },
-    **{
-        "mm_s": "mm/s",
-        "mmps": "mm/s",
-        "Nm": "N*m",
-        "N_m": "N*m",
-        "Nmm": "N*mm",
-        "mNm": "mN*m",
-        "C": "°C",
-        "degC": "°C",
-    },
+    **{end: unit for end, _, unit in (pair.partition("=") for pair in f"{_SPEEDS} {_OTHERS}".split())},
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 _TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours", re.I)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from erclutch.errors import SettingError, UnitError
 from erclutch.logs.dataset import only_segments
 from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals import units
+from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
 
 
@@ -52,10 +51,7 @@ def within(
     stop = last if end is None else end
     slack = 1e-6 * log.period  # a time that was typed is not the stamp to the last bit
     inside = (log.time >= start - slack) & (log.time <= stop + slack)
-    kept: list[tuple[int, int]] = []
-    for a, b in log.segments:
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], inside[a:b], [False])).astype(np.int8))).tolist()
-        kept += [(a + low, a + high) for low, high in zip(edges[::2], edges[1::2], strict=True)]
+    kept = [(a + low, a + high) for a, b in log.segments for low, high in stretches(inside[a:b])]
     if int(inside.sum()) < MINIMUM_ROWS:
         until = f" and up to {stop:g} s" if end is not None else ""
         problem = f"{int(inside.sum())} rows lie from {start:g} s on{until}, {MINIMUM_ROWS} are needed"

@@ -130,11 +130,8 @@ def _recording(log: Recording) -> NotebookCard:
 
 
 def _signals_of(data: Dataset) -> dict[str, tuple[Array, str]]:
-    tails = [""] if len(data.elements) == 1 else [str(k + 1) for k in range(len(data.elements))]
-    columns: dict[str, tuple[Array, str]] = {}
-    for tail, element in zip(tails, data.elements, strict=True):
-        columns |= {f"field{tail}": (element.field, data.units.field), f"slip{tail}": (element.slip, data.units.slip)}
-    return {**columns, "effort": (data.effort, data.units.effort), **{n: (x, "") for n, x in data.extras.items()}}
+    extras = {name: (x, "") for name, x in data.extras.items()}
+    return {**data.named_signals, "effort": (data.effort, data.units.effort), **extras}
 
 
 def _rows_of(data: Dataset, more: Mapping[str, Any] | None = None) -> DataFrame:

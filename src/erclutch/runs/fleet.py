@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -243,7 +244,7 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
 
 def _grouped(files: Sequence[Path], by: str, how: Reading) -> dict[str, tuple[str, ...]]:
     """The logs of each device by its name, in order."""
-    top = Path(*_common(files))
+    top = os.path.commonpath([path.parent for path in files])
     if by == "log":
         names = [path.relative_to(top).as_posix() for path in files]
     elif by == "folder":
@@ -256,12 +257,6 @@ def _grouped(files: Sequence[Path], by: str, how: Reading) -> dict[str, tuple[st
         names = [f"{by} {constants_of(pattern, path.name)[by][0]:g}" for path in files]
     pairs = sorted(zip(names, map(str, files), strict=True), key=lambda pair: _natural(pair[0]) + _natural(pair[1]))
     return {name: tuple(path for _, path in group) for name, group in groupby(pairs, key=lambda pair: pair[0])}
-
-
-def _common(files: Sequence[Path]) -> tuple[str, ...]:
-    parts = [path.parent.parts for path in files]
-    same = [p[0] for p in zip(*parts, strict=False) if len(set(p)) == 1]
-    return tuple(same)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

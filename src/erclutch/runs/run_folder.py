@@ -232,14 +232,11 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
     import pyarrow.parquet as pq
 
     data = comparison.data
-    tail = [""] if len(data.elements) == 1 else [str(i + 1) for i in range(len(data.elements))]
     columns: dict[str, tuple[Any, str]] = {"time": (data.clock.time, "s")}
     if len(data.sources) > 1:
         names = np.repeat(data.sources, [b - a for a, b in data.source_rows])
         columns["log"] = (pa.array(names).dictionary_encode(), "")
-    for i, element in zip(tail, data.elements, strict=True):
-        columns[f"field{i}"] = (element.field, data.units.field)
-        columns[f"slip{i}"] = (element.slip, data.units.slip)
+    columns |= data.named_signals
     columns["effort"] = (data.effort, data.units.effort)
     columns["test"] = (comparison.test, "")
     for entry in comparison.entries:

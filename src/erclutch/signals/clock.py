@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from erclutch.signals.array import Array
+import numpy as np
+
+from erclutch.signals.array import Array, Mask
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,12 @@ class Clock:
     spans: tuple[Span, ...]
     joins: bool = False
     carry: Carry | None = None
+
+
+def stretches(mask: Mask) -> list[tuple[int, int]]:
+    """Rows [start, stop) of each stretch of a mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def within(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:

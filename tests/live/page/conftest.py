@@ -27,7 +27,7 @@ def make_frames(count: int) -> Any:
     frames["theta_dot"], frames["alpha_dot"] = 40 + 3 * wave, 30 * np.roll(wave, -250)
     frames["theta"], frames["alpha"] = np.cumsum(frames["theta_dot"]) / 1000, 5 * wave
     frames["field1"], frames["field2"] = np.maximum(0.4 * wave, 0), np.maximum(-0.4 * wave, 0)
-    frames["motor_torque"], frames["reference"] = 0.1, np.nan
+    frames["motor_torque"], frames["reference"] = 0.1, 5 * np.roll(wave, -20)
     frames["estimate"] = 0.9 * wave * np.abs(wave) + 0.01 * wave
     frames["torque"] = frames["estimate"] + rng.normal(size=count) * 1e-3
     frames["time_ns"] = 10**12 + frames["seq"] * 1_000_000 + 30_000

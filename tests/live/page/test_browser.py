@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Generator
@@ -19,7 +20,7 @@ CHROMIUM = Path("/usr/bin/chromium")
 # Nothing but the page: no GPU, and none of the browser's own traffic.
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 _FLAGS += ["--disable-component-update", "--disable-sync"]
-PROGRAMS = [("tracking", "a sine"), ("step", "a step of the field"), ("<b>rest</b>", "zero field")]
+PROGRAMS = [("tracking", "a sine", "rad"), ("step", "a step of the field", "N m"), ("<b>rest</b>", "zero field", "")]
 
 #: How many pixels of each chart have a colour.
 _INK = """() => [...document.querySelectorAll(".chart canvas")].map(canvas => {
@@ -119,7 +120,7 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     assert "fnn-16" in seen.text("#model")
     seen.until("document.getElementById('coverage').textContent === 'inside'")
     # Each chart has ink in the colours of its lines.
-    assert len(page.evaluate(_INK)) == 4
+    assert len(page.evaluate(_INK)) == 5
     seen.until(f"Math.min(...({_INK})()) > 150")
     samples = page.evaluate("erclutch.samples")
     seen.until(f"erclutch.samples > {samples + 500}")
@@ -133,6 +134,27 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     assert seen.errors == []
     own = (f"http://127.0.0.1:{seen.observers.page.access.port}/", "ws://127.0.0.1:")  # type: ignore[union-attr]
     assert [url for url in seen.requests if not url.startswith(own)] == []
+
+
+def test_the_reference_and_the_tracking_error_are_shown_while_something_is_tracked(seen: Seen) -> None:
+    """What follows 5 sin(wt) 20 ms late errs by 10/sqrt(2) sin(0.02 pi) = 0.444 rad, with a lead of 10 mm 0.71 mm."""
+    shown = "[...document.querySelectorAll('.chart:not([hidden]) .key:not([hidden])')].map(e => e.textContent).join()"
+    seen.until("document.getElementById('error').textContent === '0.444 rad · 0.71 mm'")
+    assert re.search("reference.*output.*error", seen.page.evaluate(shown))
+    seen.loop.writer.put(program=1)  # of a torque
+    seen.until("document.getElementById('error').textContent.endsWith(' mN m')")
+    assert re.match("measured.*estimate.*reference", seen.page.evaluate(shown))
+    assert "error" not in seen.page.evaluate(shown)
+    seen.loop.writer.put(program=2)
+    seen.until("document.getElementById('tracking').hidden")
+    assert "reference" not in seen.page.evaluate(shown)
+
+
+def test_an_event_has_one_line(seen: Seen) -> None:
+    seen.loop.events = 1 << 15
+    seen.until("document.querySelector('#events .what') !== null")
+    text = "document.querySelector('#events .what')"
+    assert seen.page.evaluate(f"{text}.scrollWidth <= {text}.clientWidth && {text}.clientHeight < 24")
 
 
 def test_buttons_send_commands(seen: Seen) -> None:

@@ -33,7 +33,7 @@ from erclutch.live.page.wire import WIRE, pack
 from erclutch.live.ring import RingInfo, State
 
 LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
-PROGRAMS = [(name, f"what {name} does") for name in LIMITS.programs]
+PROGRAMS = [(name, f"what {name} does", "") for name in LIMITS.programs]
 
 
 # --- commands ---------------------------------------------------------------------------------------------------------
@@ -269,7 +269,8 @@ def test_no_path_but_the_files_of_the_page(site: Site, path: str) -> None:
 
 def test_nothing_can_be_changed_by_a_request(site: Site) -> None:
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "TRACE"):
-        assert site.get("/", method=method)[0] == 405
+        assert site.get("/", method=method)[0] == 403  # without an Origin
+        assert site.get("/", method=method, Origin=f"http://127.0.0.1:{site.access.port}")[0] == 405
 
 
 def test_it_listens_on_this_machine_only(site: Site) -> None:

@@ -28,9 +28,9 @@ _Static_assert(sizeof(erc_frame) == 112, "frame");
 enum {
     ERC_SAMPLE_LOST = 1u << 0,         /* no new sample from the rig in this step */
     ERC_SAMPLE_INVALID = 1u << 1,      /* a sensor value was not finite */
-    ERC_GLITCH = 1u << 2,              /* an encoder jumped further than the device can move; the sample was not used */
+    ERC_GLITCH = 1u << 2,              /* an encoder jumped further than can be: the sample was not used */
     ERC_WRAP = 1u << 3,                /* an encoder went over its range and was unwrapped */
-    ERC_BAD_PACKET = 1u << 4,          /* a packet with a wrong size, checksum, version or session was dropped */
+    ERC_BAD_PACKET = 1u << 4,          /* a packet of wrong size, checksum, version or session was dropped */
     ERC_STALE_PACKET = 1u << 5,        /* a duplicated or reordered packet was dropped */
     ERC_CLOCK_JUMP = 1u << 6,          /* the rig's time stamps jumped */
     ERC_OVERRUN = 1u << 7,             /* a deadline was missed by a whole period or more */
@@ -38,17 +38,17 @@ enum {
     ERC_DEGRADE = 1u << 9,             /* the command was reduced for want of samples */
     ERC_TRIP = 1u << 10,               /* fields went to zero and stay there until a reset */
     ERC_BOTH_FIELDS = 1u << 11,        /* both fields were asked for; the smaller gave way */
-    ERC_BEYOND_LIMIT = 1u << 12,       /* a field or motor torque beyond its limit was asked for and clipped */
+    ERC_BEYOND_LIMIT = 1u << 12,       /* a field or torque beyond its limit was asked for and clipped */
     ERC_RATE_LIMITED = 1u << 13,       /* the field was held to the supply's rate */
-    ERC_COMMAND_NOT_FINITE = 1u << 14, /* control asked for a number that is not finite; it counts as zero */
-    ERC_RIG_WATCHDOG = 1u << 15, /* the rig itself had set the fields to zero: commands did not reach it in time */
+    ERC_COMMAND_NOT_FINITE = 1u << 14, /* control asked for what is not finite: it counts as zero */
+    ERC_RIG_WATCHDOG = 1u << 15, /* the rig itself set the fields to zero: no command came in time */
     ERC_RIG_FAULT = 1u << 16,    /* the rig reported a fault */
     ERC_ORDER = 1u << 17,        /* an operator's order was carried out */
     ERC_ORDER_REFUSED = 1u << 18, /* an operator's order was out of range, unknown, or not for this state */
     ERC_UNREACHABLE = 1u << 19,  /* the wanted torque is out of the model's reach */
     ERC_SEND_FAILED = 1u << 20,  /* the command could not be sent to the rig */
     ERC_STOPPING = 1u << 21,     /* the loop is ending: fields to zero */
-    ERC_GUARD = 1u << 22         /* the table came near an end stop: fields that drive it outward were refused */
+    ERC_GUARD = 1u << 22         /* near an end stop: fields that drive further out were refused */
 };
 
 /* --- ring -------------------------------------------------------------------------------------------------------- */

@@ -52,10 +52,6 @@ class BoucWen(SlipMemory):
         way = sign_of(signal.slip)
         return [pick(follow(_advance(self.exponent), (way,), (moved, 2.0 * q[1] - 1.0), clock)[0], rows)]
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """The state has yielded in the way of the slip."""
-        return (sign_of(signal.slip),)
-
     def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled state."""
         return {"z": sign_of(signal.slip)}

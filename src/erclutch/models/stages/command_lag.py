@@ -66,8 +66,9 @@ class CommandLag:
         )
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
-        """The field in the fluid; see the function `respond`."""
-        return respond(signal, clock, delay=q[0], rise=q[1], fall=q[2] if self.switches else None, rows=rows)
+        """The field in the fluid that follows a command; see `Stage`. The lag runs over all rows regardless."""
+        x, tau = _lag(signal, clock, q[1], q[2] if self.switches else None)
+        return _delayed(x, (signal - x) / tau, clock, q[0], rows)
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The field has settled at the first command."""
@@ -100,26 +101,6 @@ class CommandLag:
         slope_old, slope_new = (memory.back("slope", slope, k) for k in (whole + 1, whole))
         bend = slope_old * (cube - 2.0 * square + s) + slope_new * (cube - square)
         return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
-
-
-def respond(
-    command: Any, clock: Clock, *, delay: Any, rise: Any, fall: Any | None = None, rows: slice = slice(None)
-) -> Any:
-    """The field in the fluid that follows a command.
-
-    Args:
-        command: shape (n,); an array, or a dual.
-        clock: the rows' clock.
-        delay: dead time in s, not negative; number or dual.
-        rise: time constant in s, positive; number or dual.
-        fall: time constant while the field shrinks in magnitude; None: the same as rise.
-        rows: which rows of the result are wanted; the lag runs over all of them regardless.
-
-    Returns:
-        ShapeParameter (n,), or that of the rows; a dual where any argument is one.
-    """
-    x, tau = _lag(command, clock, rise, fall)
-    return _delayed(x, (command - x) / tau, clock, delay, rows)
 
 
 def _delayed(x: Any, slope: Any, clock: Clock, delay: Any, rows: slice) -> Any:

@@ -22,88 +22,38 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import pick
-from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
-from erclutch.models.stages.slip_memory import travels
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily, numbered
+from erclutch.models.stages.slip_memory import SlipMemory, travels
+from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
 @dataclass(frozen=True)
-class Dahl:
-    """Dahl states as a stage.
-
-    Attributes:
-        states: N.
-        ahead: whether the field enters ahead of the memory.
-    """
-
-    states: int
-    ahead: bool
-    place: Place = "slip"
-    switches: bool = True
-    source: str = "Dahl 1968, a solid friction model; with N states Al-Bender et al. 2005, doi 10.1109/TAC.2005.858676"
-
-    @property
-    def name(self) -> str:
-        """See `Stage`."""
-        return numbered("dahl", self.states, ahead=self.ahead)
-
-    @property
-    def title(self) -> str:
-        """See `Stage`."""
-        how = ", the field ahead of the memory" if self.ahead else ""
-        return f"memory of the slip with {self.states} Dahl state{'s' if self.states > 1 else ''}{how}"
-
-    @property
-    def equation(self) -> str:
-        """See `Stage`."""
-        pull = "y(E) w" if self.ahead else "w"
-        return ", ".join(f"r_{i + 1} {s}' = {pull} - |w| {s}" for i, s in enumerate(self.outputs))
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return tuple(f"{'z' if self.ahead else 's'}{i + 1}" for i in range(self.states))
+class Dahl(SlipMemory):
+    """Dahl states as a stage."""
 
     @property
     def gains(self) -> tuple[Gain, ...]:
         """Effort of each state, without field and with it."""
-        places = range(1, self.states + 1)
+        places = range(1, len(self.outputs) + 1)
         free = () if self.ahead else (Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT) for i in places)
         meaning = "effort of memory {} at the reference field"
         return (*free, *(Gain(f"T_z{i}", meaning.format(i), EFFORT, part="yield") for i in places))
 
-    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
-        """The states, and the states times the strength of the field where that is not in them yet."""
-        return tuple(outputs) if self.ahead else (*outputs, *(strength * s for s in outputs))
-
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
-        return travels("r_{}", "travel over which memory {} yields", period, self.states)
+        return travels("r_{}", "travel over which memory {} yields", period, len(self.outputs))
 
     def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
-        way, moved = sign_of(signal.slip), np.abs(signal.slip) * step_of(clock)
-        aim = self._aim(way, signal)
+        aim, moved = self.aim(signal), np.abs(signal.slip) * step_of(clock)
         gone = [-np.expm1(-(moved / r)) for r in q]
         return [pick(recur(1.0 - g, aim * g, aim, clock), rows) for g in gone]
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """All states have yielded in the way of the slip."""
-        return (self._aim(sign_of(signal.slip), signal),) * self.states
-
-    def _aim(self, way: Any, signal: Moved) -> Any:
-        return way * signal.strength if self.ahead else way
-
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """The settled states."""
-        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
-
     def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
-        aim = self._aim(sign_of(signal.slip), signal)
+        aim = self.aim(signal)
         moved = np.abs(signal.slip) * memory.number(period)
         gone = [-np.expm1(-(moved / memory.number(r))) for r in q.values()]
         return tuple(
@@ -112,6 +62,19 @@ class Dahl:
         )
 
 
-STAGE = StageFamily(
-    lambda count, forms: Dahl(count, "field" in forms), count=1, forms=("field",), ladder=("dahl/field", "dahl-2/field")
-)
+def _dahl(count: int, forms: tuple[str, ...]) -> Dahl:
+    ahead = "field" in forms
+    outputs = tuple(f"{'z' if ahead else 's'}{i + 1}" for i in range(count))
+    how, pull = (", the field ahead of the memory", "y(E) w") if ahead else ("", "w")
+    return Dahl(
+        name=numbered("dahl", count, ahead=ahead),
+        title=f"memory of the slip with {count} Dahl state{'s' if count > 1 else ''}{how}",
+        source="Dahl 1968, a solid friction model; with N states Al-Bender et al. 2005, doi 10.1109/TAC.2005.858676",
+        outputs=outputs,
+        meanings=tuple(f"effort of memory {i + 1}" for i in range(count)),
+        equation=", ".join(f"r_{i + 1} {s}' = {pull} - |w| {s}" for i, s in enumerate(outputs)),
+        ahead=ahead,
+    )
+
+
+STAGE = StageFamily(_dahl, count=1, forms=("field",), ladder=("dahl/field", "dahl-2/field"))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from erclutch.arithmetic.elementary import sign_of
 from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, Part, ShapeParameter
-from erclutch.models.stages.stage import Place
+from erclutch.models.stages.stage import Moved, Place
 
 TRAVEL = Dimension(slip=1, time=1)
 #: Travels, over the reference slip in s, between which the states of a scan lie.
@@ -56,6 +57,19 @@ class SlipMemory:
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The outputs, and the outputs times the strength of the field where that is not in them yet."""
         return tuple(outputs) if self.ahead else (*outputs, *(strength * x for x in outputs))
+
+    def aim(self, signal: Moved) -> Any:
+        """Where a state yields in the way of the slip."""
+        way = sign_of(signal.slip)
+        return way * signal.strength if self.ahead else way
+
+    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """All states have yielded in the way of the slip."""
+        return (self.aim(signal),) * len(self.outputs)
+
+    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """The settled states, by the names of the outputs."""
+        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
 
 
 def travel(name: str, meaning: str, period: float) -> ShapeParameter:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from erclutch.arithmetic.dual import pick
-from erclutch.arithmetic.elementary import less_select, sign_of
+from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travels
@@ -35,22 +35,12 @@ class Stops(SlipMemory):
     def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
         moved, edge = self._given(signal, steps_of(clock))
-        aim = sign_of(signal.slip) * edge
-        return [pick(follow(_advance, (aim,), (moved / r, edge), clock)[0], rows) for r in q]
+        return [pick(follow(_advance, (self.aim(signal),), (moved / r, edge), clock)[0], rows) for r in q]
 
     def _given(self, signal: Moved, step: Any) -> tuple[Any, Any]:
         """Travel of a row, and where the states stop."""
         moved = signal.slip * step
         return (moved * signal.strength, signal.strength) if self.ahead else (moved, 1.0)
-
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """All states have yielded in the way of the slip."""
-        way = sign_of(signal.slip)
-        return ((way * signal.strength if self.ahead else way),) * len(self.outputs)
-
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """The settled states."""
-        return dict(zip(self.outputs, self.settled(signal, q), strict=True))
 
     def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""

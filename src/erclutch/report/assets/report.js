@@ -35,6 +35,31 @@
       setTimeout(() => (button.textContent = "Copy"), 2000);
     });
 
+  // --- ranking -------------------------------------------------------------------------------------------------------
+
+  // A click on a heading sorts by its column, a second click turns the order; print and PDF keep that of the report.
+  for (const table of document.querySelectorAll("table.ranking")) {
+    const heads = [...table.querySelectorAll("thead th:first-child, thead th.n")];
+    const value = (row, k) => {
+      const cell = row.cells[k], text = (cell.querySelector(".rank, b") ?? cell.firstChild)?.textContent ?? "";
+      const number = parseFloat(text.replace("−", "-").replace(/\s/g, ""));
+      return Number.isNaN(number) ? Infinity : number;
+    };
+    for (const head of heads) {
+      const button = element("button", "sort", head.textContent);
+      button.type = "button";
+      head.replaceChildren(button);
+      button.addEventListener("click", () => {
+        const way = head.ariaSort === "ascending" ? -1 : 1, k = head.cellIndex;
+        for (const other of heads) other.ariaSort = null;
+        head.ariaSort = way > 0 ? "ascending" : "descending";
+        const rows = [...table.tBodies[0].rows].map((row) => [value(row, k), row]);
+        const order = ([a], [b]) => (a === b ? 0 : a === Infinity ? 1 : b === Infinity ? -1 : way * (a - b));
+        table.tBodies[0].append(...rows.sort(order).map(([, row]) => row));
+      });
+    }
+  }
+
   // --- numbers -------------------------------------------------------------------------------------------------------
 
   const minus = (text) => text.replace(/-/g, "−");

@@ -8,9 +8,9 @@ import numpy as np
 
 from erclutch.report.html.packed_rows import BUDGET, Packer
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.correlation import stretches
 from erclutch.report.numbers.number_text import Scale, count
 from erclutch.report.numbers.run_material import Material
+from erclutch.signals.clock import stretches
 
 #: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range.
 _FINE, _RANGE = 1 / 20, 1 / 2000

@@ -11,7 +11,7 @@ import numpy as np
 from erclutch.fit.scoring import independent_rows
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, Mask
-from erclutch.signals.clock import Span, cut_spans
+from erclutch.signals.clock import Span, cut_spans, stretches
 
 _WINDOW = 4096
 _POINTS = 140
@@ -59,12 +59,6 @@ def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
         for a, b in stretches(mask)
         for s in cut_spans(rows.data.clock.spans, a, b)
     ]
-
-
-def stretches(mask: Mask) -> list[tuple[int, int]]:
-    """Rows [start, stop) of each stretch of a mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def period_of(rows: RunRows) -> float:

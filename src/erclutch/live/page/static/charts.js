@@ -1,9 +1,10 @@
-// The four charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
+// The charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
 
 export const CHARTS = [
-  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"]], least: 0.004 },
+  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"], ["wanted_torque", "reference", "--text"]], least: 0.004 },
   { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 },
-  { title: "Field", unit: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
+  { title: "Tracking", unit: "rad", lines: [["wanted_angle", "reference", "--text"], ["alpha", "output", "--output"], ["error", "error", "--residual"]], least: 0.1, tracking: true },
+  { title: "Field E", unit: "1", axis: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
   { title: "Speed", unit: "rad/s", lines: [["theta_dot", "motor", "--motor"], ["alpha_dot", "output", "--output"]], least: 1 },
 ];
 
@@ -16,6 +17,9 @@ export function element(kind, properties, ...children) {
   node.append(...children);
   return node;
 }
+
+// Digits after the point that tell a five hundredth of a span.
+export const digitsFor = span => Math.min(5, Math.max(1, Math.ceil(2.7 - Math.log10(span))));
 
 function niceStep(span) {
   const power = 10 ** Math.floor(Math.log10(span));
@@ -53,27 +57,29 @@ export class Charts {
 
   #make(root, chart) {
     const values = chart.lines.map(() => element("span"));
-    const keys = chart.lines.map(([, label, variable], k) => {
+    const keys = chart.lines.map(([name, label, variable], k) => {
       const swatch = element("i");
       swatch.style.background = `var(${variable})`;
-      return element("span", { className: "key" }, swatch, label, element("span", {}, values[k]));
+      return element("span", { className: "key", hidden: name === "wanted_torque" }, swatch, label, element("span", {}, values[k]));
     });
     const plot = element("div", { className: "plot" });
-    const box = element("div", { className: "chart" }, element("h3", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
+    const box = element("div", { className: "chart", hidden: Boolean(chart.tracking) }, element("h3", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
     box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
     root.append(box);
-    const made = { chart, box, plot, values, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
+    const made = { chart, box, plot, values, keys, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
     made.uplot = this.#plot(made);
     return made;
   }
 
   #plot(made) {
     const axis = { stroke: colour("--soft"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
+    // Charts that stand together on a wide screen have one row of times, below the last.
+    const timed = () => !made.box.nextSibling || innerWidth <= 900;
     const options = {
       width: Math.max(100, made.plot.clientWidth), height: Math.max(60, made.plot.clientHeight),
       padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
-      axes: [{ ...axis, size: 26, gap: 4, values: (_, ticks) => ticks.map(t => `${+t.toFixed(3)} s`) }, { ...axis, size: 50, gap: 4, space: 24 }],
+      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
       series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
       hooks: {
         drawClear: [u => this.#shade(u, made)],
@@ -126,10 +132,18 @@ export class Charts {
     }
   }
 
-  // The newest numbers in the heads of the charts.
+  // What runs tracks an angle ("rad"), a torque ("N m") or nothing.
+  set reference(unit) {
+    for (const { chart, box, keys } of this.charts) {
+      if (chart.tracking) box.hidden = unit !== "rad";
+      chart.lines.forEach(([name], k) => { if (name === "wanted_torque") keys[k].hidden = unit !== "N m"; });
+    }
+  }
+
+  // The newest numbers in the heads of the charts: to a five hundredth of what the chart spans.
   label() {
     for (const made of this.charts) made.chart.lines.forEach(([name], k) => {
-      const text = signed(this.store.last(name), made.chart.unit === "rad/s" ? 1 : 3);
+      const text = signed(this.store.last(name), made.chart.fixed ? 3 : digitsFor(made.range.high - made.range.low));
       if (made.values[k].textContent !== text) made.values[k].textContent = text;
     });
   }

@@ -1,6 +1,6 @@
 // The page of a live session: one socket, charts, a picture, buttons.
 
-import { Charts, element, signed } from "./charts.js";
+import { Charts, digitsFor, element, signed } from "./charts.js";
 import { Picture } from "./picture.js";
 import { Store } from "./store.js";
 
@@ -15,7 +15,7 @@ const picture = new Picture($("picture"));
 const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0, picture: null };
 
 let hello = null, status = null, shown = 5, frozen = null, socket = null, pause = 250, failures = 0;
-let recording = false, over = false;
+let recording = false, over = false, tracked = "";
 const lines = new Map();
 
 // --- time ------------------------------------------------------------------------------------------------------------
@@ -114,7 +114,8 @@ const stepTest = () => hello?.programs.find(({ name }) => name.startsWith("step"
 function report() {
   const { state, trip, lateness, step, realtime, program } = status;
   const names = { running: "running", tripped: "tripped", ready: "at rest", silent: "silent", stopped: "stopped", starting: "starting" };
-  const name = hello?.programs[program]?.name;
+  const chosen = hello?.programs[program], name = chosen?.name;
+  store.reference = charts.reference = tracked = (state === "running" && chosen?.reference) || "";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
   if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
   else if (state === "ready") banner("Reset. Fields are at zero, and nothing moves until a program is run.");
@@ -147,9 +148,8 @@ function reportRecording(body) {
 }
 
 function buildHistogram(edges) {
-  const label = edge => edge >= 1000 ? `${edge / 1000}m` : `${edge}`;
   $("histogram").replaceChildren(...[...edges, Infinity].map((edge, k) => {
-    const text = edge === Infinity ? ">" : k % 3 === 0 ? label(edge) : "\u00a0";
+    const text = edge === Infinity ? ">" : k % 3 === 0 ? us(edge).replace(".0", "") : "\u00a0";
     const title = edge === Infinity ? `above ${edges.at(-1) / 1000} ms` : `up to ${us(edge)}`;
     return element("div", { title, className: edge > 500 ? "late" : "" }, element("i"), element("span", {}, text));
   }));
@@ -171,7 +171,7 @@ function drawLines() {
   $("events").replaceChildren(...newest.map(line => {
     const many = line.count > 1 ? `× ${line.count}` : "";
     const item = element("li", {}, element("time", {}, `${line.last.toFixed(2)} s`),
-      element("span", { className: "what" }, line.text), element("span", { className: "many" }, many));
+      element("span", { className: "what", title: line.text }, line.text), element("span", { className: "many" }, many));
     Object.assign(item.dataset, { level: line.level, name: line.name });
     return item;
   }));
@@ -198,13 +198,19 @@ function paint(now) {
   tally.painted += 1; tally.drawing += performance.now() - began;
 }
 
+const milli = torque => Number.isFinite(torque) ? `${(torque * 1000).toFixed(2)} mN m` : "–";
+
 function numbers() {
   charts.label();
-  const { rms, outside, flags } = store.lastSecond(), torque = store.last("torque"), estimate = store.last("estimate");
+  const digits = digitsFor(charts.charts[0].range.high - charts.charts[0].range.low);
+  const { outside, flags } = store.lastSecond(), rms = store.rms("residual"), torque = store.last("torque"), estimate = store.last("estimate");
   write("clock", `${store.now.toFixed(1)} s`);
-  write("torque", Number.isFinite(torque) ? `${signed(torque, 3)} N m` : "no meter");
-  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, 3)} N m${(flags & ADAPTED) !== 0 ? ", adapted" : ""}` : "no model");
-  write("rms", Number.isFinite(rms) ? `${(rms * 1000).toFixed(1)} mN m` : "–");
+  write("torque", Number.isFinite(torque) ? `${signed(torque, digits)} N m` : "no meter");
+  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, digits)} N m${(flags & ADAPTED) !== 0 ? ", adapted" : ""}` : "no model");
+  write("rms", milli(rms));
+  const error = store.rms("error");
+  $("tracking").hidden = !tracked;
+  if (tracked) write("error", tracked === "N m" ? milli(error) : `${error.toFixed(3)} rad${hello.lead ? ` · ${(error * hello.lead * 500 / Math.PI).toFixed(2)} mm` : ""}`);
   const modelled = Number.isFinite(estimate);
   const drift = (flags & DRIFT) !== 0, wide = (flags & WIDE_BAND) !== 0;
   const alarms = [drift && "drift", outside && `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s`, wide && "wide band"].filter(Boolean);

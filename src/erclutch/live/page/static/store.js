@@ -1,6 +1,7 @@
 // The samples of the last minute, in typed arrays that wrap by moving their second half down.
 
 const KEPT = 40000;
+const MADE = ["residual", "wanted_angle", "wanted_torque", "error"];
 
 export class Store {
   constructor() {
@@ -15,10 +16,17 @@ export class Store {
     this.head = head; this.words = columns.length;
     this.place = Object.fromEntries(columns.map((name, k) => [name, k]));
     this.sent = columns.filter(name => !["time", "flags", "events"].includes(name));
-    for (const name of [...this.sent, "residual"]) this.columns[name] ??= new Float32Array(2 * KEPT);
+    for (const name of [...this.sent, ...MADE]) this.columns[name] ??= new Float32Array(2 * KEPT);
   }
 
-  clear() { this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
+  // What the program that runs tracks: "rad", "N m" or "". The page hears of it a little late: till then nothing is drawn.
+  set reference(unit) {
+    if (unit === this.unit) return;
+    for (let i = this.row(this.now - 0.4); i < this.size; i++) for (const name of MADE.slice(1)) this.columns[name][i] = NaN;
+    this.unit = unit;
+  }
+
+  clear() { this.unit = ""; this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
 
   // A binary message of the server, see page/wire.py.
   push(buffer, period) {
@@ -35,6 +43,9 @@ export class Store {
       this.time[to] = first + numbers[at + place.time];
       for (const name of this.sent) this.columns[name][to] = numbers[at + place[name]];
       this.columns.residual[to] = numbers[at + place.torque] - numbers[at + place.estimate];
+      const wanted = numbers[at + place.reference], angle = this.unit === "rad", torque = this.unit === "N m";
+      this.columns.wanted_angle[to] = angle ? wanted : NaN; this.columns.wanted_torque[to] = torque ? wanted : NaN;
+      this.columns.error[to] = angle ? wanted - numbers[at + place.alpha] : torque ? wanted - numbers[at + place.torque] : NaN;
       this.flags[to] = words[at + place.flags];
     }
     this.size += count; this.taken += count; this.seq = seq + count - 1;
@@ -96,15 +107,21 @@ export class Store {
     return { data: [times, ...lines], outside };
   }
 
-  // Root mean square of the residual and share of samples far from training rows over the last second; flags of the newest.
+  // Root mean square of the last second of a column.
+  rms(name) {
+    let sum = 0, count = 0;
+    for (let i = this.row(this.now - 1); i < this.size; i++) {
+      const value = this.columns[name][i];
+      if (value === value) { sum += value * value; count += 1; }
+    }
+    return count ? Math.sqrt(sum / count) : NaN;
+  }
+
+  // Share of samples far from training rows over the last second; flags of the newest.
   lastSecond() {
     const a = this.row(this.now - 1);
-    let sum = 0, count = 0, outside = 0;
-    for (let i = a; i < this.size; i++) {
-      const value = this.columns.residual[i];
-      if (value === value) { sum += value * value; count += 1; }
-      outside += this.flags[i] & 1;
-    }
-    return { rms: count ? Math.sqrt(sum / count) : NaN, outside: this.size > a ? outside / (this.size - a) : 0, flags: this.size ? this.flags[this.size - 1] : 0 };
+    let outside = 0;
+    for (let i = a; i < this.size; i++) outside += this.flags[i] & 1;
+    return { outside: this.size > a ? outside / (this.size - a) : 0, flags: this.size ? this.flags[this.size - 1] : 0 };
   }
 }
