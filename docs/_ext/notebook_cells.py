@@ -82,7 +82,8 @@ def _show_cells(app: Any, tree: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:
         outputs = run_cells([cell.astext() for cell in cells], Path(folder))
     for cell, output in zip(cells, outputs, strict=True):
-        shown = (output["html"] or "") + "".join(_IMAGE.format(*picture) for picture in output["pictures"])
+        html = (output["html"] or "").replace("<th></th>", "<td></td>")  # pandas heads its index with nothing
+        shown = html + "".join(_IMAGE.format(*picture) for picture in output["pictures"])
         if shown:
             cell.parent.insert(cell.parent.index(cell) + 1, nodes.raw("", shown, format="html"))
 
