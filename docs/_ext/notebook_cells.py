@@ -22,6 +22,7 @@ from typing import Any
 #: Folder of these pages below docs.
 FOLDER = "notebooks"
 _LONGEST = 600
+_VALUE = '<div class="cell-value" tabindex="0" role="group" aria-label="What the cell above shows">{}</div>'
 _IMAGE = '<p><img class="drawn-picture" alt="Figure of the cell above" width="{}" src="data:image/png;base64,{}"></p>'
 
 
@@ -83,7 +84,8 @@ def _show_cells(app: Any, tree: Any) -> None:
         outputs = run_cells([cell.astext() for cell in cells], Path(folder))
     for cell, output in zip(cells, outputs, strict=True):
         html = (output["html"] or "").replace("<th></th>", "<td></td>")  # pandas heads its index with nothing
-        shown = html + "".join(_IMAGE.format(*picture) for picture in output["pictures"])
+        shown = _VALUE.format(html) if html else ""
+        shown += "".join(_IMAGE.format(*picture) for picture in output["pictures"])
         if shown:
             cell.parent.insert(cell.parent.index(cell) + 1, nodes.raw("", shown, format="html"))
 
