@@ -166,9 +166,11 @@ def _aligned(logs: AlignedLogs) -> NotebookCard:
     from erclutch.logs.aligned_logs import said
     from erclutch.report.plots.clocks_plot import describe_clocks
 
-    header = ("offset_s", "offset_low", "offset_high", "drift", "drift_low", "drift_high", "rows")
+    header = ("offset_s", "offset_low", "offset_high", "drift_ppm", "drift_low", "drift_high")
     columns, units = logs.joined.columns, logs.joined.units
-    rows = [(m.offset, *m.offset_interval, m.drift, *m.drift_interval, logs.joined.rows) for m in logs.matches]
+    rows = [
+        (m.offset, *m.offset_interval, *(1e6 * drift for drift in (m.drift, *m.drift_interval))) for m in logs.matches
+    ]
     return NotebookCard(
         logs.joined.name,
         [f"{count(logs.joined.rows)} rows", *(said(match) for match in logs.matches)],
