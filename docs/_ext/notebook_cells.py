@@ -51,8 +51,8 @@ def _shown(cell: str, names: dict[str, Any]) -> dict[str, Any]:
     """Run a cell in the session's names."""
     body, last, printed = ast.parse(cell).body, None, io.StringIO()
     with contextlib.redirect_stdout(printed):
-        if body and isinstance(body[-1], ast.Expr):
-            last = ast.Expression(body.pop().value)
+        if body and isinstance(final := body[-1], ast.Expr):
+            last, body = ast.Expression(final.value), body[:-1]
         exec(compile(ast.Module(body, []), "<cell>", "exec"), names)
         value = None if last is None else eval(compile(last, "<cell>", "eval"), names)
     html = getattr(value, "_repr_html_", lambda: None)()
