@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Group, Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, require
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -199,10 +199,8 @@ def _explained(output: Console) -> int:
 
 
 def _checked(loop: LoopOptions) -> None:
-    if loop.seconds is not None and not loop.seconds > 0:
-        raise SettingError(f"--seconds {loop.seconds:g}", remedy="Give a time above 0 s")
-    if not 0 <= loop.priority <= 99:
-        raise SettingError(f"--priority {loop.priority}", remedy="Give 1 to 99, or 0 for none")
+    require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
+    require(0, 99, priority=loop.priority)
 
 
 def _rig(
