@@ -5,6 +5,7 @@ The command line prints ``str(error)`` and exits with ``error.exit_code``; nothi
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -91,6 +92,24 @@ class CheckError(ErclutchError):
 
 class SettingError(ErclutchError):
     """A command-line option or an API argument is outside what it may be."""
+
+
+def require(low: float, high: float = math.inf, unit: str = "", **options: float) -> None:
+    """Refuse options outside a range, with a message of the first of them alone.
+
+    Args:
+        low: smallest value.
+        high: largest value.
+        unit: of the values, with a space before it.
+        options: values by their options' names, with _ for -.
+
+    Raises:
+        SettingError: a value is outside, or no number.
+    """
+    for name, value in options.items():
+        if not low <= value <= high:
+            allowed = f"{low:g}{unit} or more" if high == math.inf else f"{low:g} to {high:g}{unit}"
+            raise SettingError(f"--{name.replace('_', '-')} {value:g}", remedy=f"Give {allowed}")
 
 
 class PluginError(SettingError):

@@ -6,7 +6,7 @@ for the coaxial pair; further columns are left alone. Of a DataFrame with these 
 input. A law needs field and slip as they were logged: scaling may be part of a pipeline with a network, not with a law.
 Rows of a log follow in time, so split them in blocks (`sklearn.model_selection.TimeSeriesSplit`), never shuffled.
 
-Needs scikit-learn: ``pip install erclutch[sklearn]``.
+Needs scikit-learn: ``pip install "erclutch[sklearn]"``.
 """
 
 # scikit-learn carries no types.
@@ -26,7 +26,7 @@ try:
     from sklearn.base import BaseEstimator, RegressorMixin
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError as missing:
-    raise ImportError("erclutch.estimators needs scikit-learn: pip install erclutch[sklearn]") from missing
+    raise ImportError('erclutch.estimators needs scikit-learn: pip install "erclutch[sklearn]"') from missing
 
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure

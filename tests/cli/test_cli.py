@@ -545,6 +545,8 @@ def test_compare(runs: Path) -> None:
 @pytest.mark.slow
 def test_figure(runs: Path) -> None:
     assert "flow-curves" in good("figure", cwd=runs)
+    good("report", "one", "--out", "one.pdf", cwd=runs)
+    assert (runs / "one.pdf").read_bytes().startswith(b"%PDF")
     assert "parity.pdf" in good("figure", "parity", "one", cwd=runs)
     assert sorted(p.name for p in (runs / "figures").iterdir()) == ["parity.csv", "parity.pdf", "parity.png"]
 

@@ -414,7 +414,7 @@ def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
             env={**os.environ, "PATH": str(tmp_path), "CC": "", "ERCLUTCH_CACHE": str(tmp_path), "COLUMNS": "200"},
         )
         assert done.returncode != 0
-        assert done.stderr == "error: there is no C compiler. Get one: pip install 'erclutch[live]'.\n"
+        assert done.stderr == 'error: there is no C compiler. Get one: pip install "erclutch[live]".\n'
 
 
 def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import SettingError
+from erclutch.errors import require
 from erclutch.rig.twin.parameters import RigParameters, load_rig
 
 if TYPE_CHECKING:
@@ -51,13 +51,18 @@ def calibrate_twin(
     from erclutch.paper.calibration.calibrate import calibrate
     from erclutch.rig.twin.parameters_file import write_rig
 
-    if not (5.0 <= seconds <= 3600.0 and evaluations >= 16 and seed >= 0 and workers >= 1):
-        given = f"--seconds {seconds:g} --evaluations {evaluations} --seed {seed} --workers {workers}"
-        raise SettingError(given, remedy="Give 5 to 3600 s, 16 evaluations or more, a seed of 0 or more and a worker")
+    require(5, 3600, " s", seconds=seconds)
+    require(16, evaluations=evaluations)
+    require(0, seed=seed)
+    require(1, workers=workers)
     start = load_rig(rig)
     target = _target(log, seed, seconds, replace(reading, device="coaxial"))
     names = parameters or _open(start, log is not None)
     journal = out.with_suffix(".journal")
+    terminal.tell(
+        f"TWIN: {evaluations} rigs are simulated, then some more. At the defaults this takes one to ten minutes. "
+        f"After Ctrl-C the same command goes on from {journal}."
+    )
     with terminal.progress("TWIN: calibrating") as bar:
 
         def told(done: int, cost: float) -> None:

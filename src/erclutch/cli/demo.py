@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.errors import RunError, SettingError
+from erclutch.errors import RunError, require
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison
@@ -56,9 +56,8 @@ def demo(
         out: Folder for the log, the run and the report; the folder of an earlier demo is replaced.
         open_: Open the report.
     """
-    if not 10.0 <= seconds <= 3600.0 or seed < 0:
-        given = f"--seconds {seconds:g} --seed {seed}"
-        raise SettingError(given, remedy="Give 10 to 3600 seconds, a seed of 0 or more")
+    require(10, 3600, " s", seconds=seconds)
+    require(0, seed=seed)
     _may_write(out)
     screen = terminal.console()
     began = time.perf_counter()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, require
 
 if TYPE_CHECKING:
     from erclutch.signals.array import Array
@@ -46,11 +46,11 @@ def excite(
     from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
 
     low, high = torque
-    if not (0.1 <= seconds <= 86400 and 0 < rate <= 1e6 and seed >= 0 and 0 <= low < high and seconds * rate <= 1e8):
-        raise SettingError(
-            f"{seconds:g} s at {rate:g} Hz, seed {seed}, torque {low:g} to {high:g} N*m",
-            remedy="Give 0.1 to 86400 s, a rate above 0, a seed of 0 or more, and torques from low to high",
-        )
+    require(0.1, 86400, " s", seconds=seconds)
+    require(0.001, min(1e6, 1e8 / seconds), " Hz", rate=rate)
+    require(0, seed=seed)
+    if not 0 <= low < high:
+        raise SettingError(f"--torque {low:g} {high:g}", remedy="Give two torques of 0 or more, the smaller first")
     if highest > rate / 4:
         raise SettingError(
             f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"

@@ -13,7 +13,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.align import ONE_CLOCK, ClockOptions
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import SettingError
+from erclutch.errors import require
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, Settings
@@ -72,7 +72,7 @@ def fit(
     began = time.perf_counter()
     if out is not None:
         may_write(out, force)
-    require_counts(workers, seed, "--blocks", blocks, "0 or 2 to 50", blocks == 0 or 2 <= blocks <= 50)
+    require_counts(workers, seed, blocks)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
     recordings = clocks.read(reading, logs)
     comparison = _compared(reading.dataset(recordings), Settings(*asked))
@@ -110,17 +110,15 @@ def _compared(data: Dataset, settings: Settings) -> Comparison:
         return compare(data, settings, lambda done, total, name: bar(done, total, f"fitted {name}"))
 
 
-def require_counts(workers: int, seed: int, option: str, value: int, allowed: str, fine: bool) -> None:
-    """Refuse workers, a seed, or a further option's value that cannot be.
+def require_counts(workers: int, seed: int, blocks: int = 0) -> None:
+    """Refuse no workers, a seed below zero, and one block or more than 50.
 
     Raises:
         SettingError: one of them cannot be.
     """
-    if workers < 1 or seed < 0 or not fine:
-        raise SettingError(
-            f"--workers {workers} --seed {seed} {option} {value}",
-            remedy=f"Give --workers 1 or more, --seed 0 or more, {option} {allowed}",
-        )
+    require(1, workers=workers)
+    require(0, seed=seed)
+    require(2 if blocks else 0, 50, blocks=blocks)
 
 
 def model_names(words: Sequence[str]) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.fit import model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
+from erclutch.errors import require
 
 if TYPE_CHECKING:
     from erclutch.runs.large_fit import LargeFit
@@ -66,7 +67,8 @@ def fit_large(
     from erclutch.runs.large_fit import fit_large as fit_them
     from erclutch.runs.run_folder import may_write
 
-    require_counts(workers, seed, "--batch", batch, "10000 or more", batch >= 10_000)
+    require_counts(workers, seed)
+    require(10_000, batch=batch)
     if out is not None:
         may_write(out, force, MARKER)
     how = replace(reading.how(), rows=batch)

@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.fit import model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import CheckError
+from erclutch.errors import CheckError, require
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Settings
@@ -66,7 +66,8 @@ def fit_many(
     from erclutch.fit.comparison import Settings
     from erclutch.report.html.fleet_page import write_fleet_report
 
-    require_counts(workers, seed, "--baseline", baseline, "0, or 5 or more", baseline == 0 or baseline >= 5)
+    require_counts(workers, seed)
+    require(5 if baseline else 0, baseline=baseline)
     settings = Settings(model_names(models), lag, test, 0, friction, offset, seed)
     more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
     fleet = _fitted(logs, out, settings, reading, more)

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import ErclutchError, SettingError
+from erclutch.errors import ErclutchError, SettingError, require
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
@@ -52,10 +52,8 @@ def inspect(
     from erclutch.logs import read_table, recordings_in
     from erclutch.logs.mapping_file import write_mapping as write_text
 
-    if not seconds > 0 or not (start is None or start >= 0):
-        raise SettingError(
-            f"--seconds {seconds} --start {start}", remedy="Give a length above 0 and a start of 0 or more"
-        )
+    require(1e-6, unit=" s", seconds=seconds)
+    require(0, unit=" s", start=start or 0.0)
     raw = read_table(log, variable=recordings_in(log)[0] if reading.variable == "all" else reading.variable)
     text, missing = reading.mapping_text(raw, log)
     recording, more, problem = None, [], None

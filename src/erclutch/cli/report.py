@@ -21,7 +21,7 @@ def report(
     Args:
         run: Folder that erclutch fit --out wrote.
         out: File to write. Default: report.html (or report.pdf) in the run folder.
-        pdf: Write pages for print in place of the HTML file.
+        pdf: Write pages for print in place of the HTML file; so does an --out that ends in .pdf.
         open_: Open the file when it is written.
         force: Replace a file that is there and is no report.
     """
@@ -30,6 +30,7 @@ def report(
     from erclutch.runs.run_folder import read_run
 
     found = read_run(run)
+    pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
     path = out or run / ("report.pdf" if pdf else "report.html")
     may_write_report(path, force)
     material = material_of(found)

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import RunError, SettingError
+from erclutch.errors import RunError, SettingError, require
 from erclutch.paper.published import APPROACHES
 from erclutch.rig.twin.parameters import RigParameters, load_rig
 
@@ -56,8 +56,8 @@ def reproduce(
     """
     from erclutch.paper.tables import twin_runs
 
-    if not 5.0 <= seconds <= 86400.0 or seed < 0:
-        raise SettingError(f"--seconds {seconds:g} --seed {seed}", remedy="Give 5 to 86400 s and a seed of 0 or more")
+    require(5, 86400, " s", seconds=seconds)
+    require(0, seed=seed)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

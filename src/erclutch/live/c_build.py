@@ -38,7 +38,7 @@ def find_compiler() -> Compiler:
     for compiler in natives():
         if _version(compiler):
             return compiler
-    raise CompilerError("there is no C compiler", remedy="Get one: pip install 'erclutch[live]'")
+    raise CompilerError("there is no C compiler", remedy='Get one: pip install "erclutch[live]"')
 
 
 @cache
@@ -84,7 +84,7 @@ def build(
 
     def compiled(folder: Path) -> Path:
         try:
-            remedy = "Set CC to another compiler, or pip install 'erclutch[live]', which brings one"
+            remedy = 'Set CC to another compiler, or pip install "erclutch[live]", which brings one'
             run([*words, "-o", str(folder / name), *libraries], f"{' '.join(chosen.command)} failed", remedy)
         except ExportError as error:
             raise CompilerError(error.problem, where=name, remedy=error.remedy) from error

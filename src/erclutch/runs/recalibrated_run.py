@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from erclutch.errors import SettingError
+from erclutch.errors import require
 from erclutch.fit.comparison import Comparison, Settings, scored, with_bands
 from erclutch.fit.intervals import as_json
 from erclutch.fit.laws.describe_law import paper_form
@@ -78,11 +78,8 @@ def recalibrated(
 
 def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:
     """The rows that the adaptation sees: the first share of each part of each log."""
-    if not 0.0 < share <= 0.9 or not 1 <= stretches <= 1000:
-        raise SettingError(
-            f"--share {share} --stretches {stretches}",
-            remedy="Give a share above 0 and up to 0.9, and 1 to 1000 stretches",
-        )
+    require(1e-6, 0.9, share=share)
+    require(1, 1000, stretches=stretches)
     seen = np.zeros(data.rows, np.bool_)
     for log in data.source_rows:
         for start, stop in constant_stretches(data, *log) or [log]:

@@ -28,7 +28,7 @@ def write(program: ExportedStep, folder: Path) -> None:
     try:
         import onnx
     except ImportError as error:
-        raise ExportError("onnx is not installed", remedy="pip install 'erclutch[export]'") from error
+        raise ExportError("onnx is not installed", remedy='Run: pip install "erclutch[export]"') from error
     made = onnx_model(program, step_record(program, remember=False))
     onnx.checker.check_model(made, full_check=True)  # pyright: ignore[reportUnknownMemberType]
     onnx.save_model(made, str(folder / f"{program.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]

@@ -43,7 +43,9 @@ def wide(
     try:
         import cma
     except ImportError as error:
-        raise SettingError("the wide search needs the package cma", remedy="pip install erclutch[calibrate]") from error
+        raise SettingError(
+            "the wide search needs the package cma", remedy='Run: pip install "erclutch[calibrate]"'
+        ) from error
     options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "verb_log": 0}
     strategy = cma.CMAEvolutionStrategy(start.tolist(), _FIRST_WIDTH, options)
     known = Points(journal, {**settings, "population": _POPULATION}, "journal of a calibration")
