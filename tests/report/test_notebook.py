@@ -93,7 +93,7 @@ def test_plots_are_axes_and_wrong_names_are_told(shown: dict[str, Any]) -> None:
     assert shown["FlowCurve"].plot().get_ylabel() == "Shear stress [Pa]"
     with pytest.raises(SettingError, match="Plots of a Comparison: ranking, trace"):
         shown["Comparison"].plot("trase")
-    with pytest.raises(SettingError, match="no option begin"):
+    with pytest.raises(TypeError, match="begin"):
         shown["Recording"].plot(begin=1.0)
     pyplot.close("all")
 

@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 
 from erclutch.errors import SettingError, printable
-from erclutch.report.notebook_cards import NotebookCard, card_of
+from erclutch.report.notebook_cards import card_of
 from erclutch.report.numbers.number_text import count, number, plain
 from erclutch.report.plots.plot_description import Panel, PlotTable
 
@@ -154,21 +154,9 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
     chosen = name or next(iter(card.plots))
     if chosen not in card.plots:
         raise SettingError(f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {', '.join(card.plots)}")
-    described = _described(card, chosen, options)
+    described = card.plots[chosen](**options)
     with style():
         figure: Any = cast(Any, pyplot).figure(figsize=(described.width, described.height), layout="constrained")
         paint(figure, described)
     axes = [axis for axis in figure.axes if axis.get_subplotspec() is not None][: len(described.panels)]
     return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
-
-
-def _described(card: NotebookCard, name: str, options: dict[str, Any]) -> Any:
-    from inspect import signature
-
-    describe = card.plots[name]
-    known = [key for key, p in signature(describe).parameters.items() if p.kind is p.KEYWORD_ONLY]
-    wrong = [key for key in options if key not in known]
-    if wrong:
-        given = f"Give {', '.join(known)}" if known else "It has none"
-        raise SettingError(f"the plot {name} has no option {wrong[0]}", remedy=given)
-    return describe(**options)

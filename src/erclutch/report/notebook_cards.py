@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -283,11 +284,6 @@ def _judged(
     held = f"{count(body['test_rows'])} rows held out"
     error = f"RMSE {number(chosen['test']['rmse'][0], 4)} {unit}".strip()
 
-    def drawn(describe: Callable[..., Plot]) -> Callable[..., Plot]:
-        from functools import partial
-
-        return partial(describe, material())
-
     def predicted() -> DataFrame:
         rows = material().rows
         more = {f"effort:{name}": x for name, x in rows.predicted.items()}
@@ -306,19 +302,12 @@ def _judged(
         says=lambda: _verdict(material()),
         panels=lambda: [describe_trace(material()).panels[0]],
         frame=predicted,
-        plots=_Lazily({key: describe for key, (_, describe) in FIGURES.items()}, drawn),
+        plots={key: partial(_drawn, describe, material) for key, (_, describe) in FIGURES.items()},
     )
 
 
-class _Lazily(dict[str, Callable[..., Plot]]):
-    """Plots whose material is read when one of them is asked for."""
-
-    def __init__(self, plots: Mapping[str, Callable[..., Plot]], drawn: Callable[..., Callable[..., Plot]]) -> None:
-        super().__init__(plots)
-        self._drawn = drawn
-
-    def __getitem__(self, name: str) -> Callable[..., Plot]:
-        return self._drawn(super().__getitem__(name))
+def _drawn(describe: Callable[..., Plot], material: Callable[[], Material], **options: Any) -> Plot:
+    return describe(material(), **options)
 
 
 def _verdict(material: Material) -> list[str]:
@@ -387,20 +376,15 @@ def _flow_curve(curve: FlowCurve) -> NotebookCard:
         ]
         return Plot([_log_panel(curve, lines)], PlotTable((), ()), 2.6)
 
-    ends = [f"{number(float(x.min()), 3)} to {number(float(x.max()), 3)} {u}" for x, u in _axes(curve)]
+    ranges = ((curve.rate, "1/s"), (curve.stress, "Pa"))
+    ends = [f"{span(float(x.min()), float(x.max()))} {unit}" for x, unit in ranges]
     return NotebookCard(
         curve.label,
         [f"{curve.rate.size} points", *ends],
-        lambda: PlotTable(
-            ("rate [1/s]", "stress [Pa]"), list(zip(curve.rate.tolist(), curve.stress.tolist(), strict=True))
-        ),
+        lambda: PlotTable(("rate [1/s]", "stress [Pa]"), np.column_stack([curve.rate, curve.stress]).tolist()),
         panels=lambda: [_log_panel(curve)],
         plots={"points": lambda: Plot([_log_panel(curve)], PlotTable((), ()), 2.6), "laws": with_laws},
     )
-
-
-def _axes(curve: FlowCurve) -> tuple[tuple[Array, str], tuple[Array, str]]:
-    return (curve.rate, "1/s"), (curve.stress, "Pa")
 
 
 def _flow_fit(fit: FlowFit) -> NotebookCard:

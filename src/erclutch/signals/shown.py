@@ -46,7 +46,7 @@ class Shown:
             The axes, or an array of them where the plot has several panels.
 
         Raises:
-            SettingError: no such plot or option.
+            SettingError: no such plot.
             CheckError: the value cannot give it.
         """
         return _notebook().plot(self, name, **options)
