@@ -22,6 +22,7 @@ from typing import Any
 #: Folder of these pages below docs.
 FOLDER = "notebooks"
 _LONGEST = 600
+_VALUE = '<div class="cell-value" tabindex="0" role="group" aria-label="What the cell above shows">{}</div>'
 _IMAGE = '<p><img class="drawn-picture" alt="Figure of the cell above" width="{}" src="data:image/png;base64,{}"></p>'
 
 
@@ -50,8 +51,8 @@ def _shown(cell: str, names: dict[str, Any]) -> dict[str, Any]:
     """Run a cell in the session's names."""
     body, last, printed = ast.parse(cell).body, None, io.StringIO()
     with contextlib.redirect_stdout(printed):
-        if body and isinstance(body[-1], ast.Expr):
-            last = ast.Expression(body.pop().value)
+        if body and isinstance(final := body[-1], ast.Expr):
+            last, body = ast.Expression(final.value), body[:-1]
         exec(compile(ast.Module(body, []), "<cell>", "exec"), names)
         value = None if last is None else eval(compile(last, "<cell>", "eval"), names)
     html = getattr(value, "_repr_html_", lambda: None)()
@@ -82,7 +83,9 @@ def _show_cells(app: Any, tree: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:
         outputs = run_cells([cell.astext() for cell in cells], Path(folder))
     for cell, output in zip(cells, outputs, strict=True):
-        shown = (output["html"] or "") + "".join(_IMAGE.format(*picture) for picture in output["pictures"])
+        html = (output["html"] or "").replace("<th></th>", "<td></td>")  # pandas heads its index with nothing
+        shown = _VALUE.format(html) if html else ""
+        shown += "".join(_IMAGE.format(*picture) for picture in output["pictures"])
         if shown:
             cell.parent.insert(cell.parent.index(cell) + 1, nodes.raw("", shown, format="html"))
 

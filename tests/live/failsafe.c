@@ -80,7 +80,9 @@ static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, doubl
     c.integral_rate = c.gain_rate = 10.0;
     c.torque_scale = 0.01;
     c.least_slip = 1.0;
-    c.drive_inertia = 2e-4;
+    c.drive_inertia = c.output_inertia = 2e-4;
+    c.track_bandwidth = observer % 2u == 0u ? 0.0 : 5.0;
+    c.track_integral = 1.0;
     c.late_trip_ns = LATE_TRIP;
     c.hold_samples = hold;
     c.trip_samples = trip;

@@ -18,6 +18,7 @@ from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.models.load import load_model
 from erclutch.paper.online import EXPERIMENTS, lines, run, tracking_error, trial
 from erclutch.paper.online_figures import describe_online
+from erclutch.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, describe_control, kept_runs
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.rig.interface import RigCommand
 from erclutch.rig.twin.parameters import default_rig
@@ -108,3 +109,21 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
     app(["experiment", "all", "--real-time"], exit_on_error=False)
     assert asked[0][0] == [n for n in EXPERIMENTS if n != "encoders"]
     assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out
+
+
+def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
+    """One seed: stages beat the inverse, a sensor makes up for what the models do not know."""
+    rig, told = default_rig(), []
+    runs = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: told.append(what))
+    figures = {(run.model, run.knows): run.figures for run in runs}
+    assert len(figures) == len(told) == len(INVERSES) * len(KNOWS)
+    bingham = figures["Bingham", "inverse alone"]["chirp"]
+    for model in INVERSES:
+        found = {knows: figures[model, knows] for knows in KNOWS}
+        assert found["stages"]["chirp"] < found["inverse alone"]["chirp"]
+        assert found["stages, sensor"]["chirp"] < 0.5 * bingham
+        assert all(found["stages, sensor"][name] < 0.04 for name in ("chirp", *WITHHELD))
+        assert all(found[knows]["locked"] for knows in KNOWS if knows != "inverse alone")
+    assert len(describe_control(runs).panels) == len(INVERSES)
+    again = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: None)  # nothing is run again
+    assert again == runs

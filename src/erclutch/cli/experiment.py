@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.errors import SettingError
 from erclutch.paper.published import WARMING
 from erclutch.rig.twin.parameters import load_rig
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from erclutch.paper.online import ErrorLine, OnlineTrace
+    from erclutch.paper.torque_control import ControlRun
 
 _FIGURES = {"sine": 7, "square": 8, "tracking": 9, "zero-field": 11, "zero-motion": 12, "encoders": 13}
 #: Models beside the online one where the paper compares them (figures 11 and 12, table III).
@@ -28,17 +30,19 @@ def experiment(
     out: Path = Path("experiments"),
     seconds: float | None = None,
     seed: int = 0,
+    seeds: int = 20,
     real_time: Annotated[bool, Parameter(negative=())] = False,
     rig_file: Path | None = None,
 ) -> None:
-    """Run an experiment of sections IV-B to IV-E and V with the live loop, on the TWIN. Without NAME: list them.
+    """Run an experiment with the live loop on the TWIN: of sections IV-B to V, or torque control. Without NAME: list.
 
     Args:
-        name: Which experiment; "all" runs them one after another.
+        name: Which experiment; "all" runs those of the paper one after another, "control" judges torque control.
         model: A model's file; default: fnn-16, fitted to the twin once. It must be memoryless or have a lag.
         out: Folder for the figures and their numbers.
         seconds: Length in place of the experiment's own.
         seed: Seed of the commands and the noise.
+        seeds: Of control: how many, from 0 on. What is finished in --out is not run again.
         real_time: Run the loop and the twin each in its process, at 1 kHz, instead of as fast as they go. The
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
@@ -47,7 +51,14 @@ def experiment(
 
     if name is None:
         rows = [[e.name, e.meaning, f"{e.seconds:g} s"] for e in EXPERIMENTS.values()]
+        rows.append(["control", "torque control: models, observers, a device that changes", "80 s a case"])
         terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
+        return
+    if name == "control":
+        if model is not None or seconds is not None or seed or real_time:
+            problem = "experiment control takes no --model, --seconds, --seed or --real-time"
+            raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
+        _control(seeds, rig_file, out)
         return
     names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
@@ -55,6 +66,38 @@ def experiment(
         names = [n for n in names if n not in left_out]
         terminal.tell(f"left out, for it does not run in real time: {', '.join(left_out)}")
     _run(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
+
+
+def _control(seeds: int, rig_file: Path | None, out: Path) -> None:
+    from erclutch.paper.torque_control import control_runs, describe_control, kept_runs
+    from erclutch.report.plots.matplotlib_painter import save_plot
+
+    rig = load_rig(rig_file)
+    with terminal.progress("control") as bar:
+        runs = control_runs(seeds, rig, kept_runs(out, rig), bar)
+    terminal.tell(_control_table(runs, seeds))
+    for file in save_plot(describe_control(runs), out / "control.png"):
+        terminal.say(str(file))
+
+
+def _control_table(runs: list[ControlRun], seeds: int) -> Table:
+    """Means over the seeds, and the worst seed of what the models do not know."""
+    from erclutch.paper.torque_control import INVERSES, KNOWS, WITHHELD
+
+    def row(model: str, knows: str) -> list[str]:
+        own = [run.figures for run in runs if (run.model, run.knows) == (model, knows)]
+
+        def mean(name: str) -> float:
+            return sum(float(figures[name]) for figures in own) / len(own)
+
+        shares = [f"{100.0 * mean(name):.2f}" for name in ("chirp", "steps", "random")]
+        reach = [f"{mean(name):.0f}" for name in ("bandwidth", "within 10 %")]
+        still = f"{sum(bool(figures['locked']) for figures in own)}/{len(own)}"
+        return [model, knows, *shares, *reach, still, *(f"{100.0 * mean(name):.2f}" for name in WITHHELD)]
+
+    heads = ["inverse of", "controller", "chirp", "steps", "random", "-3 dB", "10 %", "locked", *WITHHELD]
+    title = f"TWIN, torque control, means of {seeds} seeds: RMS in % of the range, Hz, and chirps on a changed device"
+    return terminal.table(title, heads, [row(m, k) for m in INVERSES for k in KNOWS], left=2)
 
 
 def _run(names: list[str], model: Path | None, rig_file: Path | None, out: Path, options: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _RIG = Group("Rig", sort_key=0)
 _CONTROL = Group("Control", sort_key=1)
 _LOOP = Group("Loop", sort_key=1)
+_Observer = Literal["off", "none", "sensor", "motion"]
 _POLL = 0.05  # s
 _PATIENCE = 3.0  # s
 #: A replay's fields, and the jumps of its angles, are what they were.
@@ -77,6 +78,16 @@ class ControlOptions:
     """Proportional gain of torque control: field per N m of error of the estimate."""
     torque_i: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Integral gain of torque control: field per N m s."""
+    observer: Annotated[_Observer, Parameter(group=_CONTROL)] = "off"
+    """Torque control in stages in place of torque_p and torque_i. What the device gives beyond its model comes from
+    nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in --rig-file."""
+    observer_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 20.0
+    """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
+    torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 2.0e-3
+    """Lead of the wanted torque in s: dead time and lag from command to torque, with --observer."""
+    track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
+    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
+    and friction stand in --rig-file."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
     """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -154,8 +165,13 @@ def live(
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
-        if adapt:
-            _can_adapt(chosen, what)
+        asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+        asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+        for option, (needs_model, needs_sensor) in asked.items():
+            if needs_model and chosen is None:
+                raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+            if needs_sensor:
+                _has_sensor(what, option)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
         settings = _for_rig(settings, what, device, control)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
@@ -238,21 +254,19 @@ def _model(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def _can_adapt(model: LiveModel | None, rig: RigChoice) -> None:
-    """Refuse --adapt without a model, or where it is known that nothing measures the torque."""
+def _has_sensor(rig: RigChoice, option: str) -> None:
+    """Refuse an option where it is known that nothing measures the torque."""
     import numpy as np
 
     from erclutch.live.session import ServedRig
     from erclutch.rig.rig_plugins import RigDevice
 
-    if model is None:
-        raise SettingError("--adapt without a model", remedy="Give --model FILE, or leave --adapt out")
     silent = isinstance(rig, RigDevice) and bool(rig.channels) and "torque" not in rig.channels
     if isinstance(rig, ServedRig) and rig.spec["kind"] == "replay":
         silent = not np.isfinite(np.load(rig.spec["angles"])[:, 2]).any()
     if silent:
         raise SettingError(
-            "--adapt needs a torque sensor, and this rig has none", where=rig.name, remedy="Leave --adapt out"
+            f"{option} needs a torque sensor, and this rig has none", where=rig.name, remedy=f"Leave {option} out"
         )
 
 
@@ -274,6 +288,7 @@ def _settings(
         name: getattr(control, name) for name in ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap")
     }
     common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), **gains}
+    common |= _stages(parameters, control)
     if replay is not None:
         return rig_settings(parameters, (replay,), device=device, **common, **_AS_RECORDED)
     programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
@@ -282,6 +297,26 @@ def _settings(
     stroke = shaft_angle(parameters, 0.9)
     limits = {"field_limit": control.field_limit or limit, "stroke": stroke}
     return rig_settings(parameters, starting_with(programs, first), **common, **limits)
+
+
+def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
+    """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
+    found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
+    if control.track_bandwidth:
+        found["output_inertia"] = sum(parameters.value(f"screw.{part}_inertia") for part in ("rotor", "load"))
+        found["output_friction"] = parameters.value("screw.coulomb")
+    if control.observer == "off":
+        return found
+    found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
+    if control.observer == "sensor":
+        found["torque_lag"] = 1e-3
+    elif control.observer == "motion":
+        found["gain_rate"] = 0.2
+        found["drive_inertia"], found["drive_friction"] = (
+            parameters.value(f"drive.{n}") for n in ("inertia", "coulomb")
+        )
+        found |= dict.fromkeys(("drive_drag_1", "drive_drag_2"), parameters.value("drive.viscous"))
+    return found
 
 
 def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:

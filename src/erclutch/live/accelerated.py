@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from erclutch.live.c_core import Core
+from erclutch.live.c_core import Core, step_function
 from erclutch.live.layout import COMMAND, FRAME, SAMPLE, word_places
 from erclutch.live.settings import LoopSettings
 from erclutch.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
@@ -28,9 +29,12 @@ _SEQ, _TIME, _THETA, _ALPHA, _TORQUE = word_places(SAMPLE, "seq", "time_ns", "th
 _FIELD1, _FIELD2, _MOTOR = word_places(COMMAND, "field1", "field2", "motor_torque")
 
 
-def _runner(step: Any) -> Callable[..., None]:
-    """The compiled loop around one core's step function."""
+@cache
+def _runner() -> Callable[..., None]:
+    """The compiled loop around the core's step."""
     import numba
+
+    step = step_function()
 
     @numba.njit(nogil=True, error_model="numpy")
     def run(
@@ -81,7 +85,7 @@ class AcceleratedRun:
         rotary: bool = False,
     ) -> None:
         self.core = Core(settings, model)
-        self._run = _runner(self.core.step_function())
+        self._run = _runner()
         self._parts, self._steps = parts_of(rig), substeps(rig)
         self._state = np.zeros(SIZE)
         self._state[OMEGA] = speed

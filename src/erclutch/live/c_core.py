@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,20 @@ class _Model:
         self.pointers = (ctypes.c_void_p * 4)(*functions, state.value)  # ``erc_model``
 
 
+@cache
+def _loaded() -> ctypes.CDLL:
+    return ctypes.CDLL(str(core_library()))
+
+
+@cache
+def step_function() -> Any:
+    """``erc_core_step`` with its argument types, for compiled callers; all cores share it."""
+    address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+    function = _loaded().erc_core_step
+    function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
+    return function
+
+
 class Core:
     """The control step in C, without any input or output.
 
@@ -48,7 +63,7 @@ class Core:
     """
 
     def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
-        self._library = ctypes.CDLL(str(core_library()))
+        self._library = _loaded()
         lib = self._library
         lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
         lib.erc_core_state.restype = ctypes.c_uint32
@@ -65,7 +80,7 @@ class Core:
         lib.erc_core_init(self._core, config, table, self._model.pointers if self._model else None)
         self._command, self._frame = np.zeros(1, COMMAND), np.zeros(1, FRAME)
         self._out = (self._command.ctypes.data, self._frame.ctypes.data)
-        self._step = self.step_function()
+        self._step = step_function()
 
     def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0, events: int = 0) -> tuple[Any, Any]:
         """One step.
@@ -91,13 +106,6 @@ class Core:
     def memory(self) -> Array:
         """The core itself, as bytes that only C understands."""
         return self._memory
-
-    def step_function(self) -> Any:
-        """``erc_core_step`` with its argument types, for compiled callers."""
-        address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
-        function = self._library.erc_core_step
-        function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
-        return function
 
     def order(self, order: Order | int, value: float = 0.0) -> bool:
         """Give an order; whether the loop is to end."""

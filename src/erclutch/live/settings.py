@@ -133,6 +133,8 @@ class LoopSettings:
         least_slip: slip in rad/s below which both sides run at one speed.
         drive_inertia, drive_friction: of motor and housings, in kg m2 and N m.
         drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.
+        track_bandwidth: of tracking by computed torque, in Hz; 0 for equation 23. track_integral: in 1/s.
+        output_inertia, output_friction: of the output and all that turns with it, in kg m2 and N m.
         late_trip: a wake-up so late [s] trips.
         hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
             it is zero `ZERO_BEFORE_TRIP` periods before that.
@@ -167,6 +169,10 @@ class LoopSettings:
     drive_friction: float = 0.0
     drive_drag_1: float = 0.0
     drive_drag_2: float = 0.0
+    track_bandwidth: float = 0.0
+    track_integral: float = 10.0
+    output_inertia: float = 0.0
+    output_friction: float = 0.0
     late_trip: float = 0.020
     hold: int = 5
     trip: int = 21
@@ -179,7 +185,8 @@ class LoopSettings:
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
             _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
         stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
-        for name in (*stages, "drive_inertia", "drive_friction"):
+        motion = ("track_bandwidth", "track_integral", "output_inertia", "output_friction")
+        for name in (*stages, *motion, "drive_inertia", "drive_friction"):
             _require(self, name, lambda value: value >= 0, "0 or a number above")
         for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
             _require(self, name, lambda value: True, "a finite number")

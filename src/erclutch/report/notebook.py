@@ -33,10 +33,10 @@ _STYLE = Markup(
     ".erclutch p{margin:.3em 0;max-width:56em}.erclutch .facts,.erclutch .more{opacity:.78}"
     ".erclutch .badge{font-size:11px;font-weight:700;border:1px solid;border-radius:4px;padding:0 6px;margin-left:6px}"
     ".erclutch table{font:inherit;border-collapse:collapse;margin:.5em 0;font-variant-numeric:tabular-nums}"
-    ".erclutch th,.erclutch td{text-align:left;padding:2px 12px 2px 0;background:none;color:inherit;"
+    ".erclutch th,.erclutch td{text-align:left;white-space:nowrap;padding:2px 12px 2px 0;background:none;color:inherit;"
     "border-bottom:1px solid color-mix(in srgb,currentColor 22%,transparent)}"
     ".erclutch .n{text-align:right}.erclutch pre{font-size:12px;white-space:pre-wrap;margin:.4em 0}"
-    ".erclutch .drawn{display:flex;flex-wrap:wrap;gap:4px 14px}.erclutch figure{margin:0}"
+    ".erclutch .panels{display:flex;flex-wrap:wrap;gap:4px 14px}.erclutch figure{margin:0}"
     ".erclutch figcaption{font-size:12px;opacity:.85}.erclutch svg.plot{width:100%;height:auto}"
     ".erclutch svg.key{width:18px;height:8px;margin:0 4px 0 8px}"
     ".erclutch svg text{font:10.5px sans-serif;fill:currentColor}"
@@ -71,7 +71,7 @@ def html(value: Any) -> str:
         *(Markup("<p>{}</p>").format(sentence) for sentence in card.says()),
         Markup("<pre>{}</pre>").format("\n".join(card.lines)) if card.lines else "",
         _table(card.table()),
-        Markup('<div class="drawn">{}</div>').format(Markup("").join(_figure(p, size) for p in panels)),
+        Markup('<div class="panels">{}</div>').format(Markup("").join(_figure(p, size) for p in panels)),
     ]
     return str(Markup('<div class="erclutch"><style>{}</style>{}</div>').format(_STYLE, Markup("").join(parts)))
 

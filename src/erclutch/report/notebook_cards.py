@@ -15,6 +15,7 @@ import numpy as np
 from erclutch.report.numbers.number_text import count, number, percent, span, unit_text
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
+from erclutch.signals.recording import TEMPERATURE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -77,7 +78,7 @@ def card_of(value: Any) -> NotebookCard:
 
 def _named(name: str, unit: str | None) -> str:
     """A column's name with its unit, as readers of logs understand it."""
-    return f"{name} [{unit}]" if unit and unit != "?" else name
+    return f"{'temperature' if name == TEMPERATURE else name} [{unit}]" if unit and unit != "?" else name
 
 
 def _frame(columns: Mapping[str, Any], index: str | None = None) -> DataFrame:
@@ -107,7 +108,7 @@ def _recording(log: Recording) -> NotebookCard:
     from erclutch.report.plots.log_plots import describe_section
 
     columns = {name: (x, log.units.get(name, "")) for name, x in log.signals.items()}
-    columns |= {name: (x, "") for name, x in {**log.extras, **log.spare}.items()}
+    columns |= {n: (x, "") if n != TEMPERATURE else (x, "K") for n, x in {**log.extras, **log.spare}.items()}
 
     def section(*, start: float | None = None, seconds: float | None = None) -> Plot:
         width = min(log.duration, _SECTION * log.period) if seconds is None else seconds
@@ -165,9 +166,11 @@ def _aligned(logs: AlignedLogs) -> NotebookCard:
     from erclutch.logs.aligned_logs import said
     from erclutch.report.plots.clocks_plot import describe_clocks
 
-    header = ("offset_s", "offset_low", "offset_high", "drift", "drift_low", "drift_high", "rows")
+    header = ("offset_s", "offset_low", "offset_high", "drift_ppm", "drift_low", "drift_high")
     columns, units = logs.joined.columns, logs.joined.units
-    rows = [(m.offset, *m.offset_interval, m.drift, *m.drift_interval, logs.joined.rows) for m in logs.matches]
+    rows = [
+        (m.offset, *m.offset_interval, *(1e6 * drift for drift in (m.drift, *m.drift_interval))) for m in logs.matches
+    ]
     return NotebookCard(
         logs.joined.name,
         [f"{count(logs.joined.rows)} rows", *(said(match) for match in logs.matches)],

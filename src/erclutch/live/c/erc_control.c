@@ -1,4 +1,5 @@
-/* What the operator wants, as fields: tracking by equation (23), torque by the inverse model, or predefined fields. */
+/* What the operator wants, as fields: tracking by equation (23) or by computed torque, torque by the inverse model, or
+ * predefined fields. */
 #include "erc_control.h"
 
 #include "erc_torque.h"
@@ -8,9 +9,9 @@
 #define TWO_PI 6.283185307179586
 #define OUT_OF_REACH 16u /* the model's flag */
 
-/* A trajectory's value and rate now. */
+/* A trajectory's value, its rate and the rate's rate now. */
 typedef struct {
-    double value, rate, motor;
+    double value, rate, second_rate, motor;
     double second; /* of a table row: the second field */
 } wanted_t;
 
@@ -23,17 +24,19 @@ static wanted_t of_table(const erc_core *core, const erc_program *program, uint6
         row = (program->flags & ERC_REPEAT) != 0u ? k % program->rows : program->rows - 1u;
     }
     const erc_row *at = &core->table[program->first + row];
-    return (wanted_t){at->first, at->second, at->motor_torque, at->second};
+    return (wanted_t){at->first, at->second, 0.0, at->motor_torque, at->second};
 }
 
 static wanted_t of_shape(const erc_core *core, const erc_program *program, uint64_t k) {
     /* Whole periods are taken away in turns, so that the phase is as fine after a day as after a second. */
+    const double omega = TWO_PI * program->frequency;
     const double turns = fmod((double)k * core->dt * program->frequency, 1.0);
-    wanted_t wanted = {program->offset, 0.0, program->motor_torque, 0.0};
+    wanted_t wanted = {program->offset, 0.0, 0.0, program->motor_torque, 0.0};
     switch (program->shape) {
     case ERC_SINE:
         wanted.value += program->amplitude * sin(TWO_PI * turns);
         wanted.rate = program->amplitude * TWO_PI * program->frequency * cos(TWO_PI * turns);
+        wanted.second_rate = -omega * omega * (wanted.value - program->offset);
         break;
     case ERC_SQUARE:
         wanted.value += turns < 0.5 ? program->amplitude : -program->amplitude;
@@ -49,6 +52,22 @@ static wanted_t of_shape(const erc_core *core, const erc_program *program, uint6
 static double tracking(const erc_core *core, const wanted_t *wanted) {
     const erc_config *config = &core->config;
     return config->k_p * (wanted->value - core->alpha.measured) + config->k_d * (wanted->rate - core->alpha.speed);
+}
+
+/* Computed torque: what the output's inertia and friction take on the trajectory, and what brings the output back to it
+ * as a mass on a critically damped spring. The integral stands still while the field can do no more. */
+static double computed_torque(erc_core *core, const wanted_t *wanted, uint32_t *events) {
+    const erc_config *config = &core->config;
+    const double stiff = TWO_PI * config->track_bandwidth;
+    const double off = wanted->value - core->alpha.measured;
+    const double back = stiff * (2.0 * (wanted->rate - core->alpha.speed) + stiff * (off + core->tracking_integral));
+    const double torque =
+        config->output_inertia * (wanted->second_rate + back) + config->output_friction * tanh(wanted->rate);
+    const double field = erc_torque_field(core, torque, 0.0, events);
+    if ((*events & ERC_UNREACHABLE) == 0u || off * core->tracking_integral < 0.0) {
+        core->tracking_integral += config->track_integral * core->dt * off;
+    }
+    return field;
 }
 
 /* Field for a wanted torque: the model's inverse, corrected by what the model says the device now gives. */
@@ -98,6 +117,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->program = program;
     core->program_tick = tick;
     core->integral = 0.0;
+    core->tracking_integral = 0.0;
     erc_torque_start(core);
     core->mirrored = 1.0;
     core->last_wave = 0.0;
@@ -133,7 +153,10 @@ uint32_t erc_control(erc_core *core, uint64_t tick, double ask[3]) {
     case ERC_TRACK:
         wanted.value += core->base;
         core->reference = wanted.value;
-        split(core, saturated(core, tracking(core, &wanted)), ask);
+        split(core,
+              saturated(core, core->config.track_bandwidth > 0.0 ? computed_torque(core, &wanted, &events)
+                                                                 : tracking(core, &wanted)),
+              ask);
         break;
     case ERC_TORQUE:
         core->reference = wanted.value;

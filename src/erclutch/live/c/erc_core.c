@@ -69,6 +69,8 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
     if (!not_negative(config->torque_lead) || !not_negative(config->torque_lag) ||
         !not_negative(config->integral_rate) || !not_negative(config->gain_rate) ||
         !not_negative(config->least_slip) || !not_negative(config->drive_inertia) ||
+        !not_negative(config->track_bandwidth) || !not_negative(config->track_integral) ||
+        !not_negative(config->output_inertia) || !not_negative(config->output_friction) ||
         !not_negative(config->drive_friction) || !isfinite(config->drive_drag_1) || !isfinite(config->drive_drag_2)) {
         return "a number of the torque control below zero, or not finite";
     }

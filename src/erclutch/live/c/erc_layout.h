@@ -169,10 +169,12 @@ typedef struct {
     double least_slip;               /* [rad/s] below it both sides run at one speed */
     double drive_inertia, drive_friction; /* [kg*m^2] of motor and housings; their dry friction in N m */
     double drive_drag_1, drive_drag_2; /* [N*m*s/rad] on the drive, beside the torque of the clutch under field */
+    double track_bandwidth, track_integral; /* [Hz] of computed torque, 0: equation (23); 1/s */
+    double output_inertia, output_friction; /* [kg*m^2] of the output and all that turns with it; N m */
     uint64_t late_trip_ns;           /* a wake-up later than this trips */
     uint32_t hold_samples, trip_samples;
     uint32_t programs, program;      /* how many, and which at the start */
     erc_program list[ERC_PROGRAMS];
     uint32_t observer, crc;
 } erc_config;
-_Static_assert(sizeof(erc_config) == 16 + 8 + 26 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 30 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

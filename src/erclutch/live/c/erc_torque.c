@@ -7,11 +7,12 @@
 #define TWO_PI 6.283185307179586
 #define OUT_OF_REACH 16u  /* the model's flag */
 #define EASE 20u          /* periods after a start or a gap in which the field changes slowly */
-#define SETTLED 20u       /* periods on one clutch after which filters have forgotten the other */
+#define SETTLED 50u       /* periods on one clutch after which filters have forgotten the other */
 #define HAND_OVER 0.02    /* of the field limit: a smaller field does not wake the other clutch */
 #define LEAST_GAIN 0.5    /* of the model's torque; the most is its inverse */
-#define FIRST_SPREAD 0.01 /* of gain and drag, squared */
-#define MOST_SPREAD 10.0
+#define FIRST_GAIN 0.001  /* how far off gain and drag may be at first: squared, in their scales */
+#define FIRST_DRAG 1.0
+#define MOST_SPREAD 1000.0
 #define SPEED_SCALE 100.0 /* rad/s */
 
 static double bounded(double x, double low, double high) {
@@ -24,7 +25,7 @@ static double share(double rate, double dt) {
 }
 
 void erc_torque_start(erc_core *core) {
-    const erc_share first = {1.0, 0.0, {FIRST_SPREAD, 0.0, FIRST_SPREAD}};
+    const erc_share first = {1.0, 0.0, {FIRST_GAIN, 0.0, FIRST_DRAG}};
     erc_stages s = {.learned = {first, first}, .side = 1.0, .way = 1.0};
     s.learned[0].drag = core->config.drive_drag_1;
     s.learned[1].drag = core->config.drive_drag_2;
@@ -37,7 +38,9 @@ static void begin_anew(erc_core *core) {
     if (core->step - s->step != 1u) {
         s->ease = EASE;
         s->settled = 0u;
-        s->speed = core->theta.speed;
+        s->speed = s->slow_speed = core->theta.speed;
+        s->late = s->modelled = 0.0;
+        s->reaction = s->learned[0].drag * s->speed;
     }
     s->step = core->step;
 }

@@ -1,0 +1,64 @@
+"""Time of a live step with torque control in stages: core, model, inverse and observer, in CPU ns on this machine.
+
+    python studies/torque_cost.py
+
+A compiled loop feeds one core with a drive that turns and a wanted torque that swings; the first fifth does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+
+from erclutch.cli import terminal
+from erclutch.cli.twin_model import twin_models
+from erclutch.live.c_core import Core, step_function
+from erclutch.live.layout import COMMAND, FRAME, SAMPLE, word_places
+from erclutch.live.live_model import live_model
+from erclutch.live.offered_programs import rig_settings
+from erclutch.live.settings import LoopProgram, Mode, Waveform
+from erclutch.paper.torque_control import KNOWS
+from erclutch.rig.twin.parameters import default_rig
+
+STEPS = 200_000
+
+
+def feeder() -> Callable[..., None]:
+    """The compiled loop around the core's step."""
+    step = step_function()
+    seq, stamp, theta, torque = word_places(SAMPLE, "seq", "time_ns", "theta", "torque")
+
+    @numba.njit(error_model="numpy")
+    def feed(core: Any, words: Any, numbers: Any, command: Any, frame: Any, first: int, steps: int) -> None:
+        for k in range(first, first + steps):
+            words[seq], words[stamp] = k + 1, (k + 1) * 1000000
+            numbers[theta], numbers[torque] = 0.15 * k, 0.08 * np.sin(0.03 * k)
+            step(core.ctypes, words.ctypes, 1, k, 0, 0, command.ctypes, frame.ctypes)
+
+    return feed
+
+
+def main() -> None:
+    """Print the table."""
+    rig, feed = default_rig(), feeder()
+    program = LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.08, 5.0, motor_torque=0.2)
+    rows: list[list[str]] = []
+    for name in ("bingham/forward", "fnn-16"):
+        model = live_model(twin_models(rig, (name,), terminal.console())[0], "coaxial")
+        for knows, settings in KNOWS.items():
+            core = Core(rig_settings(rig, [program], **settings), model.library)
+            words = np.zeros(SAMPLE.itemsize // 8, np.uint64)
+            out = np.zeros(COMMAND.itemsize // 8), np.zeros(FRAME.itemsize // 8)
+            feed(core.memory, words, words.view(np.float64), *out, 0, STEPS // 5)
+            begin = time.process_time_ns()
+            feed(core.memory, words, words.view(np.float64), *out, STEPS // 5, STEPS)
+            rows.append([name, knows, f"{(time.process_time_ns() - begin) / STEPS:.0f}"])
+    terminal.tell(terminal.table("A live step", ["model", "controller", "CPU time [ns]"], rows, left=2))
+
+
+if __name__ == "__main__":
+    main()
