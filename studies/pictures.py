@@ -95,10 +95,10 @@ def draw_live(folder: Path) -> None:
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     try:
-        with page(1180, 710) as seen:
+        with page(1180, 840) as seen:
             seen.goto(_address(session))
             time.sleep(14.0)
-            kept(seen.screenshot(clip={"x": 0, "y": 0, "width": 1180, "height": 647}), "live.png")
+            kept(seen.screenshot(), "live.png")
     finally:
         session.terminate()
         session.wait()

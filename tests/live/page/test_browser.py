@@ -7,6 +7,7 @@ import re
 import signal
 import time
 from collections.abc import Callable, Generator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -280,4 +281,6 @@ def test_nothing_sticks_out(seen: Seen, width: int, scheme: Any) -> None:
     assert dark == (scheme == "dark")
     low = page.evaluate(_CONTRAST)
     assert low == []
+    axe: Any = import_module("axe_playwright_python.sync_playwright")
+    assert axe.Axe().run(page).response["violations"] == []
     assert seen.errors == []

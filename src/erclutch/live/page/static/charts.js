@@ -63,7 +63,7 @@ export class Charts {
       return element("span", { className: "key", hidden: name === "wanted_torque" }, swatch, label, element("span", {}, values[k]));
     });
     const plot = element("div", { className: "plot" });
-    const box = element("div", { className: "chart", hidden: Boolean(chart.tracking) }, element("h3", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
+    const box = element("div", { className: "chart", hidden: Boolean(chart.tracking) }, element("h2", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
     box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
     root.append(box);
     const made = { chart, box, plot, values, keys, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
