@@ -36,7 +36,7 @@ def test_a_name_of_the_package_brings_what_it_needs() -> None:
     assert found & {"pandas", "sympy", "rich", "cyclopts", "h5py", "pyarrow"} == set()
 
 
-@pytest.mark.parametrize("arguments", [(), ("--help",)])
+@pytest.mark.parametrize("arguments", [(), ("--help",), ("--version",)])
 def test_help_brings_no_numbers(arguments: tuple[str, ...]) -> None:
     found = imported_by(command(*arguments))
     assert found & {"numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "h5py"} == set()
