@@ -344,3 +344,10 @@ def test_a_constant_rate_in_the_log_is_its_clock(log: Callable[..., Path], rows:
 def test_the_time_may_be_an_input_too(log: Callable[..., Path], rows: Rows) -> None:
     recording = read(log(rows), ColumnMap.from_dict({"columns": LABELS, "inputs": ["t"]}))
     np.testing.assert_allclose(recording.extras["t"], recording.time)
+
+
+@pytest.mark.parametrize(("text", "rate"), [("500", 500.0), ("1kHz", 1000.0), ("2.5 kHz", 2500.0), ("100 Hz", 100.0)])
+def test_a_rate_has_a_unit(text: str, rate: float) -> None:
+    assert ColumnMap.from_dict({"rate": text}).rate == pytest.approx(rate)
+    with pytest.raises(MappingError, match="positive number in Hz"):
+        ColumnMap.from_dict({"rate": f"{text} m"})

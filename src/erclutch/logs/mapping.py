@@ -302,11 +302,12 @@ def _number(values: Mapping[str, Any], name: str, unit: str) -> float | None:
     value = values.get(name)
     if value is None:
         return None
+    own = None
     try:
         number, own = units.quantity(str(value)) if not isinstance(value, bool) else (-1.0, None)
-        found = units.fits(own, (unit,)) if own and own != unit else (1.0, unit)
+        given, wanted = units.parse(own or unit), units.parse(unit)
     except UnitError:
-        number, found = -1.0, None
-    if found is None or not 0 < number < float("inf"):
+        number, given, wanted = -1.0, units.parse(unit), units.parse(unit)
+    if given.dimension != wanted.dimension or not 0 < number < float("inf"):
         raise MappingError(f"{name} is {value!r}", remedy=f"Give a positive number in {unit}")
-    return number * found[0]
+    return number if own in (None, unit) else number * given.factor / wanted.factor
