@@ -58,6 +58,8 @@ def test_the_bill_lists_each_package_that_runs_in_its_locked_version() -> None:
     pins = {normal(name): version for name, version in re.findall(r"^([\w.-]+)==([^\s;]+)", lock, re.MULTILINE)}
     extras = frozenset(tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"])
     needs = needed("erclutch", extras, set())
+    if any(metadata.version(name) != pins[name] for name in needs & set(pins)):
+        pytest.skip("the packages that are installed are others than the locked ones (make test-oldest, test-newest)")
     assert len(needs) > 30
     assert needs <= set(listed()), "make sbom"
     assert {name: part["version"] for name, part in listed().items()} == {name: pins[name] for name in listed()}

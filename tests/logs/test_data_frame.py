@@ -26,7 +26,7 @@ _COLUMNS: dict[str, Any] = {
     "text": ["x"] * _ROWS,
     "numbers as text": [str(k) for k in range(_ROWS)],
     "mixed": [1.0, "two", None, *range(_ROWS - 3)],
-    "huge": [10**400, *range(_ROWS - 1)],
+    "huge": pd.Series([10**400, *range(_ROWS - 1)], dtype=object),
     "lists": [[k] for k in range(_ROWS)],
     "complex": np.arange(_ROWS) * 1j,
     "dates": pd.date_range("2024-01-01", periods=_ROWS, freq="ms", tz="UTC"),
