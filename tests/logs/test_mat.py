@@ -310,3 +310,10 @@ def test_the_tree_of_a_file(tmp_path: Path) -> None:
         record = tree["rec"]
         assert isinstance(record, dict)
         assert record["Y"][0]["Name"] == '"Model Root"/"Field"/"Out1"'
+
+
+def test_a_module_beside_the_log_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "numpy.py").write_text("raise SystemExit('this ran')")
+    scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "field": FORCE, "slip": SLIP, "force": FORCE})
+    monkeypatch.chdir(tmp_path)
+    assert read_table("log.mat").rows == COUNT
