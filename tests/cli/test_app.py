@@ -88,7 +88,9 @@ def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
         with pytest.raises(WorkspaceError):
             asyncio.run(space.take("b.csv", content))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a-2.csv", "a.csv"]
+    (tmp_path / "a-run-estimate-2.csv").write_text("1")
     assert [entry.name for entry in space.logs()] == ["a-2.csv", "a.csv"]
+    assert [entry.name for entry in space.results()] == ["a-run-estimate-2.csv"]
 
 
 def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
@@ -308,6 +310,9 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
         tab.keyboard.press("Enter")
         tab.wait_for_url("**/job/**")
     assert page.url != other.url
+    body = b"run=run-two.csv&models=bingham"
+    status, text = served.ask("POST", "/fit/two.csv", body)
+    assert (status, "there is such a run already" in text) == (400, True)
     page.click("text=Cancel")
     page.locator("#state.cancelled").wait_for(timeout=20_000)
     assert not (served.folder / "run-one.csv").exists()

@@ -12,6 +12,7 @@ import pytest
 
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.dual import partial_of, seed
+from erclutch.errors import SettingError
 from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compilers import native
 from erclutch.export.step_numbers import run
@@ -26,6 +27,7 @@ from erclutch.registry import find, names
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from erclutch.signals.recording import TEMPERATURE
 
 STAGES = {
     stage.name: stage
@@ -223,3 +225,23 @@ def test_the_equation_names_all_numbers_and_outputs(stage: Stage) -> None:
     words = set(re.findall(r"[A-Za-z]\w*", stage.equation))
     assert set(names) <= words, set(names) - words
     assert f"{stage.name}: {stage.equation}." in model_with(stage).equation()
+
+
+@pytest.mark.parametrize(
+    ("stage", "offered"),
+    [
+        ("bouc-wen-0", "bouc-wen-N with N from 1 to 8"),
+        ("bouc-wen-9", "bouc-wen-N with N from 1 to 8"),
+        ("bouc-wen/nothing", "bouc-wen-N with N from 1 to 8"),
+        ("lugre/field/more", "lugre, lugre/field"),
+    ],
+)
+def test_a_form_that_a_stage_does_not_have_is_refused(stage: str, offered: str) -> None:
+    with pytest.raises(SettingError, match=f"unknown stage '{stage}'.*{offered}"):
+        Structure("single", "bingham", law_from_name("bingham", "single"), dynamics=stage)
+
+
+@pytest.mark.parametrize("stage", ["arrhenius", "softening", "softening/exponential"])
+def test_a_stage_of_temperature_asks_for_the_temperature(stage: str) -> None:
+    assert Structure("single", "bingham", law_from_name("bingham", "single"), dynamics=stage).extras == (TEMPERATURE,)
+    assert Structure("single", "bingham", law_from_name("bingham", "single")).extras == ()

@@ -177,7 +177,9 @@ class Workbench:
         made = job.result if job.state == "done" and job.result else None
         kind = None if made is None else self._kind(made)
         line = actions.shown(job.words)
-        return self._page("job", title=job.title, job=job, line=line, made=made, kind=kind, address=_address(job))
+        device = "?device=coaxial" if job.words[0] == "simulate" else ""
+        shown: dict[str, Any] = {"line": line, "made": made, "kind": kind, "device": device}
+        return self._page("job", title=job.title, job=job, address=_address(job), **shown)
 
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
@@ -244,6 +246,8 @@ class Workbench:
         known = [entry.name for entry in self._space.logs()]
         logs = [name, *(other for other in known if f"log.{other}" in form and other != name)]
         run = plain_name(form.get("run", "").strip())
+        if (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs):
+            raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
         return self._begin(f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
 
     async def _cancel(self, request: Request, form: _Form) -> Response:
@@ -310,7 +314,7 @@ class Workbench:
     def _kind(self, name: str) -> str:
         if (self._space.folder / name / "run.json").is_file():
             return "run"
-        if any(entry.name == name for entry in self._space.logs()) and "-estimate" not in name:
+        if any(entry.name == name for entry in self._space.logs()):
             return "log"
         return "page" if name.endswith(".html") else "file"
 
@@ -372,9 +376,11 @@ def _polyline(sketch: list[list[float]]) -> str:
 
 
 def _address(job: Job) -> str | None:
-    """The address of a live page that a job printed, on this machine alone."""
+    """The address of the live page of a job that runs, on this machine alone."""
     import re
 
+    if job.code is not None:
+        return None
     for line in reversed(job.lines):
         found = re.search(r"http://127\.0\.0\.1:\d{2,5}/\?token=[A-Za-z0-9_-]+", line)
         if found:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 from collections.abc import AsyncIterable, Iterable
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ from typing import Any
 
 from erclutch.errors import ErclutchError
 
+#: What the page calls the estimate of a log.
+ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")
 #: Of an upload, bytes; as large as the largest log that `erclutch.read` takes.
 LARGEST = 4 << 30
 _LONGEST_NAME = 120
@@ -50,7 +53,11 @@ class Workspace:
         def is_log(path: Path) -> bool:
             if path.is_dir():
                 return not _is_run(path) and folder_reader(path) is not None
-            return path.is_file() and any(path.name.lower().endswith(suffix) for suffix in suffixes)
+            return (
+                path.is_file()
+                and not ESTIMATE.search(path.name)
+                and any(path.name.lower().endswith(suffix) for suffix in suffixes)
+            )
 
         return self._entries(path for path in self._visible() if is_log(path))
 
@@ -64,7 +71,9 @@ class Workspace:
         kinds = (*_WRITTEN, ".toml")
 
         def is_result(path: Path) -> bool:
-            return path.name not in known and (path.suffix in kinds or _is_export(path))
+            return path.name not in known and (
+                path.suffix in kinds or _is_export(path) or ESTIMATE.search(path.name) is not None
+            )
 
         return self._entries(path for path in self._visible() if is_result(path))
 
