@@ -32,6 +32,7 @@ from erclutch.live.layout import (
     SAMPLE,
     STRUCTS,
 )
+from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.rig.packet import (
@@ -476,3 +477,8 @@ def test_no_model_is_no_model(tmp_path: Path) -> None:
         Core(LoopSettings(), tmp_path / "none.so")
     with pytest.raises(RunError, match="no compiled model"):
         Core(LoopSettings(), core_library())
+
+
+def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:
+    with pytest.raises(SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model"):
+        live_model(HERE / "model.json", "coaxial", effort="N")

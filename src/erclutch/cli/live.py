@@ -39,6 +39,7 @@ _AS_RECORDED = {
     **dict.fromkeys(("field_limit", "motor_limit", "rise_rate", "fall_rate"), 1e9),
     **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
 }
+_TWINS = ("twin", "twin-brake")
 _NO_SAMPLE = "no sample came from the rig. Is it on, at this address, with this --session number?"
 
 
@@ -246,8 +247,8 @@ def _model(
     from erclutch.live.live_model import live_model
 
     if path is not None:
-        return live_model(path, device, adapt=adapt)
-    if rig.rig not in ("twin", "twin-brake"):
+        return live_model(path, device, adapt=adapt, effort="N*m" if rig.rig in _TWINS else None)
+    if rig.rig not in _TWINS:
         return None
     from erclutch.cli.twin_model import twin_model
 

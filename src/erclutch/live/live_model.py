@@ -15,7 +15,9 @@ from erclutch.signals.device import DeviceName
 _INPUTS = {"coaxial": 4, "single": 2}
 
 
-def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False) -> LiveModel:
+def live_model(
+    path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False, effort: str | None = None
+) -> LiveModel:
     """A saved model, ready for the loop.
 
     Args:
@@ -23,10 +25,11 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3, ad
         device: of the rig.
         period: of the loop in s.
         adapt: a gain and an offset follow the torque sensor; the name says so.
+        effort: unit of the rig's effort, where that is known.
 
     Raises:
         RunError: no model, or a damaged one.
-        SettingError: of another device, or with further inputs.
+        SettingError: of another device or unit, or with further inputs.
         ExportError: it cannot be exported or compiled.
         CompilerError: there is no C compiler.
     """
@@ -37,6 +40,9 @@ def live_model(path: str | Path, device: DeviceName, *, period: float = 1e-3, ad
             where=str(path),
             remedy="Give a model of the rig's device",
         )
+    if effort is not None and model.units.effort not in (effort, "?"):
+        problem = f"the model's effort is in {model.units.effort}, and that of the rig in {effort}"
+        raise SettingError(problem, where=str(path), remedy="Give a model of the rig's device")
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
