@@ -28,6 +28,7 @@ def app_page(
         open_: Open the page in the browser.
     """
     import socket
+    import webbrowser
 
     try:
         import uvicorn
@@ -51,7 +52,7 @@ def app_page(
         config = uvicorn.Config(bench.app, ws="none", timeout_graceful_shutdown=1, limit_concurrency=64, **settings)
         terminal.say(f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it.")
         if open_:
-            _shown(access.url)
+            webbrowser.open(access.url)
         try:
             uvicorn.Server(config).run(sockets=[listening])
         except KeyboardInterrupt:
@@ -59,9 +60,3 @@ def app_page(
         finally:
             bench.jobs.close()
     return 0
-
-
-def _shown(address: str) -> None:
-    import webbrowser
-
-    webbrowser.open(address)

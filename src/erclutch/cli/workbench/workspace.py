@@ -9,7 +9,6 @@ import secrets
 from collections.abc import AsyncIterable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from erclutch.errors import ErclutchError
 
@@ -185,7 +184,7 @@ def said_size(size: int) -> str:
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
 
 
-def zipped(folder: Path) -> Any:
+def zipped(folder: Path) -> bytes:
     """A folder as a zip archive in memory; links and what lies outside are left out."""
     import io
     import zipfile
