@@ -131,8 +131,12 @@ def _latex(table: PaperTable) -> str:
 
 
 def _broken(text: str) -> str:
-    """A text in which a line may end between the parts of a model's name."""
-    return f"{latex(text).replace('+', '+' + _BREAK).replace('/', '/' + _BREAK)}"
+    """A text in which a line may end between the parts of a model's long name."""
+    shown = ((word, latex(word)) for word in text.split(" "))
+    return " ".join(
+        found.replace("+", "+" + _BREAK).replace("/", "/" + _BREAK) if len(word) > _LONG else found
+        for word, found in shown
+    )
 
 
 def _numeric(column: Iterable[str]) -> bool:
