@@ -62,17 +62,7 @@ def reproduce(
         polish: Train networks longer, and on all rows at the end, not only on centroids.
         reading: How to read your logs.
     """
-    from erclutch.paper.tables import twin_runs
-
-    require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
-    require(0, seed=seed)
-    if what in _ONLINE and log:
-        problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
-        raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    _check(what, log, out, seconds, seed)
     if what in _ONLINE:
         from erclutch.cli.experiment import run_online
 
@@ -86,6 +76,8 @@ def reproduce(
         others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
         runs, origin = _own_runs(log, {name: path for name, path in others.items() if path}, what, reading)
     else:
+        from erclutch.paper.tables import twin_runs
+
         names = ("training", "zero-field", "zero-motion") if what == "table3" else ("training", "test")
         runs, origin = twin_runs(names, rig=load_rig(rig), seed=seed, seconds=seconds), "TWIN"
     if what in ("table2", "table3"):
@@ -96,6 +88,18 @@ def reproduce(
         _estimates(runs, origin, out, seed, polish)
     else:
         _sweep(what, runs, origin, out, seed)
+
+
+def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, seed: int) -> None:
+    require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
+    require(0, seed=seed)
+    if what in _ONLINE and log:
+        problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
+        raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
 
 
 def _training_section(
