@@ -28,6 +28,8 @@ typedef struct {
     double side, way;               /* +1: clutch 1, -1: clutch 2; +1: the motor turns or last turned forward */
     int locked;                     /* both sides run at one speed */
     uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */
+    double fast, late_share;        /* shares by which the filters of observer and delay move in a period */
+    double per_period;              /* of the error that the integral takes in a period */
     uint64_t step;                  /* the last one */
 } erc_stages;
 

@@ -29,6 +29,9 @@ void erc_torque_start(erc_core *core) {
     erc_stages s = {.learned = {first, first}, .side = 1.0, .way = 1.0};
     s.learned[0].drag = core->config.drive_drag_1;
     s.learned[1].drag = core->config.drive_drag_2;
+    s.fast = share(TWO_PI * core->config.observer_bandwidth, core->dt);
+    s.late_share = core->config.torque_lag > 0.0 ? share(1.0 / core->config.torque_lag, core->dt) : 1.0;
+    s.per_period = share(core->config.integral_rate, core->dt);
     core->stages = s;
 }
 
@@ -47,16 +50,16 @@ static void begin_anew(erc_core *core) {
 
 /* The drive's torque, less what speeds the drive up and its dry friction, is what the clutch under field passes on and
  * what drags. The model's torque goes through the same filter, so no speed is differentiated. */
-static double by_motion(erc_core *core, double late) {
+static double by_motion(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
-    const double rate = TWO_PI * config->observer_bandwidth, slow = share(rate, core->dt);
+    const double rate = TWO_PI * config->observer_bandwidth, slow = s->fast;
     const double omega = core->theta.speed;
     const double motor = bounded(core->asked_motor, -config->motor_limit, config->motor_limit);
     const double passed = motor - config->drive_friction * tanh(omega);
     s->reaction += slow * (passed - s->reaction) - rate * config->drive_inertia * (omega - s->speed);
     s->speed = omega;
-    s->late += late * (s->side * core->estimate - s->late);
+    s->late += s->late_share * (s->side * core->estimate - s->late);
     s->modelled += slow * (s->late - s->modelled);
     s->slow_speed += slow * (omega - s->slow_speed);
     return s->reaction;
@@ -80,18 +83,16 @@ static void learn(erc_share *of, double model, double speed, double off, double 
 static void observe(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
-    const double fast = share(TWO_PI * config->observer_bandwidth, core->dt);
-    const double late = config->torque_lag > 0.0 ? share(1.0 / config->torque_lag, core->dt) : 1.0;
     const int motion = config->observer == ERC_BY_MOTION;
-    double torque = (double)NAN;
-    if (motion && isfinite(core->estimate)) {
-        torque = by_motion(core, late);
-    } else if (config->observer == ERC_BY_SENSOR && isfinite(core->estimate)) {
-        s->modelled += late * (core->estimate - s->modelled);
-        torque = core->torque;
+    const int known = config->observer >= ERC_BY_SENSOR && isfinite(core->estimate);
+    double torque = core->torque;
+    if (known && motion) {
+        torque = by_motion(core);
+    } else if (known) {
+        s->modelled += s->late_share * (core->estimate - s->modelled);
     }
-    if (!isfinite(torque) || s->locked) {
-        s->rest *= 1.0 - fast;
+    if (!known || !isfinite(torque) || s->locked) {
+        s->rest *= 1.0 - s->fast;
         return;
     }
     erc_share *learned = &s->learned[s->side < 0.0];
@@ -101,7 +102,7 @@ static void observe(erc_core *core) {
         learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
               config->torque_scale);
     }
-    s->rest += motion ? 0.0 : fast * (off - s->rest);
+    s->rest += motion ? 0.0 : s->fast * (off - s->rest);
 }
 
 /* A motor speed at which the sign of the slip is known. Where both sides run at one speed a clutch passes on whatever is
@@ -145,7 +146,7 @@ static void integrate(erc_core *core, double wanted, uint32_t events) {
     const double error = wanted - (measured ? core->torque : core->estimate);
     const int free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
-        s->integral += share(core->config.integral_rate, core->dt) * error;
+        s->integral += s->per_period * error;
     }
 }
 
