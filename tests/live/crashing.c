@@ -21,3 +21,8 @@ uint32_t erc_model_inverse(const double *in, double wanted, double *field) {
     *field = wanted * in[0];
     return 0u;
 }
+
+uint32_t erc_model_steady(const double *in, double *effort) {
+    *effort = in[0];
+    return 0u;
+}

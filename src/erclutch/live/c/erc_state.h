@@ -25,6 +25,9 @@ typedef struct {
     double late, modelled;          /* the model's torque as late as the measured one is */
     double reaction;                /* on the drive, with the model's torque filtered as it is */
     double speed, slow_speed;       /* of the drive one step ago, and filtered */
+    double found, slope;            /* the last field that gave what was asked, and the torque per field there; 0: none */
+    double lacking;                 /* torque that the field is short of */
+    uint32_t beyond;                /* periods left in which that is believed */
     double side, way;               /* +1: clutch 1, -1: clutch 2; +1: the motor turns or last turned forward */
     int locked;                     /* both sides run at one speed */
     uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */

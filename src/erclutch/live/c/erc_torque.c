@@ -2,6 +2,8 @@
  * is known, the model's inverse, integral action, the hand-over between the clutches. */
 #include "erc_torque.h"
 
+#include "erc_inverse.h"
+
 #include <math.h>
 
 #define TWO_PI 6.283185307179586
@@ -13,6 +15,10 @@
 #define FIRST_GAIN 0.001  /* how far off gain and drag may be at first: squared, in their scales */
 #define FIRST_DRAG 1.0
 #define MOST_SPREAD 1000.0
+#define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
+#define AT_END 0.9        /* of the field limit: the model may end a little earlier */
+#define SECANTS 4u        /* at most, before the inverse begins anew */
+#define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
 
 static double bounded(double x, double low, double high) {
@@ -122,21 +128,81 @@ static double driving(erc_core *core, double wanted) {
     return s->locked ? s->way * (output + least) : omega;
 }
 
+static double lowest_field(const erc_core *core) {
+    return core->config.device == ERC_SINGLE ? 0.0 : -core->config.field_limit;
+}
+
+/* The field near the last one at which the model gives a torque at rest, by secants; whether there is one. The torque
+ * must go on changing with the field in the direction in which it did where the inverse found its field. */
+static int follow(erc_core *core, const double *in, double wanted) {
+    erc_stages *s = &core->stages;
+    const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
+    const double lowest = lowest_field(core);
+    double at = s->found, slope = s->slope;
+    double miss = slope != 0.0 ? erc_at_rest(core, in, at) - wanted : 0.0;
+    uint32_t i;
+    for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && fabs(miss) > enough; i++) {
+        const double next = bounded(at - miss / slope, lowest, limit);
+        const double there = erc_at_rest(core, in, next) - wanted;
+        if (fabs(there) < fabs(miss)) {
+            slope = (there - miss) / (next - at);
+            at = next;
+            miss = there;
+        } else {
+            slope = 0.0; /* out of reach, or a step of the torque */
+        }
+    }
+    if (!(slope * s->slope > 0.0 && fabs(miss) <= enough)) {
+        return 0;
+    }
+    s->found = at;
+    s->slope = slope;
+    return 1;
+}
+
+/* Whether what was out of reach of the field's end still is. Now and then the inverse looks anew for a better field. */
+static int still_out_of_reach(erc_core *core, const double *in, double wanted) {
+    erc_stages *s = &core->stages;
+    if (s->beyond == 0u) {
+        return 0;
+    }
+    s->beyond--;
+    return (wanted - erc_at_rest(core, in, s->found)) * s->lacking > 0.0;
+}
+
+/* Anew, from zero field on; then the slope is there for the next time. */
+static void search(erc_core *core, const double *in, double wanted, uint32_t *events) {
+    erc_stages *s = &core->stages;
+    const double limit = core->config.field_limit;
+    double field = 0.0;
+    const int out = (erc_inverse(core, in, wanted, &field) & OUT_OF_REACH) != 0u;
+    s->found = isfinite(field) ? bounded(field, lowest_field(core), limit) : 0.0;
+    s->slope = 0.0;
+    s->beyond = 0u;
+    if (out) {
+        *events |= ERC_UNREACHABLE;
+        s->lacking = wanted - erc_at_rest(core, in, s->found);
+        s->beyond = fabs(s->found) > AT_END * limit ? EASE : 0u;
+    } else {
+        const double inside = s->found < 0.0 ? s->found + ASIDE * limit : s->found - ASIDE * limit;
+        const double slope = (erc_at_rest(core, in, s->found) - erc_at_rest(core, in, inside)) / (s->found - inside);
+        s->slope = isfinite(slope) ? slope : 0.0;
+    }
+}
+
 /* The field at which the model gives a torque at rest. Its memory is in the lead and in the observer's comparison: the
  * inverse for the next step alone turns unstable where the model has a dead time. */
 static double inverse(erc_core *core, double wanted, uint32_t *events) {
-    const double omega = driving(core, wanted), alpha = core->alpha.speed, limit = core->config.field_limit;
+    const double omega = driving(core, wanted), alpha = core->alpha.speed;
     const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
-    const double single[3] = {0.0, omega - alpha, 0.0};
-    const int alone = core->config.device == ERC_SINGLE;
-    double field = 0.0;
-    if (core->model.inverse == 0) {
-        return 0.0;
-    }
-    if ((core->model.inverse(alone ? single : coaxial, wanted, &field) & OUT_OF_REACH) != 0u) {
+    const double single[5] = {0.0, omega - alpha, 0.0, 0.0, 0.0};
+    const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
+    if (still_out_of_reach(core, in, wanted)) {
         *events |= ERC_UNREACHABLE;
+    } else if (follow(core, in, wanted) == 0) {
+        search(core, in, wanted, events);
     }
-    return isfinite(field) ? bounded(field, alone ? 0.0 : -limit, limit) : 0.0;
+    return core->stages.found;
 }
 
 /* Of the error of the measured torque, or of the estimate; it does not wind up while the field can do no more. */
