@@ -54,11 +54,13 @@ def inspect(
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
-    raw = read_table(log, variable=recordings_in(log)[0] if reading.variable == "all" else reading.variable)
+    variable = recordings_in(log)[0] if reading.variable == "all" else reading.variable
+    with terminal.progress("reading") as bar:
+        raw = read_table(log, variable=variable, told=lambda done, size: bar(done, size, _read_so_far(done, size)))
     text, missing = reading.mapping_text(raw, log)
     recording, more, problem = None, [], None
     try:
-        recording, *more = reading.read([log])
+        recording, *more = reading.how().read(log, reading.device, raw)
     except SettingError:
         raise
     except ErclutchError as error:
@@ -84,6 +86,10 @@ def inspect(
     for path in drawn:
         terminal.say(f"drawn: {path}")
     return 0
+
+
+def _read_so_far(done: int, size: int) -> str:
+    return f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read" if done < size else "columns, clock and checks"
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:
