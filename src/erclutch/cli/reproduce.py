@@ -19,8 +19,16 @@ if TYPE_CHECKING:
     from erclutch.paper.sweep_points import Points
     from erclutch.paper.tables import Row
 
+_TRAINING = 290.0  # s: the paper's training run
 _FIGURES = ("mse", "low", "high", "paper")
-What = Literal["table2", "table3", "memory", "fig3", "fig4", "fig5", "fig6", "kernels"]
+#: Figures of the live loop, and the experiment that each shows.
+_ONLINE = {
+    **{"fig7": "sine", "fig8": "square", "fig9": "tracking", "fig10": "tracking"},
+    **{"fig11": "zero-field", "fig12": "zero-motion", "fig13": "encoders"},
+}
+_Table = Literal["table2", "table3", "memory"]
+_Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
+What = Literal[_Table, _Figure]
 
 
 def reproduce(
@@ -31,24 +39,24 @@ def reproduce(
     zero_field: Path | None = None,
     zero_motion: Path | None = None,
     out: Path = Path("reproduced"),
-    seconds: float = 290.0,
+    seconds: float | None = None,
     seed: int = 0,
     rig: Path | None = None,
     polish: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
-    """Print a table of the paper, or draw one of its sweeps: on the digital TWIN, or on your own log.
+    """Print a table of the paper, or draw one of its figures: on the digital TWIN, or on your own log.
 
     Args:
         what: table2, table3, memory (table2 with memory and with past samples), fig3 (a section of the training
             log), fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), fig6 (what each approach estimates), kernels
-            (RBFM).
+            (RBFM); fig7 to fig13 (the live loop, on the TWIN alone).
         log: Your training log, in place of the twin.
         test: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
         zero_motion: Your log with the output held, for table3.
         out: Folder for figures and numbers; a sweep and the table of memory resume from what is there.
-        seconds: Rig time of the twin's training run.
+        seconds: Rig time of the twin's training run, 290 s if not given, or of an experiment of the live loop.
         seed: Seed of the twin's runs and of the networks' starts.
         rig: A rig file (TOML) for the twin.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
@@ -56,12 +64,21 @@ def reproduce(
     """
     from erclutch.paper.tables import twin_runs
 
-    require(5, 86400, " s", seconds=seconds)
+    require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
     require(0, seed=seed)
+    if what in _ONLINE and log:
+        problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
+        raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    if what in _ONLINE:
+        from erclutch.cli.experiment import run_online
+
+        run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        return
+    seconds = _TRAINING if seconds is None else seconds
     if what == "fig3":
         _training_section(log, out, seconds, seed, rig, reading)
         return
