@@ -230,6 +230,9 @@ def read(path, how):
     if how == "crash":
         import os, signal
         os.kill(os.getpid(), signal.SIGSEGV)
+    if how == "spin":
+        import os, signal
+        os.kill(os.getpid(), signal.SIGXCPU)
     if how == "hang":
         time.sleep(60)
     if how == "greed":
@@ -245,6 +248,7 @@ sys.exit(child_process.serve(read))
     ("how", "problem"),
     [
         ("crash", "the reader broke on this file"),
+        ("spin", "takes longer than the 20 s that its size allows"),
         ("hang", "takes longer than"),
         ("greed", "needs more than 2048 MiB"),
         ("exit", r"the reader broke on this file \(code 3\)"),
