@@ -135,7 +135,9 @@ def test_a_window_is_that_of_the_log_in_memory(short: Path, window: Any) -> None
         np.testing.assert_allclose(one.slip, other.slip, atol=1e-7)
 
 
-@pytest.mark.parametrize(("window", "said"), [((1e3, None, None), "0 rows lie from 1000 s on"), ((None, None, -1), "--skip -1 s")])
+@pytest.mark.parametrize(
+    ("window", "said"), [((1e3, None, None), "0 rows lie from 1000 s on"), ((None, None, -1), "--skip -1 s")]
+)
 def test_a_window_that_the_log_cannot_have_is_refused(short: Path, window: Any, said: str) -> None:
     with pytest.raises(SettingError, match=said):
         fit_large([short], ("bingham",), device=COAXIAL, reading=Reading(rows=50_000, window=window))
