@@ -90,7 +90,8 @@ class LogOptions:
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: Annotated[str | None, Parameter(group=_READING)] = None
-    """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them: all."""
+    """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them, and each
+    effort of theirs as a log of its own: all; then also --effort 'F_* [N]'."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
     resample: Annotated[str | None, Parameter(group=_READING)] = None
@@ -101,6 +102,11 @@ class LogOptions:
     """Bandwidth of lowpass and kalman in Hz."""
     window: Annotated[int, Parameter(group=_SPEEDS)] = 5
     """Rows of the Savitzky-Golay window."""
+
+    @property
+    def each(self) -> bool:
+        """Whether all recordings of a file are wanted, and all their efforts."""
+        return self.variable == "all"
 
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""

@@ -92,25 +92,39 @@ def read(
     return assemble(table, chosen, device=device, invalid=invalid)
 
 
-def read_all(path: str | Path, mapping: ColumnMap, **others: Any) -> list[Recording]:
-    """All recordings of a file that holds several, each under its own name; the other arguments are those of `read`.
+def read_all(
+    path: str | Path,
+    mapping: ColumnMap,
+    *,
+    device: DeviceName = "single",
+    invalid: Invalid | None = None,
+    mapping_file: str | Path | None = None,
+) -> list[Recording]:
+    """All recordings of a file, and all efforts of each, as logs under names of their own.
+
+    The arguments are those of `read`; the effort may be a pattern such as ``F_* [N]``.
 
     Raises:
         LogError, MappingError: see `read`.
     """
+    from erclutch.logs.several_efforts import logs_of
+
+    file, chosen = _file_and_map(path, mapping, mapping_file)
+    chosen, names = replace(chosen, variable=None), recordings_in(file)
+    tables = {name: read_table(file, variable=name) for name in names} or {"": read_table(file)}
     found: list[Recording] = []
-    for name in recordings_in(path):
-        log = read(path, replace(mapping, variable=None), variable=name, **others)
+    for name, table, own in logs_of(tables, chosen, device):
+        log = assemble(table, own, device=device, invalid=invalid)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
-        found.append(replace(log, name=f"{log.name}: {name}", digest=digest))
+        found.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
     return found
 
 
 def recordings_in(path: str | Path) -> list[str]:
-    """Names of the recordings that a file holds beside each other.
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
 
     Raises:
-        LogError: the file cannot be read, holds none, or is of a format that has one only.
+        LogError: the file cannot be read.
     """
     file = _require_file(path)
     with _readable(file):
@@ -119,10 +133,7 @@ def recordings_in(path: str | Path) -> list[str]:
     listed = plugin.of_type(LogReader).recordings
     source = LogSource(file, data, "")
     with placed(file.name), plugin.working(f"failed on {file.name}"):
-        names = list(listed(source)) if listed is not None else []
-        if not names:
-            raise LogError("the file does not hold several recordings", remedy="Leave --variable all out")
-    return names
+        return list(listed(source)) if listed is not None else []
 
 
 def table_of(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:

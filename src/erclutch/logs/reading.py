@@ -12,7 +12,7 @@ from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batch
 from erclutch.logs.assemble import Invalid
 from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
-from erclutch.logs.time_window import within
+from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
@@ -67,12 +67,13 @@ class Reading:
         """The batches of one log.
 
         Raises:
-            SettingError: a window or a rate: both need the whole log in memory.
+            SettingError: a rate, for which the whole log must be in memory; a window that the log cannot have.
         """
-        if self.rate is not None or self.window != (None, None, None):
-            remedy = "Use erclutch fit, or cut and resample the logs before"
-            raise SettingError("--from, --to, --skip and --resample need the whole log in memory", remedy=remedy)
-        return read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
+        if self.rate is not None:
+            remedy = "Use erclutch fit, or resample the logs before"
+            raise SettingError("--resample needs the whole log in memory", remedy=remedy)
+        found = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
+        return found if self.window == (None, None, None) else batches_within(found, *self.window)
 
     def _how(self, device: DeviceName) -> dict[str, Any]:
         return {"device": device, "invalid": self.invalid, "mapping_file": self.mapping_file}
