@@ -89,6 +89,10 @@ class ControlOptions:
     track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
     """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
     and friction stand in --rig-file."""
+    stiffness: Annotated[float, Parameter(group=_CONTROL)] = 0.1
+    """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
+    damping: Annotated[float, Parameter(group=_CONTROL)] = 4.0e-3
+    """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
     """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -196,6 +200,7 @@ def _explained(output: Console) -> int:
         rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
         title = f"In the state {state.name.lower()}"
         output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
+    output.print("Asked of tracking. Torque, impedance and wall are answered alike.")
     return 0
 
 
@@ -285,13 +290,12 @@ def _settings(
     limit = parameters.value("supply.command_limit")
     if control.field_limit is not None and not 0 < control.field_limit <= limit:
         raise SettingError(f"--field-limit {control.field_limit:g}", remedy=f"Give at most the supply's {limit:g}")
-    gains = {
-        name: getattr(control, name) for name in ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap")
-    }
-    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), **gains}
+    names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
+    gains = {name: getattr(control, name) for name in names}
+    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
-        return rig_settings(parameters, (replay,), device=device, **common, **_AS_RECORDED)
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED)
     programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first

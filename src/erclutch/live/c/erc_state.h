@@ -50,7 +50,8 @@ typedef struct {
     uint64_t step, program_tick;
     uint32_t program;
     erc_stages stages;
-    double tracking_integral; /* rad */
+    double tracking_integral, deepest; /* rad; of a wall: the upper end of its play */
+    uint32_t inward, pulled;           /* the hand goes into the wall; periods that it pulled */
     double base, motor, integral, estimate, reference;
     double mirrored, last_wave;         /* of a predefined sequence near the end of the stroke */
     double asked1, asked2, asked_motor; /* by control, at the last good sample */
