@@ -35,7 +35,9 @@ def feeder() -> Callable[..., None]:
     seq, stamp, theta, torque = word_places(SAMPLE, "seq", "time_ns", "theta", "torque")
 
     @numba.njit(error_model="numpy")
-    def feed(core: Any, words: Any, numbers: Any, command: Any, frame: Any, first: int, steps: int, reach: float) -> None:
+    def feed(
+        core: Any, words: Any, numbers: Any, command: Any, frame: Any, first: int, steps: int, reach: float
+    ) -> None:
         for k in range(first, first + steps):
             words[seq], words[stamp] = k + 1, (k + 1) * 1000000
             numbers[theta], numbers[torque] = 0.15 * k, reach * np.sin(0.03 * k)

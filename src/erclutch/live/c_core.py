@@ -27,7 +27,9 @@ class _Model:
             library.erc_model_state_size.restype = ctypes.c_uint32
             size = int(library.erc_model_state_size())
             names = ("step", "inverse", "reset", "steady")
-            step, inverse, back, steady = [ctypes.cast(library[f"erc_model_{name}"], ctypes.c_void_p).value for name in names]
+            step, inverse, back, steady = [
+                ctypes.cast(library[f"erc_model_{name}"], ctypes.c_void_p).value for name in names
+            ]
             reset = library.erc_model_reset
         except (OSError, AttributeError) as error:
             raise RunError(f"no compiled model: {error}", where=str(path), remedy="Export the model again") from error
