@@ -32,7 +32,10 @@ static double share(double rate, double dt) {
 
 void erc_torque_start(erc_core *core) {
     const erc_share first = {1.0, 0.0, {FIRST_GAIN, 0.0, FIRST_DRAG}};
-    erc_stages s = {.learned = {first, first}, .side = 1.0, .way = 1.0};
+    static const erc_stages none;
+    erc_stages s = none;
+    s.side = s.way = 1.0;
+    s.learned[0] = s.learned[1] = first;
     s.learned[0].drag = core->config.drive_drag_1;
     s.learned[1].drag = core->config.drive_drag_2;
     s.fast = share(TWO_PI * core->config.observer_bandwidth, core->dt);
@@ -89,8 +92,8 @@ static void learn(erc_share *of, double model, double speed, double off, double 
 static void observe(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
-    const int motion = config->observer == ERC_BY_MOTION;
-    const int known = config->observer >= ERC_BY_SENSOR && isfinite(core->estimate);
+    const bool motion = config->observer == ERC_BY_MOTION;
+    const bool known = config->observer >= ERC_BY_SENSOR && isfinite(core->estimate);
     double torque = core->torque;
     if (known && motion) {
         torque = by_motion(core);
@@ -134,7 +137,7 @@ static double lowest_field(const erc_core *core) {
 
 /* The field near the last one at which the model gives a torque at rest, by secants; whether there is one. The torque
  * must go on changing with the field in the direction in which it did where the inverse found its field. */
-static int follow(erc_core *core, const double *in, double wanted) {
+static bool follow(erc_core *core, const double *in, double wanted) {
     erc_stages *s = &core->stages;
     const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
     const double lowest = lowest_field(core);
@@ -153,18 +156,18 @@ static int follow(erc_core *core, const double *in, double wanted) {
         }
     }
     if (!(slope * s->slope > 0.0 && fabs(miss) <= enough)) {
-        return 0;
+        return false;
     }
     s->found = at;
     s->slope = slope;
-    return 1;
+    return true;
 }
 
 /* Whether what was out of reach of the field's end still is. Now and then the inverse looks anew for a better field. */
-static int still_out_of_reach(erc_core *core, const double *in, double wanted) {
+static bool still_out_of_reach(erc_core *core, const double *in, double wanted) {
     erc_stages *s = &core->stages;
     if (s->beyond == 0u) {
-        return 0;
+        return false;
     }
     s->beyond--;
     return (wanted - erc_at_rest(core, in, s->found)) * s->lacking > 0.0;
@@ -175,14 +178,14 @@ static void search(erc_core *core, const double *in, double wanted, uint32_t *ev
     erc_stages *s = &core->stages;
     const double limit = core->config.field_limit;
     double field = 0.0;
-    const int out = (erc_inverse(core, in, wanted, &field) & OUT_OF_REACH) != 0u;
+    const bool out = (erc_inverse(core, in, wanted, &field) & OUT_OF_REACH) != 0u;
     s->found = isfinite(field) ? bounded(field, lowest_field(core), limit) : 0.0;
     s->slope = 0.0;
     s->beyond = 0u;
     if (out) {
         *events |= ERC_UNREACHABLE;
         s->lacking = wanted - erc_at_rest(core, in, s->found);
-        s->beyond = fabs(s->found) > AT_END * limit ? EASE : 0u;
+        s->beyond = fabs(s->found) > AT_END * limit ? (uint32_t)EASE : (uint32_t)0u;
     } else {
         const double inside = s->found < 0.0 ? s->found + ASIDE * limit : s->found - ASIDE * limit;
         const double slope = (erc_at_rest(core, in, s->found) - erc_at_rest(core, in, inside)) / (s->found - inside);
@@ -199,7 +202,7 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
     const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
     if (still_out_of_reach(core, in, wanted)) {
         *events |= ERC_UNREACHABLE;
-    } else if (follow(core, in, wanted) == 0) {
+    } else if (!follow(core, in, wanted)) {
         search(core, in, wanted, events);
     }
     return core->stages.found;
@@ -208,9 +211,9 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
 /* Of the error of the measured torque, or of the estimate; it does not wind up while the field can do no more. */
 static void integrate(erc_core *core, double wanted, uint32_t events) {
     erc_stages *s = &core->stages;
-    const int measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
+    const bool measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
     const double error = wanted - (measured ? core->torque : core->estimate);
-    const int free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
+    const bool free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
         s->integral += s->per_period * error;
     }
