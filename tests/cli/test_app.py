@@ -321,7 +321,7 @@ def test_from_a_dropped_file_to_exported_c(
         page.get_by_text("Download").click(timeout=60_000)
     assert download.value.suggested_filename.endswith(".zip")
     made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-bingham-c"))
-    assert json.loads((made / "export.json").read_text())["precision"] == "float32"  # as usual in C
+    assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
     page.click("text=Back to the run")
     page.click(f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
     assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")

@@ -57,7 +57,11 @@ def inspect(
     require(0, unit=" s", start=start or 0.0)
     variable = recordings_in(log)[0] if reading.variable == "all" else reading.variable
     with terminal.progress("reading") as bar:
-        raw = read_table(log, variable=variable, told=lambda done, size: bar(done, size, _read_so_far(done, size)))
+        raw = read_table(
+            log,
+            variable=variable,
+            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
+        )
     text, missing, choices = reading.mapping_text(raw, log)
     recording, more, problem = None, [], None
     try:
