@@ -24,7 +24,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.cli.workbench import actions
-from erclutch.cli.workbench.jobs import Job
+from erclutch.cli.workbench.jobs import Job, Jobs
 from erclutch.cli.workbench.workspace import Workspace, WorkspaceError, plain_name
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -132,6 +132,25 @@ def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
     assert job.state == "cancelled"
     assert job.code == 130
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_log_is_looked_at_once_until_something_changes(tmp_path: Path) -> None:
+    jobs, space = Jobs(tmp_path), Workspace(tmp_path)
+    german(tmp_path / "log.csv")
+
+    def look() -> Job:
+        job = jobs.look("look", ["inspect", "log.csv", "--json"], space.state("log.csv"), "/log/log.csv")
+        job.join(30.0)
+        return job
+
+    first = look()
+    assert (first.state, json.loads(first.output)["choices"]["effort"]["unit"]) == ("done", "N m")
+    assert look() is first
+    (tmp_path / "log.csv.toml").write_text('[columns]\neffort = "-Drehmoment [mN*m]"\n')
+    second = look()
+    assert json.loads(second.output)["choices"]["effort"]["unit"] == "mN*m"
+    assert not jobs.full
 
 
 # --- the server -------------------------------------------------------------------------------------------------------

@@ -77,7 +77,7 @@ if (job && job.dataset.state === "running") {
     else part("share").value = told.share;
     part("lines").textContent = told.lines;
     if (told.address) { part("address").hidden = false; part("address").querySelector("a").href = told.address; }
-    setTimeout(look, 400);
+    setTimeout(look, Math.min(2000, 400 + 50 * told.seconds)); // the longer it runs, the less often
   };
   look();
 }
