@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import tomllib
 from collections.abc import Sequence
+from dataclasses import asdict
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -56,8 +57,12 @@ def inspect(
     require(0, unit=" s", start=start or 0.0)
     variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
     with terminal.progress("reading") as bar:
-        raw = read_table(log, variable=variable, told=lambda done, size: bar(done, size, _read_so_far(done, size)))
-    text, missing = reading.mapping_text(raw, log)
+        raw = read_table(
+            log,
+            variable=variable,
+            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
+        )
+    text, missing, choices = reading.mapping_text(raw, log)
     recording, more, problem = None, list["Recording"](), None
     try:
         recording, *more = reading.read([log]) if reading.each else reading.how().read(log, reading.device, raw)
@@ -72,7 +77,12 @@ def inspect(
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
-        _print_json(raw, recording, problem, reading, {"missing": list(missing), "mapping": tomllib.loads(text)})
+        said = {
+            signal: dict(asdict(choice), file_unit=raw.units.get(str(choice.column)))
+            for signal, choice in choices.items()
+        }
+        more_json = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        _print_json(raw, recording, problem, reading, more_json)
         return int(recording is None)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
