@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from erclutch.errors import RunError
-from erclutch.runs.cluster import TaskPool, finished
+from erclutch.runs.cluster import TaskPool, finished, saying_kept
 
 T = TypeVar("T")
 
@@ -83,11 +83,12 @@ class Points:
             RunError: the file cannot be written; what a task raises.
         """
         new = [key for key in tasks if key not in self._known]
-        for done, (index, result) in enumerate(finished(pool, function, [tasks[key] for key in new]), start=1):
-            if isinstance(result, Exception):
-                raise result
-            self._keep(new[index], result)
-            report(len(tasks) - len(new) + done, new[index])
+        with saying_kept(lambda: f"{sum(key in self._known for key in tasks)} of {len(tasks)} points are kept"):
+            for done, (index, result) in enumerate(finished(pool, function, [tasks[key] for key in new]), start=1):
+                if isinstance(result, Exception):
+                    raise result
+                self._keep(new[index], result)
+                report(len(tasks) - len(new) + done, new[index])
         return [self._known[key] for key in tasks]
 
     def _keep(self, key: str, value: Any) -> None:
