@@ -35,7 +35,7 @@ def test_a_fleet_takes_the_window_and_the_rate_that_were_given(log: Path) -> Non
 
 
 def test_batches_refuse_what_needs_the_whole_log(log: Path) -> None:
-    with pytest.raises(SettingError, match="whole log in memory"):
+    with pytest.raises(SettingError, match="needs the whole log in memory"):
         Reading(rate=500.0).batches(log, "single")
 
 

@@ -86,7 +86,7 @@ def read(
     """
     if not isinstance(path, str | Path):
         own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
-        return assemble(table_of(path)[0], map_over(mapping, own), device=device, invalid=invalid)
+        return assemble(table_of(path), map_over(mapping, own), device=device, invalid=invalid)
     file, chosen = _file_and_map(path, mapping, mapping_file)
     table = read_table(file, variable=variable or chosen.variable) if table is None else table
     return assemble(table, chosen, device=device, invalid=invalid)
@@ -136,19 +136,17 @@ def recordings_in(path: str | Path) -> list[str]:
         return list(listed(source)) if listed is not None else []
 
 
-def table_of(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
-    """The table of a file, with what the mapping file beside it says, or that of a DataFrame.
+def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
+    """The table of a file, or that of a DataFrame.
 
     Raises:
-        LogError, MappingError: see `read`.
+        LogError: see `read`.
     """
     if isinstance(log, str | Path):
-        file = _require_file(log)
-        own = beside(file)
-        return read_table(file, variable=own.variable), own
+        return read_table(log, variable=variable)
     from erclutch.logs.data_frame import table_of_frame
 
-    return table_of_frame(log), None
+    return table_of_frame(log)
 
 
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
@@ -186,7 +184,8 @@ def align(
     """
     from erclutch.logs.aligned_logs import align_tables
 
-    (one, own), (other, others) = table_of(a), table_of(b)
+    own, others = (beside(_require_file(log)) if isinstance(log, str | Path) else None for log in (a, b))
+    one, other = (table_of(log, None if its is None else its.variable) for log, its in ((a, own), (b, others)))
     if one.digest == other.digest:
         raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
     if one.name == other.name:
