@@ -168,8 +168,7 @@ def live(
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
-        parameters = load_rig(rig.rig_file)
-        control, tuned = _tuned(control)
+        parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
