@@ -93,6 +93,8 @@ class ControlOptions:
     """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
     damping: Annotated[float, Parameter(group=_CONTROL)] = 4.0e-3
     """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
+    tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
+    """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
     """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -157,7 +159,7 @@ def live(
     from erclutch.cli import terminal
     from erclutch.live.session import Session, SessionOptions
     from erclutch.live.session_figures import SessionFigures
-    from erclutch.rig.twin.parameters import default_rig, load_rig
+    from erclutch.rig.twin.parameters import load_rig
 
     if explain:
         return _explained(terminal.console())
@@ -166,7 +168,7 @@ def live(
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
-        parameters = default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
+        parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
@@ -178,7 +180,7 @@ def live(
             if needs_sensor:
                 _has_sensor(what, option)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
-        settings = _for_rig(settings, what, device, control)
+        settings = _for_rig(settings, what, device, control, tuned)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
@@ -324,6 +326,32 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
     return found
 
 
+def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
+    """The options with what a settings file says of those that have their defaults, and its further settings.
+
+    Raises:
+        SettingError: the file cannot be read, or holds what is no setting or no number.
+    """
+    import tomllib
+
+    from erclutch.cli.tune import TUNED
+
+    if control.tuned is None:
+        return control, {}
+    try:
+        body: dict[str, Any] = tomllib.loads(control.tuned.read_bytes().decode("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        problem = f"cannot be read ({error})"
+        raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
+    for name, value in body.items():
+        if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):
+            known = ", ".join(TUNED)
+            raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
+    options = {name: value for name, value in body.items() if hasattr(control, name)}
+    default = {name: value for name, value in options.items() if getattr(control, name) == getattr(_DEFAULTS[1], name)}
+    return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+
+
 def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
     """What hangs on the rig."""
     from erclutch.rig.rig_plugins import RigDevice
@@ -335,11 +363,13 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
     return "single" if rig.spec["single"] else "coaxial"
 
 
-def _for_rig(settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions) -> LoopSettings:
-    """The settings with the field limit of a plug-in's rig; a single device has no stroke that ends at a stop."""
+def _for_rig(
+    settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
+) -> LoopSettings:
+    """The settings as tuned, with the field limit of a plug-in's rig; a single device has no stroke that ends."""
     from erclutch.rig.rig_plugins import RigDevice
 
-    settings = replace(settings, device=device)
+    settings = replace(settings, **tuned)
     if isinstance(rig, RigDevice):
         largest = rig.field_limit or settings.field_limit
         share = largest / settings.field_limit
