@@ -17,7 +17,9 @@ from erclutch.rig.twin.parameters import RigParameters, load_rig
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.paper.sweep_points import Points
+    from erclutch.paper.sweeps import RunsRecipe
     from erclutch.paper.tables import Row
+    from erclutch.runs.cluster import TaskPool
 
 _TRAINING = 290.0  # s: the paper's training run
 _FIGURES = ("mse", "low", "high", "paper")
@@ -29,6 +31,7 @@ _ONLINE = {
 _Table = Literal["table2", "table3", "memory"]
 _Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
 What = Literal[_Table, _Figure]
+_Options = tuple[tuple[str, Any], ...]
 
 
 def reproduce(
@@ -43,6 +46,8 @@ def reproduce(
     seed: int = 0,
     rig: Path | None = None,
     polish: Annotated[bool, Parameter(negative=())] = False,
+    cluster: str | None = None,
+    workers: int = 2,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Print a table of the paper, or draw one of its figures: on the digital TWIN, or on your own log.
@@ -60,8 +65,13 @@ def reproduce(
         seed: Seed of the twin's runs and of the networks' starts.
         rig: A rig file (TOML) for the twin.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
+        cluster: Where points of fig4, fig5 and kernels run: threads (default), processes, local (Dask here), or
+            tcp://HOST:PORT of a Dask scheduler whose workers see the logs under the same paths.
+        workers: Points of fig4, fig5 and kernels side by side; changes no figure.
         reading: How to read your logs.
     """
+    from erclutch.runs.cluster import task_pool
+
     _check(what, log, out, seconds, seed)
     if what in _ONLINE:
         from erclutch.cli.experiment import run_online
@@ -69,25 +79,45 @@ def reproduce(
         run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
         return
     seconds = _TRAINING if seconds is None else seconds
+    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
     if what == "fig3":
         _training_section(log, out, seconds, seed, rig, reading)
         return
-    if log:
-        others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
-        runs, origin = _own_runs(log, {name: path for name, path in others.items() if path}, what, reading)
+    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test}, reading, twin)
+    if what in ("fig4", "fig5", "kernels"):
+        with task_pool(cluster, workers) as pool:
+            _sweep(what, recipe, pool, out, seed)
     else:
-        from erclutch.paper.tables import twin_runs
+        _fitted(what, recipe, out, seed, polish, rig)
 
-        names = ("training", "zero-field", "zero-motion") if what == "table3" else ("training", "test")
-        runs, origin = twin_runs(names, rig=load_rig(rig), seed=seed, seconds=seconds), "TWIN"
-    if what in ("table2", "table3"):
-        _table(what, runs, origin, out, seed, polish)
-    elif what == "memory":
-        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
+
+def _fitted(what: What, recipe: RunsRecipe, out: Path, seed: int, polish: bool, rig: Path | None) -> None:
+    runs, origin = _runs_of(recipe)
+    if what == "memory":
+        _memory(runs, origin, out, seed, polish, None if recipe.make is _own_runs else load_rig(rig))
     elif what == "fig6":
         _estimates(runs, origin, out, seed, polish)
     else:
-        _sweep(what, runs, origin, out, seed)
+        _table(what, runs, origin, out, seed, polish)
+
+
+def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
+    runs = recipe.make(**dict(recipe.options))
+    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
+
+
+def _recipe(
+    what: What, log: tuple[Path, ...], others: Mapping[str, Path | None], reading: LogOptions, twin: _Options
+) -> RunsRecipe:
+    from erclutch.paper.sweeps import RunsRecipe
+
+    if not log:
+        return RunsRecipe(_twin_runs, twin)
+    given = tuple(
+        (name, path.resolve()) for name, path in others.items() if path and (name == "test") != (what == "table3")
+    )
+    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
+    return RunsRecipe(_own_runs, own)
 
 
 def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, seed: int) -> None:
@@ -127,23 +157,28 @@ def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, poli
         terminal.say(str(path))
 
 
+def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
+    from erclutch.paper.tables import twin_runs
+
+    names = ("training", "zero-field", "zero-motion") if what == "table3" else ("training", "test")
+    return twin_runs(names, rig=load_rig(rig), seed=seed, seconds=seconds)
+
+
 def _own_runs(
-    log: tuple[Path, ...], others: Mapping[str, Path], what: What, reading: LogOptions
-) -> tuple[dict[str, Dataset], str]:
+    log: tuple[Path, ...], others: tuple[tuple[str, Path], ...], what: What, reading: LogOptions
+) -> dict[str, Dataset]:
     """Rows of the training log and of the other logs; where there are none, the end of the first is the test."""
     from erclutch.logs.dataset import hold_out
 
-    recordings = reading.read(log)
-    data = reading.dataset(recordings)
-    origin = recordings[0].origin or "your log"
-    given = {name: reading.dataset(reading.read([path])) for name, path in others.items()}
+    data = reading.dataset(reading.read(log))
+    given = {name: reading.dataset(reading.read([path])) for name, path in others}
     if given:
-        return {"training": data, **given}, origin
+        return {"training": data, **given}
     if what == "table3":
         problem = "table3 needs runs without field or with the output held"
         raise SettingError(problem, remedy="Give --zero-field or --zero-motion")
     held = hold_out(data, 0.3)
-    return {"training": data.take(~held), "test": data.take(held)}, origin
+    return {"training": data.take(~held), "test": data.take(held)}
 
 
 def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
@@ -282,15 +317,15 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
 
 
-def _sweep(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int) -> None:
+def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int) -> None:
     from erclutch.paper import sweeps
     from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
 
-    train, test = runs.values()
+    runs, origin = _runs_of(recipe)
     points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
     with terminal.progress(what) as bar:
-        found = sweep(train, test, points, seed, bar)
+        found = sweep(recipe, pool, points, seed, bar)
     if what == "fig5":
         shown = [n for n in ("fnn-6", "fnn-16") if origin == "TWIN"]
         paths = draw_fnn_sweep(found, out, origin, {int(n[4:]): APPROACHES[n].train for n in shown})
