@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -117,3 +120,15 @@ def test_a_fleet_shows_its_devices(tmp_path: Path, shown: dict[str, Any]) -> Non
     assert fleet.table()["device"].tolist() == ["one.csv", "two.csv"]
     assert "<svg" in fleet._repr_html_()
     assert len(fleet.to_frame()) == len(fleet.parameters)
+
+
+@pytest.mark.slow
+def test_a_plot_leaves_the_notebooks_backend_as_it_set_itself_up(kept_run: Path, tmp_path: Path) -> None:
+    """The inline backend turns interaction on when it is loaded; else the second plot of a session is not shown."""
+    backend = "import matplotlib\nfrom matplotlib.backends.backend_agg import *\nmatplotlib.interactive(True)\n"
+    (tmp_path / "inline_like.py").write_text(backend)
+    code = f"import erclutch, matplotlib\nerclutch.read_run({str(kept_run)!r}).plot('ranking')\n"
+    code += "assert matplotlib.is_interactive()"
+    paths = os.pathsep.join((str(tmp_path), *sys.path))
+    seen = {**os.environ, "MPLBACKEND": "module://inline_like", "PYTHONPATH": paths}
+    subprocess.run([sys.executable, "-c", code], env=seen, check=True)

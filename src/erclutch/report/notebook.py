@@ -173,6 +173,8 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
     if chosen not in card.plots:
         raise SettingError(f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {', '.join(card.plots)}")
     described = card.plots[chosen](**options)
+    # A notebook's backend sets itself up when it is loaded: here, not in a style that ends.
+    cast(Any, pyplot).draw_if_interactive()
     with style():
         figure: Any = cast(Any, pyplot).figure(figsize=(described.width, described.height), layout="constrained")
         paint(figure, described)
