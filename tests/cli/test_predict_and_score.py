@@ -112,6 +112,13 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
     assert "sister" in said
 
 
+def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:
+    shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
+    for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
+        code, said, _ = _run("score", log, "--model", place / "run", "--name", "bingham", cwd=tmp_path)
+        assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
+
+
 def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)
@@ -125,6 +132,20 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     wider = erclutch.score(place / "run", pd.read_csv(place / "two.csv") * [1.0, 1.5, 1.0, 1.0], name="bingham")
     assert wider["guessed"][0] > 0.1
     assert "field above 1826 V" in wider["where"][0]
+
+
+def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
+    how = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--resample", "500Hz", "--from", "1s")
+    models = ("--effort", "M [N*m]", "--models", "bingham", "--lag", "none", "--out", "run")
+    assert _run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
+    _run("predict", place / "two.csv", "--model", "run", "--out", "p.csv", cwd=tmp_path)
+    written, found = pd.read_csv(tmp_path / "p.csv", comment="#"), erclutch.predict(tmp_path / "run", place / "two.csv")
+    assert len(written) < 1500 < 2 * len(written)
+    np.testing.assert_allclose(found["effort"], written["effort [N*m]"], atol=1e-8)
+    np.testing.assert_allclose(found.index, written["time [s]"], atol=1e-9)
+    _, said, _ = _run("score", place / "two.csv", "--model", "run", cwd=tmp_path)
+    assert f"{len(written):,} rows" in said
+    assert f"{erclutch.score(tmp_path / 'run', place / 'two.csv')['rmse'][0]:.4g}" in said
 
 
 def _without_bands(run: Path) -> None:

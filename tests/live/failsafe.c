@@ -39,6 +39,10 @@ static uint32_t any_effort(void *state, const double *in, double *effort) {
     return (uint32_t)next();
 }
 
+static uint32_t any_steady(const double *in, double *effort) {
+    return any_effort(0, in, effort);
+}
+
 static uint32_t any_field(const double *in, double wanted, double *field) {
     (void)in;
     (void)wanted;
@@ -108,7 +112,7 @@ typedef struct {
 } rig;
 
 static void start(rig *r, const erc_config *config) {
-    static const erc_model model = {any_effort, any_field, 0, 0};
+    static const erc_model model = {any_effort, any_field, 0, 0, any_steady};
     memset(r, 0, sizeof *r);
     must(erc_config_error(config, 64) == 0, "a configuration that is allowed");
     erc_core_init(&r->core, config, table, &model);

@@ -26,7 +26,7 @@ from erclutch.paper.hand_experiments import (
     hand_runs,
 )
 from erclutch.paper.online import EXPERIMENTS, lines, run, tracking_error, trial
-from erclutch.paper.online_figures import describe_online
+from erclutch.paper.online_figures import FIGURE_OF, describe_online
 from erclutch.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, describe_control, kept_runs
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.rig.interface import RigCommand
@@ -63,7 +63,10 @@ def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
         assert (frames["alpha"] == frames["alpha"][0]).all() == (name == "zero-motion")
         assert (frames["field1"] + frames["field2"] == 0.0).all() == (name == "zero-field")
         assert (trace.other_alpha is not None) == (name == "encoders")
-    for file in save_plot(describe_online(traces[0], "TWIN", rows=1000), tmp_path / "figure.png"):
+    plot = describe_online(traces[0], FIGURE_OF[name])
+    assert plot.title.startswith("TWIN, ")
+    assert [panel.y.title[:4].strip() for panel in plot.panels][:2] == ["(a)", "(a)"]
+    for file in save_plot(plot, tmp_path / "figure.png"):
         assert file.stat().st_size > 1000
 
 
@@ -114,7 +117,7 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
     from erclutch.cli import app, experiment
 
     asked: list[Any] = []
-    monkeypatch.setattr(experiment, "_run", lambda *given: asked.append(given))
+    monkeypatch.setattr(experiment, "run_online", lambda *given: asked.append(given))
     app(["experiment", "all", "--real-time"], exit_on_error=False)
     assert asked[0][0] == [n for n in EXPERIMENTS if n != "encoders"]
     assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out

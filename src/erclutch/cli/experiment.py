@@ -13,13 +13,14 @@ from erclutch.paper.published import WARMING
 from erclutch.rig.twin.parameters import load_rig
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.table import Table
 
     from erclutch.paper.hand_experiments import HandName, HandRun
     from erclutch.paper.online import ErrorLine, OnlineTrace
     from erclutch.paper.torque_control import ControlRun
 
-_FIGURES = {"sine": 7, "square": 8, "tracking": 9, "zero-field": 11, "zero-motion": 12, "encoders": 13}
 #: Models beside the online one where the paper compares them (figures 11 and 12, table III).
 _RIVALS = ("rbfn-50", "rbfm-10/forward", "hem/forward", "seo-seo/forward", "bingham/forward")
 
@@ -69,7 +70,7 @@ def experiment(
         left_out = [n for n in names if EXPERIMENTS[n].encoders]
         names = [n for n in names if n not in left_out]
         terminal.tell(f"left out, for it does not run in real time: {', '.join(left_out)}")
-    _run(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
+    run_online(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
 
 
 def _control(seeds: int, rig_file: Path | None, out: Path) -> None:
@@ -149,11 +150,20 @@ def _hand_table(name: HandName, runs: list[HandRun], seeds: int) -> Table:
     return terminal.table(title, ["inverse of", "controller", *heads], rows, left=2)
 
 
-def _run(names: list[str], model: Path | None, rig_file: Path | None, out: Path, options: dict[str, Any]) -> None:
+def run_online(
+    names: Sequence[str],
+    model: Path | None,
+    rig_file: Path | None,
+    out: Path,
+    options: dict[str, Any],
+    only: int | None = None,
+) -> None:
+    """Run experiments, print their figures and draw those of the paper, or only one of them."""
     from erclutch.cli.twin_model import twin_models
     from erclutch.live.live_model import live_model
     from erclutch.models.load import load_model
     from erclutch.paper.online import EXPERIMENTS, run
+    from erclutch.paper.online_figures import FIGURE_OF
 
     rig = load_rig(rig_file)
     first = twin_models(rig, ("fnn-16",), terminal.console())[0] if model is None else model
@@ -162,26 +172,22 @@ def _run(names: list[str], model: Path | None, rig_file: Path | None, out: Path,
     for name in names:
         rivals = twin_models(rig, _RIVALS, terminal.console()) if EXPERIMENTS[name].rivals else []
         saved = [load_model(path) for path in (first, *rivals)]
-        for number, trace in enumerate(run(name, chosen, saved, rig, **options)):
-            _show(name, trace, number, out)
+        for figure, trace in enumerate(run(name, chosen, saved, rig, **options), start=FIGURE_OF[name]):
+            if only in (None, figure):
+                _show(name, trace, figure, out / (f"figure-{figure}" if only is None else f"fig{figure}"))
 
 
-def _show(name: str, trace: OnlineTrace, number: int, out: Path) -> None:
-    from erclutch.paper.online import lines, trial
+def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
+    from erclutch.paper.online import lines
     from erclutch.paper.online_figures import describe_online
     from erclutch.report.plots.matplotlib_painter import save_plot
 
-    figure, start = f"figure-{_FIGURES[name] + number}", min(5000, len(trace.frames) // 2)
-    if name == "tracking":
-        start = trial(trace, 0 if number == 0 else -1).start
-    elif name == "encoders":
-        start = 0
     terminal.tell(_table(name, trace, lines(trace)))
     for sentence in _sentences(name, trace):
         terminal.say(sentence)
-    rows = 5000 if trace.name.startswith("tracking at 0.4") or name == "encoders" else 2000
-    title = f"TWIN, {trace.name}: {figure.replace('-', ' ')} of the paper"
-    for file in save_plot(describe_online(trace, title, start, rows), out / f"{figure}.png"):
+    for file in save_plot(
+        describe_online(trace, figure), *(stem.with_name(f"{stem.name}.{kind}") for kind in ("pdf", "png"))
+    ):
         terminal.say(str(file))
 
 

@@ -464,7 +464,7 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
     return {
         "origin": session.origin,
         "frames": watch.frames,
-        "missed": watch.missed,
+        "missed": reader.missed,
         "lost_by_reader": reader.lost,
         "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
         "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
@@ -479,9 +479,9 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     from erclutch.cli import terminal
 
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
-    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.missed} deadlines missed"
+    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
-    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n)
+    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n and name != "overrun")
     output.print(", ".join(counts) or "no event", markup=False)
     for note in notes:
         output.print(note, markup=False, soft_wrap=True)

@@ -8,7 +8,7 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -62,6 +62,7 @@ def read(
     invalid: Invalid | None = None,
     variable: str | None = None,
     mapping_file: str | Path | None = None,
+    table: Table | None = None,
 ) -> Recording:
     """Read a log as a Recording in SI units.
 
@@ -77,6 +78,7 @@ def read(
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
         mapping_file: a mapping file in place of the one beside the log.
+        table: the log as `read_table` gave it, where that was called before; the file is not read again.
 
     Raises:
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
@@ -84,30 +86,45 @@ def read(
     """
     if not isinstance(path, str | Path):
         own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
-        return assemble(table_of(path)[0], map_over(mapping, own), device=device, invalid=invalid)
+        return assemble(table_of(path), map_over(mapping, own), device=device, invalid=invalid)
     file, chosen = _file_and_map(path, mapping, mapping_file)
-    return assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=invalid)
+    table = read_table(file, variable=variable or chosen.variable) if table is None else table
+    return assemble(table, chosen, device=device, invalid=invalid)
 
 
-def read_all(path: str | Path, mapping: ColumnMap, **others: Any) -> list[Recording]:
-    """All recordings of a file that holds several, each under its own name; the other arguments are those of `read`.
+def read_all(
+    path: str | Path,
+    mapping: ColumnMap,
+    *,
+    device: DeviceName = "single",
+    invalid: Invalid | None = None,
+    mapping_file: str | Path | None = None,
+) -> list[Recording]:
+    """All recordings of a file, and all efforts of each, as logs under names of their own.
+
+    The arguments are those of `read`; the effort may be a pattern such as ``F_* [N]``.
 
     Raises:
         LogError, MappingError: see `read`.
     """
+    from erclutch.logs.several_efforts import logs_of
+
+    file, chosen = _file_and_map(path, mapping, mapping_file)
+    chosen, names = replace(chosen, variable=None), recordings_in(file)
+    tables = {name: read_table(file, variable=name) for name in names} or {"": read_table(file)}
     found: list[Recording] = []
-    for name in recordings_in(path):
-        log = read(path, replace(mapping, variable=None), variable=name, **others)
+    for name, table, own in logs_of(tables, chosen, device):
+        log = assemble(table, own, device=device, invalid=invalid)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
-        found.append(replace(log, name=f"{log.name}: {name}", digest=digest))
+        found.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
     return found
 
 
 def recordings_in(path: str | Path) -> list[str]:
-    """Names of the recordings that a file holds beside each other.
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
 
     Raises:
-        LogError: the file cannot be read, holds none, or is of a format that has one only.
+        LogError: the file cannot be read.
     """
     file = _require_file(path)
     with _readable(file):
@@ -116,25 +133,20 @@ def recordings_in(path: str | Path) -> list[str]:
     listed = plugin.of_type(LogReader).recordings
     source = LogSource(file, data, "")
     with placed(file.name), plugin.working(f"failed on {file.name}"):
-        names = list(listed(source)) if listed is not None else []
-        if not names:
-            raise LogError("the file does not hold several recordings", remedy="Leave --variable all out")
-    return names
+        return list(listed(source)) if listed is not None else []
 
 
-def table_of(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
-    """The table of a file, with what the mapping file beside it says, or that of a DataFrame.
+def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
+    """The table of a file, or that of a DataFrame.
 
     Raises:
-        LogError, MappingError: see `read`.
+        LogError: see `read`.
     """
     if isinstance(log, str | Path):
-        file = _require_file(log)
-        own = beside(file)
-        return read_table(file, variable=own.variable), own
+        return read_table(log, variable=variable)
     from erclutch.logs.data_frame import table_of_frame
 
-    return table_of_frame(log), None
+    return table_of_frame(log)
 
 
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
@@ -172,7 +184,8 @@ def align(
     """
     from erclutch.logs.aligned_logs import align_tables
 
-    (one, own), (other, others) = table_of(a), table_of(b)
+    own, others = (beside(_require_file(log)) if isinstance(log, str | Path) else None for log in (a, b))
+    one, other = (table_of(log, None if its is None else its.variable) for log, its in ((a, own), (b, others)))
     if one.digest == other.digest:
         raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
     if one.name == other.name:
@@ -214,12 +227,15 @@ def read_batches(
     yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
 
 
-def read_table(path: str | Path, *, variable: str | None = None) -> Table:
+def read_table(
+    path: str | Path, *, variable: str | None = None, told: Callable[[int, int], None] = lambda done, total: None
+) -> Table:
     """Read a log as it is: raw columns and units, nothing converted.
 
     Args:
         path: see `read`.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
+        told: called with how many bytes of a long text were read, and of how many.
 
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
@@ -230,7 +246,7 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
         data = b"" if plugin else _bytes(file)
         digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
     plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, digest, variable))
+    table = read_by(plugin, LogSource(file, data, digest, variable, told))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     return replace(table, notes=(*table.notes, *notes)) if notes else table

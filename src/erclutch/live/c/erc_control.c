@@ -2,6 +2,7 @@
  * spring and a damper, a wall, or predefined fields. */
 #include "erc_control.h"
 
+#include "erc_inverse.h"
 #include "erc_torque.h"
 
 #include <math.h>
@@ -135,10 +136,7 @@ static double corrected_inverse(erc_core *core, double wanted, uint32_t *events)
     const double coaxial[5] = {0.0, 0.0, core->theta.speed, core->alpha.speed, 0.0};
     const double single[3] = {0.0, core->theta.speed - core->alpha.speed, 0.0};
     double forward = 0.0;
-    if (core->model.inverse == 0) {
-        return 0.0;
-    }
-    const uint32_t flags = core->model.inverse(config->device == ERC_SINGLE ? single : coaxial, wanted, &forward);
+    const uint32_t flags = erc_inverse(core, config->device == ERC_SINGLE ? single : coaxial, wanted, &forward);
     if ((flags & OUT_OF_REACH) != 0u) {
         *events |= ERC_UNREACHABLE;
     }

@@ -69,7 +69,7 @@ typedef struct {
     double field_limit, motor_limit;
     char unused1[480];
     uint64_t head; /* offset 1024: from here on the loop writes */
-    uint32_t state, pid, mode, program, trip_reason, unused2;
+    uint32_t state, pid, mode, program, trip_reason, missed; /* missed: deadlines that were skipped */
     char unused3[32];
     uint64_t counts[32];
     uint64_t sensor_seq;
