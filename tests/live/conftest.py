@@ -67,6 +67,19 @@ def _as_filtered(rate: Any) -> Any:
     return np.append(rate[0], [follows.step(float(x)) for x in way])
 
 
+def _asks(frame: Any, model: Any, wanted: float, near: float) -> bool:
+    speeds = float(frame["theta_dot"]), float(frame["alpha_dot"])
+    if abs(model.steady((float(frame["field1"]), float(frame["field2"]), *speeds)) - wanted) <= near:
+        return True
+    return abs(float(frame["field1"] - frame["field2"]) - model.inverse((0.0, 0.0, *speeds), wanted)) < 1e-9
+
+
+@pytest.fixture
+def asks() -> Any:
+    """Whether a frame's field is what a model of the pair needs for a torque, within a torque, or its inverse."""
+    return _asks
+
+
 @pytest.fixture
 def as_filtered() -> Any:
     """Makes a reference's rate as late as the filter of the output's speed is."""

@@ -156,7 +156,7 @@ def test_a_trip_gives_zero_and_recovery_no_jump(observer: Any, bingham: Path) ->
     assert abs(field(run(short, good[310:311], first=310))[0] - held) <= most
 
 
-def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bingham: Path) -> None:
+def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bingham: Path, asks: Any) -> None:
     """The filter of the speed is late: compared with the reference itself it would ask for more on the way."""
     phase = 2.0 * np.pi * 2e-3 * np.arange(900)
     program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 2.5, 2.0, motor_torque=0.1)
@@ -167,12 +167,12 @@ def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bin
     frames, model = run(Core(chosen, bingham), given), CompiledModel(bingham)
     wanted = -5e-5 * 2.5 * (4.0 * np.pi) ** 2 * np.sin(phase)
     for k in range(100, 900):
-        expected = model.inverse((0.0, 0.0, frames["theta_dot"][k], frames["alpha_dot"][k]), wanted[k])
-        if abs(expected) > 0.02:
-            assert field(frames)[k] == pytest.approx(expected, abs=2e-3)
+        if abs(field(frames)[k]) > 0.02:
+            # The hand-written inverse is off by 2 mN m; the rate itself would ask for 13 mN m more.
+            assert asks(frames[k], model, wanted[k], 3e-3)
 
 
-def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, as_filtered: Any) -> None:
+def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, as_filtered: Any, asks: Any) -> None:
     """The field is the inverse of the torque that the equation asks for, and nothing else."""
     program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 1.0, 1.0, motor_torque=0.1)
     numbers = {"track_bandwidth": 3.0, "track_integral": 0.0, "output_inertia": 2e-4, "output_friction": 0.003}
@@ -184,10 +184,7 @@ def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, 
     wanted = 2e-4 * (second + back) + 0.003 * np.tanh(rate)
     for k in range(100, 900):
         if abs(field(frames)[k]) > 0.02:  # a smaller field does not wake the other clutch
-            speeds = (frames["theta_dot"][k], frames["alpha_dot"][k])
-            near = abs(model.steady((frames["field1"][k], frames["field2"][k], *speeds)) - wanted[k])
-            inverse = model.inverse((0.0, 0.0, *speeds), wanted[k])
-            assert near <= 1e-2 * STAGES.torque_scale or field(frames)[k] == pytest.approx(inverse, abs=1e-9)
+            assert asks(frames[k], model, wanted[k], 1e-2 * STAGES.torque_scale)
     assert np.ptp(np.sign(field(frames))) == 2.0
 
 
