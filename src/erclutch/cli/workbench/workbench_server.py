@@ -164,7 +164,7 @@ class Workbench:
         chosen = actions.chosen_of(form)
         words = ["inspect", name, *chosen.words(), "--json"]
         state = await run_in_threadpool(self._space.state, name)
-        here = f"{request.url.path}?{request.url.query}"
+        here = f"{request.url.path}?{request.url.query}".rstrip("?")
         job = self.jobs.look(f"Look at {name}", words, state, here)
         await asyncio.to_thread(job.join, _SHORT)
         if job.state == "running":
