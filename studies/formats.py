@@ -2,8 +2,9 @@
 
     python studies/formats.py mutate [--formats mdf tdms ...] [--count 10000] [--results build/formats]
 
-A process that has imported the reader's library forks a child for each damaged file. The child has the memory limit of
-`child_process` and 10 s, and runs the function that the reader's own child runs; only the start of Python is left out.
+A process that has imported the reader's library forks a child for each damaged file. The child has the limits of
+`child_process`, and 10 s in all. It runs the function that the reader's own child runs; only the start of Python is
+left out. Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
 Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence,
 children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number,
 so the study can be stopped and goes on where it was.
@@ -150,6 +151,24 @@ def write_jsonl(path: Path, columns: Columns) -> None:
     path.write_text("".join(json.dumps(dict(zip(labels, row, strict=True))) + "\n" for row in rows), encoding="utf-8")
 
 
+def write_mcap(path: Path, columns: Columns) -> None:
+    """MCAP by the library mcap: one topic of flat ROS 1 messages, with checksums."""
+    import struct
+
+    from mcap.writer import Writer
+
+    names = [name for name in columns if name != "time"]
+    with path.open("wb") as out:
+        writer = Writer(out, chunk_size=1000)
+        writer.start()
+        kind = writer.register_schema("rig/Row", "ros1msg", "".join(f"float64 {n}\n" for n in names).encode())
+        topic = writer.register_channel("/rig", "ros1", kind, {f"unit.{n}": columns[n][0] for n in names})
+        for row, seconds in enumerate(columns["time"][1]):
+            message = struct.pack(f"<{len(names)}d", *(columns[n][1][row] for n in names))
+            writer.add_message(topic, round(seconds * 1e9), message, round(seconds * 1e9))
+        writer.finish()
+
+
 #: Name of the format -> reader, name of the file or folder, its writer.
 FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
     "mdf": ("mdf", "a.mf4", write_mdf),
@@ -164,6 +183,7 @@ FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
     "bag mcap": ("ros2", "bag2", lambda path, columns: write_bag(path, columns, "MCAP")),
     "lvm": ("lvm", "a.lvm", write_lvm),
     "jsonl": ("jsonl", "a.jsonl", write_jsonl),
+    "mcap": ("mcap", "a.mcap", write_mcap),
 }
 
 
@@ -200,7 +220,16 @@ def finder(reader: str) -> Callable[[str], Table]:
     module = import_module(f"erclutch.logs.readers.{reader}")
     if hasattr(module, "find"):
         return lambda path: module.find(path, None)
-    return lambda path: module._read(LogSource(Path(path), Path(path).read_bytes(), ""))
+
+    def read(path: str) -> Table:
+        try:
+            return module._read(LogSource(Path(path), Path(path).read_bytes(), ""))
+        except (LogError, MemoryError):
+            raise
+        except Exception as error:  # here no `child_process.serve` makes an error of it
+            raise SystemExit(f"crash: {type(error).__name__}") from error
+
+    return read
 
 
 def difference(table: Table, whole: Table) -> str:
@@ -237,11 +266,15 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str
     child = os.fork()
     if child == 0:
         signal.alarm(SECONDS)
-        child_process._limit(child_process.MEMORY, SECONDS)
+        child_process._limit(child_process.MEMORY, round(child_process.SECONDS))
         silence = os.open(os.devnull, os.O_WRONLY)
         for standard in (1, 2):
             os.dup2(silence, standard)
-        os.write(writing, outcome(find, log, whole).encode()[:200])
+        try:
+            said = outcome(find, log, whole)
+        except SystemExit as crash:
+            said = str(crash)
+        os.write(writing, said.encode()[:200])
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
@@ -249,7 +282,8 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str
     _, status, usage = os.wait4(child, 0)
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
-        said = "hang" if number in (signal.SIGALRM, signal.SIGXCPU) else f"crash: signal {number}"
+        told = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}  # `child_process.run` tells the first
+        said = told.get(number, f"crash: signal {number}")
     return said or f"crash: code {status}", usage.ru_maxrss
 
 

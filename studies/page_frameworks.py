@@ -4,8 +4,9 @@
 
 FOLDER gets one virtual environment for each framework and may be deleted afterwards. A page has a heading, a number
 field and a button. For each framework the study prints: installed MB over an empty environment, packages, s of
-processor of its import (best of 5), s from the start of its server until the heading is seen (median of 5), MB of memory of the server
-then, requests to other machines (which are refused, so the page has to do without), and violations that axe finds.
+processor of its import (best of 5), s from the start of its server until the heading is seen (median of 5), MB of
+memory of the server then, requests to other machines (which are refused, so the page has to do without), and
+violations that axe finds.
 """
 
 from __future__ import annotations

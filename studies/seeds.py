@@ -11,52 +11,48 @@ then up to 30 on all rows. Polished fits are compared with the best of these run
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from functools import partial
 from time import process_time
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from erclutch.fit.networks.backprop import tables_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.logs.blocks import OneBlock
-from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import forward_fnn
-from erclutch.paper.sweeps import UnitRows
+from erclutch.paper.sweeps import RunsRecipe, UnitRows, made
 from erclutch.paper.tables import twin_runs
+from erclutch.runs.cluster import in_order, task_pool
 
 NAMES = ("fnn-6", "fnn-16")
 
 
-def fits(runs: dict[str, Dataset], name: str, seeds: int, polish: bool) -> np.ndarray:
-    """Training error, test error and CPU seconds of each seed, shape (seeds, 3)."""
-    train, test = runs.values()
-    found: list[tuple[float, float, float]] = []
-    for seed in range(seeds):
-        began = process_time()
-        outcome = fit_network(train, network_from_name(name), seed=seed, polish=polish)
-        seconds = process_time() - began
-        error = float(np.mean((test.effort - outcome.model.predict(test)) ** 2))
-        found.append((outcome.train_cost / train.rows, error, seconds))
-    return np.array(found)
+Task = tuple[RunsRecipe, str, int]  # the runs, the network, the seed
 
 
-def long_runs(runs: dict[str, Dataset], name: str, seeds: int) -> np.ndarray:
-    """`fits` of long runs."""
-    structure = network_from_name(name)
-    unit = UnitRows(structure, *runs.values())
+def fit(polish: bool, task: Task) -> list[float]:
+    """Training error, test error and CPU seconds of a fit."""
+    train_rows, test = made(task[0])
+    began = process_time()
+    outcome = fit_network(train_rows, network_from_name(task[1]), seed=task[2], polish=polish)
+    seconds = process_time() - began
+    error = float(np.mean((test.effort - outcome.model.predict(test)) ** 2))
+    return [outcome.train_cost / train_rows.rows, error, seconds]
+
+
+def long_run(task: Task) -> list[float]:
+    """The same of a long run."""
+    structure = network_from_name(task[1])
+    unit = UnitRows(structure, *made(task[0]))
     schedule = Schedule(1, (Round(2, 1500, 1),), polish=30)
-    found: list[tuple[float, float, float]] = []
-    for seed in range(seeds):
-        began = process_time()
-        best = train(OneBlock((unit.x, unit.y, unit.spaced)), structure.hidden, seed, schedule, slips=unit.slips)
-        seconds = process_time() - began
-        tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
-        train_error, test_error = unit.errors(partial(forward_fnn, tables, exactly=False))
-        found.append((train_error, test_error, seconds))
-    return np.array(found)
+    began = process_time()
+    best = train(OneBlock((unit.x, unit.y, unit.spaced)), structure.hidden, task[2], schedule, slips=unit.slips)
+    seconds = process_time() - began
+    tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
+    return [*unit.errors(partial(forward_fnn, tables, exactly=False)), seconds]
 
 
 def line(label: str, found: np.ndarray, best: np.ndarray) -> str:
@@ -76,23 +72,27 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=290.0)
     parser.add_argument("--polished", type=int, default=20, help="seeds that are polished on all rows")
     parser.add_argument("--long", type=int, default=20, help="long runs to compare these with")
+    parser.add_argument("--cluster", default="processes", help="see erclutch fit-many")
+    parser.add_argument("--workers", type=int, default=1, help="CPU seconds are exact where each has a core")
     asked = parser.parse_args()
-    runs = twin_runs(("training", "test"), seconds=asked.seconds)
-    print(
-        f"TWIN, {next(iter(runs.values())).rows:,} training rows; shares of seeds within 2 or 0.2 % of the best known"
-    )
+    runs = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", asked.seconds)))
+    print(f"TWIN, {made(runs)[0].rows:,} training rows; shares of seeds within 2 or 0.2 % of the best known")
     heads = "".join(f"{name:>14}" for name in ("train 2 %", "train 0.2 %", "lowest test", "best's test"))
     print(f"{'fit':18}{'CPU s':>8}{'most':>8}{'best MSE':>12}{'median':>10}{heads}", flush=True)
-    with threadpool_limits(1):
+    with task_pool(asked.cluster, asked.workers) as pool:
+
+        def all_of(function: Callable[[Task], list[float]], name: str, seeds: int) -> np.ndarray:
+            return np.array(list(in_order(pool, function, [(runs, name, seed) for seed in range(seeds)])))
+
         for name in NAMES:
-            quick = fits(runs, name, asked.seeds, False)
-            fine = fits(runs, name, asked.polished, True)
+            quick = all_of(partial(fit, False), name, asked.seeds)
+            fine = all_of(partial(fit, True), name, asked.polished)
             every = np.vstack([quick, fine])
             best = np.array([*every[:, :2].min(axis=0), every[every[:, 0].argmin(), 1]])
             print(line(name, quick, best), flush=True)
             print(line(f"{name} polished", fine, best), flush=True)
             if asked.long:
-                slow = long_runs(runs, name, asked.long)
+                slow = all_of(long_run, name, asked.long)
                 print(line(f"{name} long runs", slow, best))
                 share = np.mean(fine[:, 0] <= 1.002 * slow[:, 0].min())
                 print(f"{'':18}{name} polished within 0.2 % of the best long run's training error: {share:.0%}")

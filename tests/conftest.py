@@ -29,6 +29,7 @@ TOGETHER = {
     "tests/plugins/test_examples.py": "plugins",
     "tests/report/test_bad_runs.py": "report",
     "tests/report/test_in_browser.py": "report",
+    "tests/report/test_latex.py": "report",
     "tests/report/test_painters.py": "report",
     "tests/report/test_report.py": "report",
     "tests/report/test_run_figures.py": "report",

@@ -134,6 +134,20 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     assert "field above 1826 V" in wider["where"][0]
 
 
+def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
+    how = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--resample", "500Hz", "--from", "1s")
+    models = ("--effort", "M [N*m]", "--models", "bingham", "--lag", "none", "--out", "run")
+    assert _run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
+    _run("predict", place / "two.csv", "--model", "run", "--out", "p.csv", cwd=tmp_path)
+    written, found = pd.read_csv(tmp_path / "p.csv", comment="#"), erclutch.predict(tmp_path / "run", place / "two.csv")
+    assert len(written) < 1500 < 2 * len(written)
+    np.testing.assert_allclose(found["effort"], written["effort [N*m]"], atol=1e-8)
+    np.testing.assert_allclose(found.index, written["time [s]"], atol=1e-9)
+    _, said, _ = _run("score", place / "two.csv", "--model", "run", cwd=tmp_path)
+    assert f"{len(written):,} rows" in said
+    assert f"{erclutch.score(tmp_path / 'run', place / 'two.csv')['rmse'][0]:.4g}" in said
+
+
 def _without_bands(run: Path) -> None:
     """The run as a version without bands wrote it."""
     body = json.loads((run / "run.json").read_text())

@@ -51,3 +51,9 @@ def ring_writer() -> type[RingWriter]:
 def bingham() -> Path:
     """The hand-written model, compiled."""
     return build("bingham.so", [HERE / "bingham.c"], shared=True)
+
+
+@pytest.fixture(scope="session")
+def brake() -> Path:
+    """The hand-written model of a single device, compiled."""
+    return build("brake.so", [HERE / "bingham.c"], shared=True, flags=("-DSINGLE",))

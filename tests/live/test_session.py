@@ -472,6 +472,9 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
         (("--no-model", "--field-limit", "2"), "--field-limit 2"),
         (("--model", "none.json"), "none.json"),
+        (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
+        (("--no-model", "--stiffness", "nan"), "stiffness is nan"),
+        (("--no-model", "--rig", "twin-brake", "--program", "impedance"), "there is no program 'impedance'"),
     ],
 )
 def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -49,7 +49,7 @@ COLUMNS = STUDY.small_log()
 # Libraries of text formats are in this package: their files are read at once.
 every = pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=() if n in ("lvm", "jsonl") else pytest.mark.slow) for n in STUDY.FORMATS],
+    [pytest.param(n, marks=() if n in ("lvm", "jsonl", "mcap") else pytest.mark.slow) for n in STUDY.FORMATS],
 )
 
 
@@ -234,6 +234,12 @@ def test_an_lvm_file_without_times(tmp_path: Path) -> None:
     body = "X0\t1.0E+0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tF [N]\tComment\n\t1\t\n\t2\t\n\t3\t\n"
     path.write_text(LVM.format(mark=".", x="No") + "Channels\t1\n" + body, encoding="utf-8")
     np.testing.assert_array_equal(read_table(path).columns["time"], [1.0, 1.5, 2.0])
+
+
+def test_a_row_of_json_without_a_name_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    path.write_text('{"F": 1, "x": 2}\n{"F": 1, "y": 2}\n', encoding="utf-8")
+    assert "2 of 2 rows lack a name, such as row 1: read as missing" in read_table(path).notes
 
 
 @pytest.mark.parametrize("line", ["{", "[1]", '{"F": "x"}', '{"F": true}', '{"F": 1' + "0" * 400 + "}", "{" * 10**5])

@@ -13,7 +13,7 @@ import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.errors import ErclutchError, LogError
+from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordings_in
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
@@ -197,6 +197,34 @@ def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
 
 
 @both
+def test_several_efforts_over_one_position_are_logs(tmp_path: Path, save: Save) -> None:
+    run = {"time": TIME, "speed": SLIP, "F_0A": FORCE, "F_0x5A": 2 * FORCE}
+    path = save(tmp_path / "a.mat", {"run1": run, "run2": run})
+    how = {"name_pattern": "F_{field}A", "variable": "all"}
+    labels = {"slip": "speed [rad/s]", "effort": "-F_* [N]"}
+    logs = read_all(path, ColumnMap.from_labels(labels, **how))
+    assert [log.name for log in logs] == [
+        f"a.mat: {run} -{effort}" for run in ("run1", "run2") for effort in ("F_0A", "F_0x5A")
+    ]
+    assert [log.constants["field"] for log in logs] == [0, 0.5, 0, 0.5]
+    np.testing.assert_array_equal(logs[3].signals["effort"], -2 * FORCE)
+    with pytest.raises(MappingError, match="add --variable all"):
+        read(path, {**labels, "field": "none"}, variable="run1")
+
+
+def test_each_effort_that_may_be_meant_gets_its_own_number(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{k / 100},{k % 7},{k},{2 * k}" for k in range(50)]
+    path.write_text("\n".join(["t [s],slip [rad/s],F1 [N],F2 [N]", *rows]), encoding="utf-8")
+    logs = read_all(path, ColumnMap.from_dict({"constants": {"field": "0.25, 1 A"}}))
+    assert [(log.name, log.constants["field"], log.units["field"]) for log in logs] == [
+        ("a.csv: F1", 0.25, "A"),
+        ("a.csv: F2", 1.0, "A"),
+    ]
+    assert len({log.digest for log in logs}) == 2
+
+
+@both
 def test_nothing_to_read(tmp_path: Path, save: Save) -> None:
     with pytest.raises(LogError, match="no recording in the variables who"):
         read_table(save(tmp_path / "a.mat", {"who": "Meier"}))
@@ -225,11 +253,14 @@ def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
 CHILD = """
 import sys, time
 from erclutch.logs.readers import child_process
-from erclutch.errors import LogError
+from erclutch.errors import LogError, MappingError
 def read(path, how):
     if how == "crash":
         import os, signal
         os.kill(os.getpid(), signal.SIGSEGV)
+    if how == "spin":
+        import os, signal
+        os.kill(os.getpid(), signal.SIGXCPU)
     if how == "hang":
         time.sleep(60)
     if how == "greed":
@@ -245,6 +276,7 @@ sys.exit(child_process.serve(read))
     ("how", "problem"),
     [
         ("crash", "the reader broke on this file"),
+        ("spin", "takes longer than the 20 s that its size allows"),
         ("hang", "takes longer than"),
         ("greed", "needs more than 2048 MiB"),
         ("exit", r"the reader broke on this file \(code 3\)"),

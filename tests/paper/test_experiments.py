@@ -6,6 +6,7 @@ import csv
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,14 +22,23 @@ from erclutch.paper.published import APPROACHES
 from erclutch.paper.section_figures import draw_estimates
 from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
 from erclutch.paper.sweep_points import Points
-from erclutch.paper.sweeps import fnn_sweep, kernel_sweep, rbfn_sweep
+from erclutch.paper.sweeps import RunsRecipe, fnn_sweep, kernel_sweep, rbfn_sweep
 from erclutch.paper.tables import printed, table, twin_runs
 from erclutch.rig.twin.parameters import default_rig
+from erclutch.runs.cluster import TaskPool, task_pool
+
+RECIPE = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", 20.0), ("seed", 3)))
 
 
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Dataset]:
-    return twin_runs(("training", "test"), seconds=20.0, seed=3)
+    return RECIPE.make(**dict(RECIPE.options))
+
+
+@pytest.fixture
+def threads() -> Iterator[TaskPool]:
+    with task_pool("threads", 2) as pool:
+        yield pool
 
 
 def silent(done: int, total: int, what: str) -> None:
@@ -93,15 +103,14 @@ def test_a_ratio_to_bingham_is_that_of_its_own_run(runs: dict[str, Dataset]) -> 
 
 
 @pytest.mark.slow
-def test_sweeps_draw_what_they_found_and_resume(runs: dict[str, Dataset], tmp_path: Path) -> None:
-    train, test = runs.values()
-    settings = {"rows": train.rows}
+def test_sweeps_draw_what_they_found_and_resume(threads: TaskPool, tmp_path: Path) -> None:
+    settings = {"rows": 1}
     path = tmp_path / "points.jsonl"
-    first = fnn_sweep(train, test, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    first = fnn_sweep(RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
     kept = path.read_text()
     assert len(kept.splitlines()) == 2
     path.write_text(kept + '{"settings": "x", "ke')  # as after a power cut
-    again = fnn_sweep(train, test, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    again = fnn_sweep(RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
     assert path.read_text() == kept
     for key in first:
         np.testing.assert_array_equal(first[key], again[key])
@@ -114,13 +123,23 @@ def test_sweeps_draw_what_they_found_and_resume(runs: dict[str, Dataset], tmp_pa
 
 
 @pytest.mark.slow
-def test_the_other_sweeps(runs: dict[str, Dataset], tmp_path: Path) -> None:
-    train, test = runs.values()
-    rbfn = rbfn_sweep(train, test, Points(None, {}), 0, silent)
+@pytest.mark.parametrize("cluster", ["processes", "local"])
+def test_a_sweep_has_the_same_bits_wherever_it_runs(threads: TaskPool, cluster: str) -> None:
+    if cluster == "local":
+        pytest.importorskip("distributed")
+    wanted = fnn_sweep(RECIPE, threads, Points(None, {}), 0, silent, neurons=(1, 2, 3), restarts=1)
+    with task_pool(cluster, 2) as pool:
+        found = fnn_sweep(RECIPE, pool, Points(None, {}), 0, silent, neurons=(1, 2, 3), restarts=1)
+    assert all(np.array_equal(found[key], wanted[key]) for key in wanted)
+
+
+@pytest.mark.slow
+def test_the_other_sweeps(threads: TaskPool, tmp_path: Path) -> None:
+    rbfn = rbfn_sweep(RECIPE, threads, Points(None, {}), 0, silent)
     assert rbfn["scan"].shape == (len(rbfn["spreads"]), len(rbfn["neurons"]))
     assert np.all(np.diff(rbfn["train"]) < 1e-9 + 0.05 * rbfn["train"][:-1])
     assert len(draw_rbfn_sweep(rbfn, tmp_path, "TWIN")) == 3
-    kernels = kernel_sweep(train, test, Points(None, {}), 0, silent)
+    kernels = kernel_sweep(RECIPE, threads, Points(None, {}), 0, silent)
     assert kernels["train"][-1] <= kernels["train"][0]
     assert len(draw_kernel_sweep(kernels, tmp_path, "TWIN")) == 3
 
@@ -164,6 +183,7 @@ def test_tables_on_the_command_line(tmp_path: Path) -> None:
         (("table2", "--seconds", "1"), "Give 5 to 86400 s"),
         (("table3", "--log", "none.csv"), "none.csv"),
         (("fig5", "--out", "file"), "cannot be made"),
+        (("fig7", "--log", "none.csv"), "a log is no rig"),
     ],
 )
 def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: str) -> None:
@@ -174,8 +194,7 @@ def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: s
     assert "Traceback" not in done.stderr
 
 
-def test_the_kept_points_are_plain_json(runs: dict[str, Dataset], tmp_path: Path) -> None:
-    train, test = runs.values()
-    fnn_sweep(train, test, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1)
+def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> None:
+    fnn_sweep(RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1)
     body = json.loads((tmp_path / "p.jsonl").read_text())
     assert set(body) == {"settings", "key", "value"}

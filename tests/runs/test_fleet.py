@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.fit.comparison import Settings
 from erclutch.fit.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.runs.cluster import WorkerLostError
 from erclutch.runs.fleet import Fleet, fit_many
 
 FAST = Settings(lag="none")
@@ -139,16 +141,41 @@ def test_the_command_writes_a_report(
     assert "unit20.csv" in page
 
 
-@pytest.mark.slow
-def test_the_same_tables_on_processes_and_on_dask(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
-    """A real scheduler and real workers; one is killed with -9 on the way."""
+@pytest.fixture(scope="module")
+def study() -> Any:
     from importlib.util import module_from_spec, spec_from_file_location
 
     spec = spec_from_file_location("fleet_study", Path(__file__).parents[2] / "studies/fleet.py")
     assert spec is not None
     assert spec.loader is not None
-    study = module_from_spec(spec)
-    spec.loader.exec_module(study)
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_later(
+    study: Any, fleet: Fleet, logs: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "d"
+    with study.dask_cluster(tmp_path, 1) as (address, scheduler):
+
+        def kill(done: int, total: int, name: str) -> None:
+            if done == 2:
+                os.kill(scheduler, signal.SIGKILL)
+
+        with pytest.raises(WorkerLostError) as caught:
+            fit_many(logs, MODELS, out=out, settings=FAST, cluster=address, progress=kill)
+    made = fit_many(logs, MODELS, out=out, settings=FAST)
+    said = f"the cluster went away; {made.taken} of 6 logs are done and kept in {out}."
+    assert str(caught.value) == f"{said} Start the cluster again, then the same command."
+    assert made.taken >= 2
+    assert made.digest == fleet.digest
+
+
+@pytest.mark.slow
+def test_the_same_tables_on_processes_and_on_dask(study: Any, fleet: Fleet, logs: Path, tmp_path: Path) -> None:
+    """A real scheduler and real workers; one is killed with -9 on the way."""
     made = fit_many(logs, MODELS, out=tmp_path / "p", settings=FAST, cluster="processes")
     assert made.digest == fleet.digest
     with study.dask_cluster(tmp_path, 2) as (address, scheduler):

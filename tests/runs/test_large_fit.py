@@ -119,6 +119,30 @@ def long(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # --- the same as in memory --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("window", [(9.5, 42.25, None), (None, None, 12.0), (None, 12.5, 3.0)])
+def test_a_window_is_that_of_the_log_in_memory(short: Path, window: Any) -> None:
+    reading = Reading(rows=10_000, window=window)
+    spool = DiskRows()
+    _OPEN.append(spool)
+    spool.add(reading.batches(short, COAXIAL), COAXIAL, Derivative())
+    whole = build_dataset(reading.read(short, COAXIAL), device=COAXIAL)
+    kept = spool.read(0, spool.rows, ordered=True)
+    assert spool.sources[0].read == 62_000
+    assert [(s.start, s.stop) for s in kept.clock.spans] == [(s.start, s.stop) for s in whole.clock.spans]
+    np.testing.assert_array_equal(kept.effort, whole.effort)
+    np.testing.assert_array_equal(kept.clock.time, whole.clock.time)
+    for one, other in zip(kept.elements, whole.elements, strict=True):
+        np.testing.assert_allclose(one.slip, other.slip, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("window", "said"), [((1e3, None, None), "0 rows lie from 1000 s on"), ((None, None, -1), "--skip -1 s")]
+)
+def test_a_window_that_the_log_cannot_have_is_refused(short: Path, window: Any, said: str) -> None:
+    with pytest.raises(SettingError, match=said):
+        fit_large([short], ("bingham",), device=COAXIAL, reading=Reading(rows=50_000, window=window))
+
+
 class _SomeBlocks(OneBlock[Any]):
     """Blocks of one range."""
 

@@ -55,7 +55,7 @@ def inspect(
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
-    variable = recordings_in(log)[0] if reading.variable == "all" else reading.variable
+    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
     with terminal.progress("reading") as bar:
         raw = read_table(
             log,
@@ -63,9 +63,10 @@ def inspect(
             told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
         )
     text, missing, choices = reading.mapping_text(raw, log)
-    recording, more, problem = None, [], None
+    recording, more, problem = None, list["Recording"](), None
     try:
-        recording, *more = reading.how().read(log, reading.device, raw)
+        recording, *more = reading.read([log]) if reading.each else reading.how().read(log, reading.device, raw)
+        missing = () if reading.each else missing  # of one log; here each has its own effort
     except SettingError:
         raise
     except ErclutchError as error:
@@ -91,7 +92,7 @@ def inspect(
         terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
         return 1
     if more:
-        terminal.say(f"{len(more) + 1} recordings are read as logs; this is the first of them")
+        terminal.tell(_several([recording, *more]))
     _print_signals(recording, reading.dataset([recording]))
     for path in drawn:
         terminal.say(f"drawn: {path}")
@@ -122,6 +123,19 @@ def _print_columns(log: Path, raw: Table) -> None:
     terminal.tell(f"  damage to the file is {raw.damage}")
     if raw.clock is not None:
         terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
+
+
+def _several(recordings: Sequence[Recording]) -> RichTable:
+    """The logs of a file; the signals that follow are those of the first."""
+
+    def ends(values: Array | None) -> str:
+        low, high = ("", "") if values is None else (terminal.number(float(v)) for v in _figures(values)[:2])
+        return low if low == high else f"{low} .. {high}"
+
+    names = [name for name in recordings[0].signals if not name.startswith(("input:", "spare column"))]
+    rows = [[r.name, f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings]
+    title = f"{len(recordings)} recordings are read as logs; signals are shown of the first"
+    return terminal.table(title, ["", "rows", *names], rows, left=1)
 
 
 def _print_signals(recording: Recording, data: Dataset) -> None:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from erclutch.models.model import Model
     from erclutch.runs.run_folder import Run
     from erclutch.signals.recording import Recording
-    from erclutch.signals.speed import Derivative
 
 _COLUMNS = Group("Columns: 'NAME', 'NAME \\[unit]' or a number; '-NAME' turns the sign", sort_key=2)
 _READING = Group("Reading", sort_key=3)
@@ -91,7 +90,8 @@ class LogOptions:
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: Annotated[str | None, Parameter(group=_READING)] = None
-    """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them: all."""
+    """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them, and each
+    effort of theirs as a log of its own: all; then also --effort 'F_* [N]'."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
     resample: Annotated[str | None, Parameter(group=_READING)] = None
@@ -102,6 +102,11 @@ class LogOptions:
     """Bandwidth of lowpass and kalman in Hz."""
     window: Annotated[int, Parameter(group=_SPEEDS)] = 5
     """Rows of the Savitzky-Golay window."""
+
+    @property
+    def each(self) -> bool:
+        """Whether all recordings of a file are wanted, and all their efforts."""
+        return self.variable == "all"
 
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""
@@ -133,31 +138,14 @@ class LogOptions:
             MappingError: a signal that is none. SettingError: a time or a rate that is none.
         """
         from erclutch.logs.reading import Reading
-        from erclutch.logs.resample import rate_of
-        from erclutch.logs.time_window import seconds_of
 
-        times = (("from", self.begin), ("to", self.end), ("skip", self.skip))
-        begin, end, skip = (None if text is None else seconds_of(option, text) for option, text in times)
-        return Reading(
-            self.column_map(),
-            self.map,
-            variable=self.variable,
-            derivative=self.filter(),
-            window=(begin, end, skip),
-            rate=None if self.resample is None else rate_of(self.resample),
-        )
-
-    def filter(self) -> Derivative:
-        """The filter for speeds."""
-        from erclutch.signals.speed import Derivative
-
-        return Derivative(self.derivative, self.cutoff, self.window)
+        return Reading.from_options(self._given())
 
     def dataset(self, recordings: Sequence[Recording]) -> Dataset:
         """Recordings as one data set."""
         from erclutch.logs.dataset import build_dataset
 
-        return build_dataset(recordings, device=self.device, derivative=self.filter())
+        return build_dataset(recordings, device=self.device, derivative=self.how().derivative)
 
     def _given(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}

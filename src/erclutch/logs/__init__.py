@@ -86,31 +86,45 @@ def read(
     """
     if not isinstance(path, str | Path):
         own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
-        return assemble(table_of(path)[0], map_over(mapping, own), device=device, invalid=invalid)
+        return assemble(table_of(path), map_over(mapping, own), device=device, invalid=invalid)
     file, chosen = _file_and_map(path, mapping, mapping_file)
     table = read_table(file, variable=variable or chosen.variable) if table is None else table
     return assemble(table, chosen, device=device, invalid=invalid)
 
 
-def read_all(path: str | Path, mapping: ColumnMap, **others: Any) -> list[Recording]:
-    """All recordings of a file that holds several, each under its own name; the other arguments are those of `read`.
+def read_all(
+    path: str | Path,
+    mapping: ColumnMap,
+    *,
+    device: DeviceName = "single",
+    invalid: Invalid | None = None,
+    mapping_file: str | Path | None = None,
+) -> list[Recording]:
+    """All recordings of a file, and all efforts of each, as logs under names of their own.
+
+    The arguments are those of `read`; the effort may be a pattern such as ``F_* [N]``.
 
     Raises:
         LogError, MappingError: see `read`.
     """
+    from erclutch.logs.several_efforts import logs_of
+
+    file, chosen = _file_and_map(path, mapping, mapping_file)
+    chosen, names = replace(chosen, variable=None), recordings_in(file)
+    tables = {name: read_table(file, variable=name) for name in names} or {"": read_table(file)}
     found: list[Recording] = []
-    for name in recordings_in(path):
-        log = read(path, replace(mapping, variable=None), variable=name, **others)
+    for name, table, own in logs_of(tables, chosen, device):
+        log = assemble(table, own, device=device, invalid=invalid)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
-        found.append(replace(log, name=f"{log.name}: {name}", digest=digest))
+        found.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
     return found
 
 
 def recordings_in(path: str | Path) -> list[str]:
-    """Names of the recordings that a file holds beside each other.
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
 
     Raises:
-        LogError: the file cannot be read, holds none, or is of a format that has one only.
+        LogError: the file cannot be read.
     """
     file = _require_file(path)
     with _readable(file):
@@ -119,25 +133,20 @@ def recordings_in(path: str | Path) -> list[str]:
     listed = plugin.of_type(LogReader).recordings
     source = LogSource(file, data, "")
     with placed(file.name), plugin.working(f"failed on {file.name}"):
-        names = list(listed(source)) if listed is not None else []
-        if not names:
-            raise LogError("the file does not hold several recordings", remedy="Leave --variable all out")
-    return names
+        return list(listed(source)) if listed is not None else []
 
 
-def table_of(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
-    """The table of a file, with what the mapping file beside it says, or that of a DataFrame.
+def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
+    """The table of a file, or that of a DataFrame.
 
     Raises:
-        LogError, MappingError: see `read`.
+        LogError: see `read`.
     """
     if isinstance(log, str | Path):
-        file = _require_file(log)
-        own = beside(file)
-        return read_table(file, variable=own.variable), own
+        return read_table(log, variable=variable)
     from erclutch.logs.data_frame import table_of_frame
 
-    return table_of_frame(log), None
+    return table_of_frame(log)
 
 
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
@@ -175,7 +184,8 @@ def align(
     """
     from erclutch.logs.aligned_logs import align_tables
 
-    (one, own), (other, others) = table_of(a), table_of(b)
+    own, others = (beside(_require_file(log)) if isinstance(log, str | Path) else None for log in (a, b))
+    one, other = (table_of(log, None if its is None else its.variable) for log, its in ((a, own), (b, others)))
     if one.digest == other.digest:
         raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
     if one.name == other.name:

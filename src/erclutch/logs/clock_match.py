@@ -516,25 +516,37 @@ def _turned(found: ClockMatch) -> ClockMatch:
 
 
 def _described(a: Track, b: Track, line: _Line, step: _Step, independent: float) -> ClockMatch:
-    """The match with its intervals, by the scatter of the windows' scores."""
+    """The match with its intervals, by the scatter of the windows' scores.
+
+    A window pulls the line towards itself: its score is that against the line of all other windows (jackknife, CR3 of
+    MacKinnon and White 1985). A window at an end says most of the drift, so the degrees of freedom are fewer than
+    windows (Satterthwaite; Bell and McCaffrey 2002).
+    """
     from scipy.special import stdtrit
 
     share = 0.5 * (step.slope.clip(0.0).cumsum() / step.slope.clip(0.0).sum() + np.linspace(0.0, 1.0, step.time.size))
     window = np.minimum((share * _WINDOWS).astype(np.int64), _WINDOWS - 1)
-    design = np.vstack([np.ones(step.time.size), step.time - line.at])
+    scale = 0.5 * (step.time[-1] - step.time[0])
+    design = np.vstack([np.ones(step.time.size), (step.time - line.at) / scale])
     scores = np.array([np.bincount(window, row * step.score, _WINDOWS) for row in design])
-    slopes = np.array(
-        [np.bincount(window, row * step.slope, _WINDOWS) for row in (design[0], design[1], design[1] ** 2)]
+    constant, linear, square = (
+        np.bincount(window, row * step.slope, _WINDOWS) for row in (design[0], design[1], design[1] ** 2)
     )
-    whole = slopes.sum(axis=1)
-    inverse = np.linalg.pinv(np.array([[whole[0], whole[1]], [whole[1], whole[2]]]))
-    covariance = inverse @ (scores @ scores.T) @ inverse * (_WINDOWS / (_WINDOWS - 2))
+    each = np.array([[constant, linear], [linear, square]]).transpose(2, 0, 1)
+    inverse = np.asarray(np.linalg.pinv(each.sum(axis=0)), np.float64)
+    against = np.asarray(np.linalg.solve(np.eye(2) - each @ inverse, scores.T[:, :, None]), np.float64)
+    others = inverse @ against[:, :, 0].T
+
+    def half(of: Array) -> float:
+        shares = np.einsum("i,gij,j->g", inverse @ of, each, inverse @ of)
+        freedom = float(shares.sum() ** 2 / (shares @ shares))
+        return float(stdtrit(freedom, 0.975) * np.sqrt((1.0 - 1.0 / _WINDOWS) * np.sum((of @ others) ** 2)))
+
     overlap = _overlap(a, b, line)
-    back = np.array([1.0, overlap[0] - line.at])
-    reach = float(stdtrit(_WINDOWS - 2, 0.975))
-    offset, error = float(line.middle + line.drift * back[1]), reach * float(np.sqrt(back @ covariance @ back))
-    wide = reach * float(np.sqrt(covariance[1, 1]))
-    lively = slopes[0] > 0.1 * np.median(slopes[0])
+    back = np.array([1.0, (overlap[0] - line.at) / scale])
+    offset = float(line.middle + line.drift * (overlap[0] - line.at))
+    error, wide = half(back), half(np.array([0.0, 1.0 / scale]))
+    lively = constant > 0.1 * np.median(constant)
     counts = np.maximum(np.bincount(window, minlength=_WINDOWS), 1)
     centres = np.bincount(window, step.time, _WINDOWS) / counts
     return ClockMatch(
@@ -548,5 +560,5 @@ def _described(a: Track, b: Track, line: _Line, step: _Step, independent: float)
         step.correlation,
         independent,
         centres[lively],
-        (scores[0] / np.where(lively, slopes[0], 1.0))[lively],
+        (scores[0] / np.where(lively, constant, 1.0))[lively],
     )

@@ -142,9 +142,9 @@ def guess(
     found, reason = candidates(table, signal, taken, units_of_sensor)
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
-        raise MappingError(
-            problem, remedy=f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
-        )
+        remedy = f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
+        remedy += ", or --variable all if each is a log" if signal in ("effort", "T") else ""
+        raise MappingError(problem, remedy=remedy)
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
 
 

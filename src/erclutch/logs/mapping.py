@@ -250,7 +250,8 @@ def _no_column(table: Table, text: str, signal: str) -> MappingError:
     close = lower[near[0]] if near else ""
     hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
     problem = f"there is no column '{text}' for {signal}; the file has: {columns_listed(table)}"
-    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}")
+    each = "; for a log of each column of such a name add --variable all" if "*" in text and signal != "time" else ""
+    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}{each}")
 
 
 def columns_listed(table: Table) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 from erclutch.errors import SettingError
 from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batches
 from erclutch.logs.assemble import Invalid
-from erclutch.logs.resample import resampled
+from erclutch.logs.resample import rate_of, resampled
 from erclutch.logs.table import Table
-from erclutch.logs.time_window import within
+from erclutch.logs.time_window import batches_within, seconds_of, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
@@ -42,6 +42,26 @@ class Reading:
     window: tuple[float | None, float | None, float | None] = (None, None, None)
     rate: float | None = None
 
+    @classmethod
+    def from_options(cls, options: Mapping[str, Any], source: str = "given") -> Reading:
+        """From options of the command line by their names, as a run keeps them.
+
+        Raises:
+            MappingError: a signal that is none. SettingError: a time or a rate that is none.
+        """
+        times = (("from", "begin"), ("to", "end"), ("skip", "skip"))
+        begin, end, skip = (seconds_of(name, options[key]) if key in options else None for name, key in times)
+        return cls(
+            ColumnMap.from_options(options, source),
+            options.get("map"),
+            variable=options.get("variable"),
+            derivative=Derivative(
+                *(options.get(k, usual) for k, usual in (("derivative", "savgol"), ("cutoff", 150.0), ("window", 5)))
+            ),
+            window=(begin, end, skip),
+            rate=rate_of(options["resample"]) if "resample" in options else None,
+        )
+
     def read(self, path: str | Path, device: DeviceName, table: Table | None = None) -> list[Recording]:
         """The recordings of one log; a table that was read before is that of the first of them.
 
@@ -67,12 +87,13 @@ class Reading:
         """The batches of one log.
 
         Raises:
-            SettingError: a window or a rate: both need the whole log in memory.
+            SettingError: a rate, for which the whole log must be in memory; a window that the log cannot have.
         """
-        if self.rate is not None or self.window != (None, None, None):
-            remedy = "Use erclutch fit, or cut and resample the logs before"
-            raise SettingError("--from, --to, --skip and --resample need the whole log in memory", remedy=remedy)
-        return read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
+        if self.rate is not None:
+            remedy = "Use erclutch fit, or resample the logs before"
+            raise SettingError("--resample needs the whole log in memory", remedy=remedy)
+        found = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
+        return found if self.window == (None, None, None) else batches_within(found, *self.window)
 
     def _how(self, device: DeviceName) -> dict[str, Any]:
         return {"device": device, "invalid": self.invalid, "mapping_file": self.mapping_file}

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from erclutch.errors import SettingError, UnitError
+from erclutch.logs.batches import Batch
 from erclutch.logs.dataset import only_segments
 from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals import units
@@ -44,18 +48,58 @@ def within(
     """
     if begin is None and end is None and skip is None:
         return log
+    first, last = float(log.time[0]), float(log.time[-1])
+    start, stop = _start(log, begin, skip), last if end is None else end
+    kept = _kept(log, start, stop)
+    rows = sum(b - a for a, b in kept)
+    _require(rows, log.name, (start, stop), (first, last))
+    note = f"taken from {start:.6g} s to {stop:.6g} s: {rows:,} of {log.rows:,} rows"
+    return replace(only_segments(log, kept), notes=(*log.notes, note))
+
+
+def batches_within(
+    batches: Iterable[Batch], begin: float | None = None, end: float | None = None, skip: float | None = None
+) -> Iterator[Batch]:
+    """The same of a log that is read batch by batch; of a batch outside the window no row counts.
+
+    Raises:
+        SettingError: see `within`; the number of rows is known at the end.
+    """
+    first, last, start, stop, rows, name = None, 0.0, 0.0, 0.0, 0, ""
+    for batch in batches:
+        log = batch.recording
+        if first is None:
+            first, name = float(log.time[0]), log.name
+            start, stop = _start(log, begin, skip), np.inf if end is None else end
+            log = replace(log, notes=(*log.notes, f"taken from {start:.6g} s to {stop:.6g} s"))
+        last = float(log.time[-1])
+        if kept := _kept(log, start, stop):
+            places = np.concatenate([batch.rows[a:b] for a, b in kept])
+            rows += int(np.count_nonzero((places >= batch.start) & (places < batch.stop)))
+            yield replace(batch, recording=only_segments(log, kept), rows=places)
+        else:
+            yield replace(batch, recording=log, rows=np.full_like(batch.rows, -1))
+    if first is not None:
+        _require(rows, name, (start, stop), (first, last))
+
+
+def _start(log: Recording, begin: float | None, skip: float | None) -> float:
     if skip is not None and skip < 0:
         raise SettingError(f"--skip {skip:g} s", where=log.name, remedy="Give the time to leave out, 0 or more")
-    first, last = float(log.time[0]), float(log.time[-1])
-    start = max(first if begin is None else begin, first + (skip or 0.0))
-    stop = last if end is None else end
+    first = float(log.time[0])
+    return max(first if begin is None else begin, first + (skip or 0.0))
+
+
+def _kept(log: Recording, start: float, stop: float) -> list[tuple[int, int]]:
+    """The segments of a recording that lie in a window, or their parts."""
     slack = 1e-6 * log.period  # a time that was typed is not the stamp to the last bit
     inside = (log.time >= start - slack) & (log.time <= stop + slack)
-    kept = [(a + low, a + high) for a, b in log.segments for low, high in stretches(inside[a:b])]
-    if int(inside.sum()) < MINIMUM_ROWS:
-        until = f" and up to {stop:g} s" if end is not None else ""
-        problem = f"{int(inside.sum())} rows lie from {start:g} s on{until}, {MINIMUM_ROWS} are needed"
-        remedy = f"The log goes from {first:.6g} s to {last:.6g} s: widen --from, --to or --skip"
-        raise SettingError(problem, where=log.name, remedy=remedy)
-    note = f"taken from {start:.6g} s to {stop:.6g} s: {int(inside.sum()):,} of {log.rows:,} rows"
-    return replace(only_segments(log, kept), notes=(*log.notes, note))
+    return [(a + low, a + high) for a, b in log.segments for low, high in stretches(inside[a:b])]
+
+
+def _require(rows: int, name: str, window: tuple[float, float], whole: tuple[float, float]) -> None:
+    if rows < MINIMUM_ROWS:
+        until = f" and up to {window[1]:g} s" if window[1] < whole[1] else ""
+        problem = f"{rows} rows lie from {window[0]:g} s on{until}, {MINIMUM_ROWS} are needed"
+        remedy = f"The log goes from {whole[0]:.6g} s to {whole[1]:.6g} s: widen --from, --to or --skip"
+        raise SettingError(problem, where=name, remedy=remedy)

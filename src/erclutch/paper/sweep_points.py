@@ -6,9 +6,12 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from erclutch.errors import RunError
+from erclutch.runs.cluster import TaskPool, finished, saying_kept
+
+T = TypeVar("T")
 
 
 class Points:
@@ -62,13 +65,38 @@ class Points:
             RunError: the file cannot be written.
         """
         if key not in self._known:
-            value = make()
-            if self.path is not None:
-                try:
-                    with self.path.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps({"settings": self._digest, "key": key, "value": value}) + "\n")
-                except OSError as error:
-                    problem = f"cannot be written: {error.strerror}"
-                    raise RunError(problem, where=str(self.path), remedy="Give another --out") from error
-            self._known[key] = value
+            self._keep(key, make())
         return self._known[key]
+
+    def fill(
+        self, pool: TaskPool, function: Callable[[T], Any], tasks: Mapping[str, T], report: Callable[[int, str], None]
+    ) -> list[Any]:
+        """The result of each task, by its key: the kept one, or a new one that is kept as soon as it is there.
+
+        Args:
+            pool: where tasks run.
+            function: stands at the top of a module; gives JSON values.
+            tasks: by key.
+            report: called with how many are done, and the last of them.
+
+        Raises:
+            RunError: the file cannot be written; what a task raises.
+        """
+        new = [key for key in tasks if key not in self._known]
+        with saying_kept(lambda: f"{sum(key in self._known for key in tasks)} of {len(tasks)} points are kept"):
+            for done, (index, result) in enumerate(finished(pool, function, [tasks[key] for key in new]), start=1):
+                if isinstance(result, Exception):
+                    raise result
+                self._keep(new[index], result)
+                report(len(tasks) - len(new) + done, new[index])
+        return [self._known[key] for key in tasks]
+
+    def _keep(self, key: str, value: Any) -> None:
+        if self.path is not None:
+            try:
+                with self.path.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"settings": self._digest, "key": key, "value": value}) + "\n")
+            except OSError as error:
+                problem = f"cannot be written: {error.strerror}"
+                raise RunError(problem, where=str(self.path), remedy="Give another --out") from error
+        self._known[key] = value

@@ -2,13 +2,16 @@
 
 Networks are trained on centroids. What counts (the best spread of each size, the best restart) is scored on all rows;
 the scan over spreads on centroids, with the scatter inside their cells; each restart on every tenth training row.
+
+Each point is a task. A task gets the recipe of its runs, never their rows; a process that has made them keeps them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +21,13 @@ from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_
 from erclutch.fit.networks.fit_network import mean_squares, scaling_of, slips_for, spaced_by
 from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weights_for
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
-from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
 from erclutch.paper.sweep_points import Points
 from erclutch.paper.tables import law_fit
+from erclutch.runs.cluster import TaskPool
 from erclutch.signals.array import Array
 
 Report = Callable[[int, int, str], None]
@@ -37,6 +40,37 @@ FNN_NEURONS = tuple(range(1, 31))
 RESTARTS = 10
 KERNELS = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20)
 _COARSE_STEPS, _FINE_STEPS = 60, 40
+
+
+@dataclass(frozen=True)
+class RunsRecipe:
+    """How a training run and a test run are made, anywhere.
+
+    Attributes:
+        make: a function at the top of a module; gives both, in this order.
+        options: its arguments by name, small and hashable.
+    """
+
+    make: Callable[..., dict[str, Dataset]]
+    options: tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class SweepTask:
+    """One point of a sweep: the runs, the seed of starts, and what is swept."""
+
+    runs: RunsRecipe
+    seed: int
+    neurons: int = 0
+    spread: float = 0.0
+    restarts: int = 0
+
+
+@lru_cache(maxsize=2)
+def made(runs: RunsRecipe) -> tuple[Dataset, Dataset]:
+    """The training run and the test run; kept by this process."""
+    train, test = runs.make(**dict(runs.options)).values()
+    return train, test
 
 
 class UnitRows:
@@ -72,58 +106,56 @@ def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
     return np.concatenate([forward(x[:, at : at + 8192]) for at in range(0, x.shape[1], 8192)])
 
 
-def rbfn_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report: Report) -> dict[str, Any]:
+@lru_cache(maxsize=2)
+def _unit(runs: RunsRecipe, kind: str) -> tuple[UnitRows, Centroids, Centroids]:
+    """The rows as a network of this kind takes them, and their centroids, coarse and fine."""
+    train, test = made(runs)
+    unit = UnitRows(network_from_name(f"{kind}-1", train.device), train, test)
+    return unit, unit.cells(1), unit.cells(2)
+
+
+@lru_cache(maxsize=len(SPREADS))
+def _centres(runs: RunsRecipe, seed: int, spread: float) -> Array:
+    """Centres that forward selection takes at a spread, the best first."""
+    _, cells, _ = _unit(runs, "rbfn")
+    pool = candidates(cells, seed)
+    return pool[forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]]
+
+
+def _spread_scan(task: SweepTask) -> list[float]:
+    """Training errors on centroids at one spread, by neurons."""
+    unit, _, fine = _unit(task.runs, "rbfn")
+    centres = _centres(task.runs, task.seed, task.spread)
+    left = [_tables(fine, centres[:n], task.spread)[1] + fine.scatter for n in RBFN_NEURONS]
+    return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
+
+
+def _rbfn_errors(task: SweepTask) -> list[float]:
+    """Errors on all rows of one size at one spread."""
+    unit, _, fine = _unit(task.runs, "rbfn")
+    tables, _ = _tables(fine, _centres(task.runs, task.seed, task.spread)[: task.neurons], task.spread)
+    return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
+
+
+def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
     """Figure 4: errors over spread and neurons.
 
     Returns:
         ``spreads``; ``neurons``; ``scan``, training errors on centroids, shape (spreads, neurons); and at the best
         spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
     """
-    unit = UnitRows(network_from_name("rbfn-1", train.device), train, test)
-    cells, fine = unit.cells(1), unit.cells(2)
-    pool = candidates(cells, seed)
     total = len(SPREADS) + len(RBFN_NEURONS)
-
-    @cache
-    def chosen(spread: float) -> list[int]:
-        return forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]
-
-    def scanned(spread: float) -> list[float]:
-        left = [_tables(fine, pool[chosen(spread)[:n]], spread)[1] + fine.scatter for n in RBFN_NEURONS]
-        return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
-
-    scan = _each(points, "spread", SPREADS, scanned, lambda i, s: report(i, total, f"spread {s:.3g}"))
-    best = np.array(SPREADS)[np.argmin(np.array(scan), axis=0)]
-    spread_of = dict(zip(RBFN_NEURONS, best.tolist(), strict=True))
-
-    def scored(n: int) -> list[float]:
-        tables, _ = _tables(fine, pool[chosen(spread_of[n])[:n]], spread_of[n])
-        return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
-
-    done = len(SPREADS)
-    found = _each(points, "neurons", RBFN_NEURONS, scored, lambda i, n: report(done + i, total, f"{n} neurons"))
+    scans = {f"spread {spread!r}": SweepTask(runs, seed, spread=spread) for spread in SPREADS}
+    scan = np.array(points.fill(pool, _spread_scan, scans, lambda i, key: report(i, total, key)))
+    best = np.array(SPREADS)[np.argmin(scan, axis=0)]
+    sizes = {
+        f"neurons {n!r}": SweepTask(runs, seed, n, spread)
+        for n, spread in zip(RBFN_NEURONS, best.tolist(), strict=True)
+    }
+    found = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
     train_errors, test_errors = np.array(found).T
-    shown = {"spreads": SPREADS, "neurons": RBFN_NEURONS, "scan": np.array(scan), "best_spread": best}
+    shown = {"spreads": SPREADS, "neurons": RBFN_NEURONS, "scan": scan, "best_spread": best}
     return {**shown, "train": train_errors, "test": test_errors}
-
-
-_Value = TypeVar("_Value", int, float)
-
-
-def _each(
-    points: Points,
-    key: str,
-    values: Sequence[_Value],
-    make: Callable[[_Value], Any],
-    report: Callable[[int, _Value], None],
-) -> list[Any]:
-    """A point for each value, kept or new."""
-    found: list[Any] = []
-    with one_thread():
-        for i, value in enumerate(values, start=1):
-            found.append(points.get(f"{key} {value!r}", partial(make, value)))
-            report(i, value)
-    return found
 
 
 def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
@@ -134,8 +166,8 @@ def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, 
 
 
 def fnn_sweep(
-    train: Dataset,
-    test: Dataset,
+    runs: RunsRecipe,
+    pool: TaskPool,
     points: Points,
     seed: int,
     report: Report,
@@ -147,22 +179,23 @@ def fnn_sweep(
     Returns:
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
-    unit = UnitRows(network_from_name("fnn-1", train.device), train, test)
-    coarse, fine = unit.cells(1), unit.cells(2)
-
-    def make(n: int) -> dict[str, Any]:
-        sizes = (unit.x.shape[0], n, 1)
-        tries = [_trained(coarse, sizes, [seed, n, k], unit.slips) for k in range(restarts)]
-        best = min(tries, key=lambda t: t.cost)
-        rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
-        tables = tables_of(levenberg_marquardt(rows, best.theta, _FINE_STEPS).theta, sizes)
-        each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
-        return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
-
-    found = _each(points, "neurons", neurons, make, lambda i, n: report(i, len(neurons), f"{n} neurons"))
+    tasks = {f"neurons {n!r}": SweepTask(runs, seed, n, restarts=restarts) for n in neurons}
+    found = points.fill(pool, _fnn_errors, tasks, lambda i, key: report(i, len(neurons), key))
     train_errors, test_errors = np.array([f["best"] for f in found]).T
     tried = np.array([f["all"] for f in found])
     return {"neurons": tuple(neurons), "train": train_errors, "test": test_errors, "restarts": tried}
+
+
+def _fnn_errors(task: SweepTask) -> dict[str, Any]:
+    """Errors on all rows of the best restart, and of all restarts on every tenth training row."""
+    unit, coarse, fine = _unit(task.runs, "fnn")
+    n, sizes = task.neurons, (unit.x.shape[0], task.neurons, 1)
+    tries = [_trained(coarse, sizes, [task.seed, n, k], unit.slips) for k in range(task.restarts)]
+    best = min(tries, key=lambda t: t.cost)
+    rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
+    tables = tables_of(levenberg_marquardt(rows, best.theta, _FINE_STEPS).theta, sizes)
+    each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
+    return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
 
 
 def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips: Slips) -> Trained:
@@ -172,17 +205,19 @@ def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips:
     return levenberg_marquardt(rows, with_best_output(rows, first), _COARSE_STEPS)
 
 
-def kernel_sweep(train: Dataset, test: Dataset, points: Points, seed: int, report: Report) -> dict[str, Any]:
+def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
     """RBFM: errors over the number of kernels.
 
     Returns:
         ``kernels``, ``train``, ``test``.
     """
-
-    def make(n: int) -> list[float]:
-        model = law_fit(train, f"rbfm-{n}" + ("/forward" if train.device == "coaxial" else "")).model
-        return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]
-
-    found = _each(points, "kernels", KERNELS, make, lambda i, n: report(i, len(KERNELS), f"{n} kernels"))
+    tasks = {f"kernels {n!r}": SweepTask(runs, seed, n) for n in KERNELS}
+    found = points.fill(pool, _kernel_errors, tasks, lambda i, key: report(i, len(KERNELS), key))
     train_errors, test_errors = np.array(found).T
     return {"kernels": KERNELS, "train": train_errors, "test": test_errors}
+
+
+def _kernel_errors(task: SweepTask) -> list[float]:
+    train, test = made(task.runs)
+    model = law_fit(train, f"rbfm-{task.neurons}" + ("/forward" if train.device == "coaxial" else "")).model
+    return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]

@@ -122,7 +122,7 @@ def finished(
         future = ended.get()
         index, task, lost = running.pop(future)
         if future.cancelled():
-            raise WorkerLostError("the cluster went away", remedy="Start the cluster again, then the same command")
+            raise _gone()
         error = future.exception()
         if isinstance(error, pool.lost):
             if lost < retries and isinstance(error, BrokenExecutor):
@@ -133,6 +133,10 @@ def finished(
         if error is not None and not isinstance(error, Exception):
             raise error
         yield index, future.result() if error is None else error
+
+
+def _gone() -> WorkerLostError:
+    return WorkerLostError("the cluster went away", remedy="Start the cluster again, then the same command")
 
 
 def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2) -> Iterator[R]:
@@ -147,6 +151,16 @@ def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, 
                 raise value
             yield value
             due += 1
+
+
+@contextmanager
+def saying_kept(what: Callable[[], str]) -> Generator[None]:
+    """Where a cluster goes away, the error also says what of the work is kept."""
+    try:
+        yield
+    except WorkerLostError as error:
+        error.problem = f"{error.problem}; {what()}"
+        raise
 
 
 @contextmanager
@@ -277,7 +291,10 @@ class _DaskExecutor(Executor):
         self._executor = executor
 
     def submit(self, fn: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
-        return self._executor.submit(_on_dask, fn, *args, **kwargs)
+        try:
+            return self._executor.submit(_on_dask, fn, *args, **kwargs)
+        except (RuntimeError, OSError) as error:  # of a client that lost its scheduler
+            raise _gone() from error
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         with suppress(Exception):  # the cluster may have gone

@@ -33,7 +33,7 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
-from erclutch.runs.cluster import finished, task_pool
+from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
@@ -185,7 +185,8 @@ def fit_many(
     found = {task.name: kept for task in tasks if (kept := _kept(folder, task)) is not None}
     taken, left = len(found), [task for task in tasks if task.name not in found]
     if left:
-        with task_pool(cluster, workers) as pool:
+        kept = f"logs are done and kept in {folder}"
+        with saying_kept(lambda: f"{len(found)} of {len(tasks)} {kept}"), task_pool(cluster, workers) as pool:
             for index, result in finished(pool, fit_device, left):
                 task = left[index]
                 if isinstance(result, Exception):  # its process died: it is tried again at the next start

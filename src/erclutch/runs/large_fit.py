@@ -31,6 +31,7 @@ from erclutch.logs.disk_rows import DiskRows, Part, Source, Stretch, TrainingRow
 from erclutch.logs.reading import Reading
 from erclutch.models.load import Model
 from erclutch.models.model_file import digest_of
+from erclutch.runs.cluster import saying_kept
 from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.signals.array import Array
@@ -174,7 +175,7 @@ def fit_large(
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
-    with tasks_on(cluster, workers) as tasks:
+    with saying_kept(lambda: "nothing of this fit is kept"), tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
             seconds = _read(logs, how, device, rows, tasks, report)
             findings, left_out, fitted = _fitted(rows, settings, tasks, report)

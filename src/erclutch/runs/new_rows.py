@@ -14,21 +14,22 @@ from erclutch.errors import SettingError
 from erclutch.fit.prediction_bands import Coverage, coverage
 from erclutch.fit.scoring import Score
 from erclutch.fit.scoring import score as scored
-from erclutch.logs import map_over, table_of
+from erclutch.logs import map_over, read_all, table_of
 from erclutch.logs.assemble import assemble_rows
 from erclutch.logs.dataset import Dataset, dataset_of, joined
-from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.mapping import ColumnMap, beside
+from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.load import load_model
 from erclutch.models.model import Model, margins
 from erclutch.runs.run_folder import Run, read_run
 from erclutch.signals.array import Array
-from erclutch.signals.speed import Derivative
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 _Log = Any  # a path or a DataFrame
+_OF_A_LOG = ("begin", "end", "skip")  # a window belongs to the log that it was given for
 
 
 def predict(
@@ -45,7 +46,8 @@ def predict(
     Args:
         model: a model, a model's file, a run or its folder.
         log: a file, or a DataFrame with units in its column names (``V [cm/s]``) or in the mapping.
-        mapping: as for `erclutch.read`, over how the run read its own logs. A log needs no effort.
+        mapping: as for `erclutch.read`, over how the run read its own logs, whose window in time belongs to them
+            alone. A log needs no effort.
         name: which model of a run; None is the recommended one.
         band: whether to give the band too, which holds 95 % of rows like those of the run.
         sensor: the band learns from the log's measured effort, row by row, from past rows alone.
@@ -53,6 +55,7 @@ def predict(
     Returns:
         Columns effort, with a band low and high, in the model's unit, and outside, which is true where the model
         guesses; one row for each row of the log, with its index. Rows that cannot be read have NaN and are outside.
+        Where the run resampled its logs or took all recordings of a file: rows as there, with times in s as index.
 
     Raises:
         LogError, MappingError: the log cannot be read; RunError: the model cannot; SettingError: it has no band.
@@ -204,26 +207,31 @@ def _read(
     log: _Log, mapping: ColumnMap | Mapping[str, Any] | None, run: Run | None, model: Model, *, needs_effort: bool
 ) -> tuple[Dataset, NDArray[np.int64], Any]:
     """The rows of a log, their places in it, and the index of all of it."""
-    reading: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
-    table, own = table_of(log)
-    chosen = map_over(mapping, _map_of(reading, own))
+    options: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
+    how = Reading.from_options({k: v for k, v in options.items() if k not in _OF_A_LOG}, "as the run")
+    chosen = map_over(mapping, map_over(how.mapping, _map_of(log, how.mapping_file)))
     device = model.structure.device
     if not needs_effort:
         signal = "T" if device == "coaxial" else "effort"
         zero = f"0 {model.units.effort.replace('?', '')}".strip()
         columns = {key: choice for key, choice in chosen.columns.items() if key != signal}
         chosen = replace(chosen, columns=columns, constants={**chosen.constants, signal: zero})
+    if chosen.variable == "all" and isinstance(log, str | Path):
+        logs = [how.finished(each) for each in read_all(log, chosen, device=device)]
+        data = joined([dataset_of(each, device, how.derivative) for each in logs])
+        return data, np.arange(data.rows), data.clock.time
+    table = table_of(log, chosen.variable)
     recording, kept = assemble_rows(table, chosen, device=device, invalid="drop" if not needs_effort else None)
-    filtered = Derivative(
-        *(reading.get(key, usual) for key, usual in (("derivative", "savgol"), ("cutoff", 150.0), ("window", 5)))
-    )
-    data = dataset_of(recording, device, filtered)
+    data = dataset_of(how.finished(recording), device, how.derivative)
+    if how.rate is not None:  # other rows than those of the log
+        return data, np.arange(data.rows), data.clock.time
     if data.rows < recording.rows:  # lone rows between gaps
         kept = np.concatenate([kept[a:b] for a, b in recording.segments if b - a >= 2])
-    return data, kept, log.index if own is None and hasattr(log, "index") else range(table.rows)
+    return data, kept, log.index if hasattr(log, "index") else range(table.rows)
 
 
-def _map_of(reading: Mapping[str, Any], own: ColumnMap | None) -> ColumnMap:
-    """How the run read its own logs, over the mapping file beside the log."""
-    said = ColumnMap.from_options(reading, "as the run")
-    return said if own is None else said.over(own)
+def _map_of(log: _Log, file: str | Path | None) -> ColumnMap | None:
+    """What a mapping file says: that of the run, or the one beside the log."""
+    if file is not None:
+        return ColumnMap.from_toml(file)
+    return beside(Path(log)) if isinstance(log, str | Path) else None

@@ -234,7 +234,7 @@ int main(int count, char **words) {
     uint64_t rows;
     const erc_row *table = table_of(options.table, &rows);
     read_config(options.config, rows, &config);
-    erc_model model = {0, 0, 0, 0};
+    erc_model model = {0, 0, 0, 0, 0};
     if (options.model[0] != 0) {
         model = erc_model_load(options.model[0], options.model[1], config.device);
     }

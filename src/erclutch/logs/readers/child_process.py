@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from math import ceil
 from pathlib import Path
 from typing import Any, cast
 
@@ -21,7 +23,7 @@ from erclutch.errors import LogError
 from erclutch.signals.array import Array
 
 MEMORY = 4 << 30  # bytes of address space of the child
-SECONDS = 60.0  # of processor time; the wall clock gets twice that
+SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time; the wall clock gets half as much again
 _ARRAYS, _TEXTS = "columns.npz", "table.json"
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 
@@ -30,30 +32,41 @@ _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 Answer = tuple[list[Array], dict[str, Any]]
 
 
-def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds: float = SECONDS) -> Answer:
+def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds: float | None = None) -> Answer:
     """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
     Its limits are bytes of address space and of each file that it writes, where the platform has them, and seconds of
-    processor time.
+    processor time; None: what the size of the file or folder allows.
 
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
+    seconds = seconds or SECONDS + SECONDS_PER_MIB * _size(path) / (1 << 20)
     root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
         settings = {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": folder}
         environment = {**os.environ, **settings}
-        limits = str(memory), str(int(seconds))
+        limits = str(memory), str(ceil(seconds))
         command = [sys.executable, "-P", "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
-        no_input, wait = subprocess.DEVNULL, 2 * seconds
         try:
             done = subprocess.run(
-                command, env=environment, stdin=no_input, capture_output=True, timeout=wait, check=False
+                command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=1.5 * seconds
             )
-        except subprocess.TimeoutExpired as error:
-            raise LogError(f"reading the file takes longer than {wait:g} s", remedy=_DAMAGED) from error
+        except subprocess.TimeoutExpired:
+            done = None
+        if done is None or done.returncode == -getattr(signal, "SIGXCPU", -1):
+            problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
+            raise LogError(problem, remedy=_DAMAGED)
         return _answer(Path(folder), done.returncode, done.stderr)
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file, or of the files in a folder."""
+    try:
+        return sum(each.stat().st_size for each in (path.iterdir() if path.is_dir() else [path]))
+    except OSError:
+        return 0  # the child says what is wrong
 
 
 def _answer(folder: Path, code: int, stderr: bytes) -> Answer:
@@ -106,6 +119,6 @@ def _limit(memory: int, seconds: int) -> None:
         try:
             hard = resource.getrlimit(getattr(resource, limit))[1]
             bound = value if hard == resource.RLIM_INFINITY else min(value, hard)
-            resource.setrlimit(getattr(resource, limit), (bound, bound))
+            resource.setrlimit(getattr(resource, limit), (bound, hard))
         except (AttributeError, ValueError, OSError):
             continue

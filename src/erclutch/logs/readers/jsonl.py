@@ -49,6 +49,9 @@ def _read(source: LogSource) -> Table:
     rows = [_row(line, number, source.name) for number, line in enumerate(lines, start=1) if line.strip()]
     labels = list(dict.fromkeys(label for row in rows for label in row))
     names, units, notes = name_columns(labels, [None] * len(labels))
+    others = [number for number, row in enumerate(rows, start=1) if len(row) < len(labels)]
+    if others:
+        notes = [*notes, f"{len(others)} of {len(rows)} rows lack a name, such as row {others[0]}: read as missing"]
     columns = {
         name: np.array([row.get(label, np.nan) for row in rows]) for name, label in zip(names, labels, strict=True)
     }

@@ -1,0 +1,74 @@
+"""A file may hold several recordings, and a recording several efforts over one position: each of them is a log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+from erclutch.errors import MappingError
+from erclutch.logs import guessed_columns
+from erclutch.logs.assemble import NEEDS, understood
+from erclutch.logs.labels import split_label
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.table import Table
+from erclutch.signals.device import DeviceName
+from erclutch.signals.units import quantity
+
+
+def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName) -> list[tuple[str, Table, ColumnMap]]:
+    """The logs of a file: a name, a table and a mapping for each effort of each recording.
+
+    An effort that was not chosen may be any of several columns, and ``F_*`` stands for all columns called so. The name
+    pattern may be that of efforts or recordings in place of files. A constant with as many numbers as there are logs
+    gives each of them its own.
+    """
+    effort = NEEDS[device][-1][0][0]
+    logs: list[tuple[str, Table, ColumnMap]] = []
+    for name, table in tables.items():
+        efforts = _efforts(table, chosen, device, effort)
+        for each in efforts:
+            called = " ".join(part for part in (name, str(each.column) if each and len(efforts) > 1 else "") if part)
+            own = chosen if each is None else replace(chosen, columns={**chosen.columns, effort: each})
+            logs.append((called, table, _named(own, [str(each.column).lstrip("- ") if each else name, name])))
+    return [(name, table, _numbered(own, at, len(logs))) for at, (name, table, own) in enumerate(logs)]
+
+
+def _efforts(table: Table, chosen: ColumnMap, device: DeviceName, effort: str) -> list[ColumnChoice | None]:
+    """The columns that are efforts of their own; [None] where there is but one or none."""
+    choice = chosen.columns.get(effort)
+    if choice is None:
+        draft = understood(table, replace(chosen, name_pattern=None), device)
+        found = guessed_columns.candidates(table, effort, draft.columns.values())[0] if effort in draft.asked else []
+        return [ColumnChoice(each, source="each is a log") for each in found] if len(found) > 1 else [None]
+    text = str(choice.column)
+    if "*" not in text or text in table.columns:
+        return [None]
+    sign = "-" if text.startswith("-") else ""
+    name, unit = split_label(text.removeprefix("-").strip())
+    found = [each for each in table.columns if fnmatchcase(each, name)]
+    return [replace(choice, column=sign + each, unit=choice.unit or unit) for each in found] or [None]
+
+
+def _named(chosen: ColumnMap, names: list[str]) -> ColumnMap:
+    """The mapping with the numbers that the name of the effort or of the recording holds, where the pattern fits it."""
+    for name in names if chosen.name_pattern else []:
+        try:
+            found = constants_of(chosen.name_pattern or "", name)
+        except MappingError:
+            continue
+        texts = {key: f"{number!r} {unit or ''}".strip() for key, (number, unit) in found.items()}
+        return replace(chosen, name_pattern=None, constants={**texts, **chosen.constants})
+    return chosen
+
+
+def _numbered(chosen: ColumnMap, at: int, count: int) -> ColumnMap:
+    """The mapping with the number of this log out of a list of as many as there are logs: ``0, 0.5, 1 A``."""
+    own: dict[str, str] = {}
+    for key, text in chosen.constants.items():
+        *numbers, last = text.split(",")
+        if numbers and len(numbers) + 1 == count:
+            unit = quantity(last)[1] or ""
+            own[key] = last if at == count - 1 else f"{numbers[at]} {unit}"
+    return replace(chosen, constants={**chosen.constants, **own})
