@@ -291,7 +291,7 @@ def test_a_child_that_fails_is_an_error(
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with pytest.raises(LogError, match=problem):
-        child_process.run("bad_reader", tmp_path / "x.mat", how, memory=2 << 30, seconds=0.5 if how == "hang" else 20)
+        child_process.run("bad_reader", tmp_path / "x.mat", how, memory=2 << 30, seconds=0.1 if how == "hang" else 20)
     assert not list(tmp_path.glob("erclutch-*"))  # the temporary folder is gone
 
 

@@ -152,7 +152,7 @@ def test_a_hand_feels_what_was_asked_and_a_brake_lets_it_go(tmp_path: Path) -> N
             felt = figures["Bingham", "stages, sensor"]
             assert felt["stiffness"][:4] == pytest.approx([STIFFNESS] * 4, rel=0.03)
             assert min(felt["damping"]) > 0.0
-            assert len(describe_impedance(runs).panels) == 2
+            assert len(describe_impedance(runs).panels) == 4
             continue
         for own in figures.values():
             assert own["rise"] < 0.003
