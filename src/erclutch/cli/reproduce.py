@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from erclutch.paper.sweep_points import Points
     from erclutch.paper.sweeps import RunsRecipe
     from erclutch.paper.tables import Row
-    from erclutch.runs.cluster import TaskPool
 
 _FIGURES = ("mse", "low", "high", "paper")
 What = Literal["table2", "table3", "memory", "fig3", "fig4", "fig5", "fig6", "kernels"]
@@ -56,13 +55,11 @@ def reproduce(
         seed: Seed of the twin's runs and of the networks' starts.
         rig: A rig file (TOML) for the twin.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
-        cluster: Where points of fig4, fig5 and kernels run: threads (default), processes, local (Dask here), or
-            tcp://HOST:PORT of a Dask scheduler whose workers see the logs under the same paths.
-        workers: Points of fig4, fig5 and kernels side by side; changes no figure.
+        cluster: Where points of fig4, fig5 and kernels run: see fit-many.
+        workers: How many of these points side by side; changes no figure.
         reading: How to read your logs.
     """
     from erclutch.paper.sweeps import RunsRecipe
-    from erclutch.runs.cluster import task_pool
 
     require(5, 86400, " s", seconds=seconds)
     require(0, seed=seed)
@@ -74,21 +71,18 @@ def reproduce(
         _training_section(log, out, seconds, seed, rig, reading)
         return
     others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
-    given = tuple((name, path.resolve()) for name, path in others.items() if path)
-    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
     twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
-    recipe = RunsRecipe(_own_runs, own) if log else RunsRecipe(_twin_runs, twin)
+    recipe = _recipe(log, others, what, reading) if log else RunsRecipe(_twin_runs, twin)
     runs = recipe.make(**dict(recipe.options))
     origin = next(iter(runs.values())).origins[0] or "your log"
-    if what in ("table2", "table3"):
-        _table(what, runs, origin, out, seed, polish)
-    elif what == "memory":
+    if what == "memory":
         _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
     elif what == "fig6":
         _estimates(runs, origin, out, seed, polish)
+    elif what in ("table2", "table3"):
+        _table(what, runs, origin, out, seed, polish)
     else:
-        with task_pool(cluster, workers) as pool:
-            _sweep(what, runs, recipe, pool, origin, out, seed)
+        _sweep(what, runs, recipe, (cluster, workers), origin, out, seed)
 
 
 def _training_section(
@@ -114,6 +108,14 @@ def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, poli
         rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
     for path in draw_estimates(test, rows, out, origin):
         terminal.say(str(path))
+
+
+def _recipe(log: tuple[Path, ...], others: Mapping[str, Path | None], what: What, reading: LogOptions) -> RunsRecipe:
+    from erclutch.paper.sweeps import RunsRecipe
+
+    given = tuple((name, path.resolve()) for name, path in others.items() if path)
+    own = {"log": tuple(each.resolve() for each in log), "others": given, "what": what, "reading": reading}
+    return RunsRecipe(_own_runs, tuple(own.items()))
 
 
 def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
@@ -277,14 +279,21 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
 
 
 def _sweep(
-    what: What, runs: Mapping[str, Dataset], recipe: RunsRecipe, pool: TaskPool, origin: str, out: Path, seed: int
+    what: What,
+    runs: Mapping[str, Dataset],
+    recipe: RunsRecipe,
+    where: tuple[str | None, int],
+    origin: str,
+    out: Path,
+    seed: int,
 ) -> None:
     from erclutch.paper import sweeps
     from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
+    from erclutch.runs.cluster import task_pool
 
     points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
-    with terminal.progress(what) as bar:
+    with terminal.progress(what) as bar, task_pool(*where) as pool:
         found = sweep(recipe, pool, points, seed, bar)
     if what == "fig5":
         shown = [n for n in ("fnn-6", "fnn-16") if origin == "TWIN"]
