@@ -1,7 +1,8 @@
 """Faults, each injected into the live loop: how many, what is expected, what was observed.
 
-    python studies/live_faults.py [--kills 100] [--only NAME]
+    python studies/live_faults.py [--kills 100] [--only NAME] [--control NAME]
 
+Every fault is injected under each control: equation 23, torque control, tracking by computed torque, impedance, wall.
 The first part runs the loop's C core step by step on synthetic sensors, so counts are exact. The second part runs the
 whole loop in its own process against a rig in another thread, kills and stops it, and times the rig's field. Nothing
 here is a TWIN or a measurement: sensors are a motor at 40 rad/s and an output that swings.
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 import math
 import os
 import random
@@ -23,6 +25,7 @@ import threading
 import time
 import zlib
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -47,10 +50,28 @@ CRASHING = MODEL.with_name("crashing.c")
 WALL_CLOCK = MODEL.with_name("wall_clock.c")
 MODEL_FILE = MODEL.with_name("model.json")
 DIGEST = "0" * 63 + "1"
-#: Far away, so that the field stands at its limit as long as all is well.
-PUSH = LoopProgram("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)
-SETTINGS = LoopSettings(programs=(PUSH,))
+
+
+def _pushing(mode: Mode, amplitude: float = 1000.0, **more: Any) -> LoopSettings:
+    """Wants something that lies ahead, so that the field is on as long as all is well."""
+    return LoopSettings(programs=(LoopProgram("push", mode, amplitude=amplitude, motor_torque=0.1),), **more)
+
+
+SETTINGS = _pushing(Mode.TRACK)
+_STAGES: dict[str, Any] = {"observer": "none", "least_slip": 1.0}
+_MASS: dict[str, Any] = {**_STAGES, "track_bandwidth": 10.0, "track_integral": 0.0, "output_inertia": 1e-5}
+#: What controls while a fault is injected. Equation 23 stands at the field's limit, the others below.
+CONTROLS = {
+    "equation 23": SETTINGS,
+    "torque": _pushing(Mode.TORQUE, 0.2, **{**_STAGES, "observer": "sensor"}),
+    "computed torque": _pushing(Mode.TRACK, 8.0, **_MASS),
+    "impedance": _pushing(Mode.IMPEDANCE, 15.0, stiffness=0.02, damping=0.002, **_STAGES),
+    "wall": _pushing(Mode.WALL, -1000.0, device="single", stiffness=2e-4, damping=2e-4, **_STAGES),
+}
+_control = ContextVar("control", default="equation 23")
 STEPS = 2000
+#: Periods over which the stages of torque control let the field come back.
+EASE = 20
 #: What the rig's thread may be late by when a time is judged [s].
 SLACK = 0.0005
 #: Steps of the rig's own clock that its watchdog takes at most, and one for the command that came first.
@@ -100,18 +121,34 @@ def good_samples(count: int = STEPS) -> Any:
     return samples
 
 
-def run_core(steps: list[Any], settings: LoopSettings = SETTINGS, model: bool = True, **each: Any) -> Any:
+@contextlib.contextmanager
+def under(control: str) -> Iterator[None]:
+    """Faults that are injected meanwhile meet this control."""
+    token = _control.set(control)
+    try:
+        yield
+    finally:
+        _control.reset(token)
+
+
+def chosen() -> LoopSettings:
+    """Settings of the control that runs."""
+    return CONTROLS[_control.get()]
+
+
+def run_core(steps: list[Any], settings: LoopSettings | None = None, model: bool = True, **each: Any) -> Any:
     """Frames of the core for the samples of each step."""
-    core = Core(settings, compiled_model() if model else None)
+    core = Core(settings or chosen(), compiled_model() if model else None)
     frames = np.zeros(len(steps), FRAME)
     for k, samples in enumerate(steps):
         frames[k] = core.step(samples, k, **each)[1]
     return frames
 
 
-def compiled_model() -> Path:
-    """The hand-written model of the tests."""
-    return build("bingham.so", [MODEL], shared=True)
+def compiled_model(source: Path = MODEL) -> Path:
+    """A hand-written model of the tests, for the device that is controlled."""
+    flags = ("-DSINGLE",) if chosen().device == "single" else ()
+    return build(f"{source.stem}.so", [source], shared=True, flags=flags)
 
 
 def one_by_one(samples: Any) -> list[Any]:
@@ -178,7 +215,7 @@ def wraps() -> Finding:
     raw = samples.copy()
     for name in ("theta", "alpha"):
         raw[name] = np.mod(samples[name], turn)
-    settings = replace(SETTINGS, theta_wrap=turn, alpha_wrap=turn)
+    settings = replace(chosen(), theta_wrap=turn, alpha_wrap=turn)
     frames, plain = run_core(one_by_one(raw), settings), run_core(one_by_one(samples))
     seen = count(frames, "wrap")
     off = max(float(np.max(np.abs(np.diff(frames[n]) - np.diff(plain[n])))) for n in ("theta", "alpha", "theta_dot"))
@@ -236,6 +273,24 @@ def burst(length: int) -> Finding:
     )
     wanted = "hold 5, reduce, zero at the 14th, stay" if length >= 21 else "hold 5, reduce, then on as before"
     return Finding(f"burst of {length} lost", length, wanted, f"trip {tripped}, zero after {zero} ms", passed)
+
+
+def recovery() -> Finding:
+    """A second without samples trips; after a reset and an order to run, the field comes back without a jump."""
+    samples, gone = good_samples(), slice(900, 1900)
+    core, steps, frames = Core(chosen(), compiled_model()), one_by_one(samples), np.zeros(STEPS, FRAME)
+    for k in range(STEPS):
+        if k == gone.stop + 10:
+            core.order(Order.RESET)
+            core.order(Order.PROGRAM, 0.0)
+        frames[k] = core.step(samples[:0] if gone.start <= k < gone.stop else steps[k], k)[1]
+    field1 = frames["field1"]
+    zero, most = zero_after(frames[: gone.stop + 10], gone.start), chosen().field_limit / EASE + 1e-9
+    jump = float(np.max(np.diff(field1[gone.stop : gone.stop + EASE + 10])))
+    eased = _control.get() == "equation 23" or jump <= most
+    passed = zero == 13 and eased and bool(field1[-1] > 0.05) and sound(frames)
+    said = f"zero after {zero} ms, then {jump:.3f} a step"
+    return Finding("trip and recovery", 1, f"zero after 13 ms, then at most {most:.3f} a step in stages", said, passed)
 
 
 def duplicates() -> Finding:
@@ -491,9 +546,9 @@ def running(
     """Start the loop and its rig: a thread's, or one that listens at a port already."""
     with tempfile.TemporaryDirectory(dir=ring_folder()) as name:
         folder = Path(name)
-        (folder / "config").write_bytes(config_of(SETTINGS)[0])
+        (folder / "config").write_bytes(config_of(chosen())[0])
         ring = make_ring(folder / "ring", RingInfo(capacity=8192))
-        library = build(f"{model.stem}.so", [model], shared=True)
+        library = compiled_model(model)
         spy = Spy()
         server = RigServer(spy, session=42, lead=0.01)
         stop = threading.Event()
@@ -637,6 +692,14 @@ def wall_clock_jumps(samples: int = 1500) -> Finding:
     return Finding("wall clock jumps", round(samples / 100), "nothing changes", said, passed, certain)
 
 
+def tried_again(fault: Callable[[], Finding], times: int = 3) -> Finding:
+    """A finding in which a delay of the machine alone failed does not count, as long as there are tries left."""
+    found = fault()
+    while times > 1 and found.certain and not found.passed:
+        found, times = fault(), times - 1
+    return found
+
+
 def orphaned() -> Finding:
     """The loop's parent is killed."""
     with running(MODEL, wrapper=(sys.executable, str(Path(__file__).resolve()), "--parent")) as now:
@@ -743,7 +806,7 @@ def rig_killed(times: int) -> Finding:
 def bad_configurations(number: int) -> Finding:
     """Configurations with bytes changed or cut: refused before anything moves."""
     rng = random.Random(11)
-    whole = config_of(SETTINGS)[0]
+    whole = config_of(chosen())[0]
     codes: dict[int, int] = {}
     with tempfile.TemporaryDirectory(dir=ring_folder()) as name:
         ring = make_ring(Path(name) / "ring", RingInfo(capacity=16))
@@ -794,6 +857,7 @@ EXACT: dict[str, Callable[[], Finding]] = {
     "burst-19": lambda: burst(19),
     "burst-20": lambda: burst(20),
     "burst-21": lambda: burst(21),
+    "recovery": recovery,
     "duplicates": duplicates,
     "reordered": reordered,
     "forged": mutated_packets,
@@ -803,6 +867,8 @@ EXACT: dict[str, Callable[[], Finding]] = {
     "not-finite": not_finite,
     "slew": slew,
 }
+#: What does not depend on the control.
+ALIKE = {"forged", "both-fields", "too-high", "not-finite", "slew", "orders-noise", "models", "configurations"}
 WHOLE: dict[str, Callable[[], Finding]] = {
     "sigterm": lambda: told_to_end(signal.SIGTERM),
     "sigint": lambda: told_to_end(signal.SIGINT),
@@ -812,7 +878,7 @@ WHOLE: dict[str, Callable[[], Finding]] = {
     "orders-gone": orders_gone,
     "orders-noise": noise_as_orders,
     "crash": crashed,
-    "wall-clock": wall_clock_jumps,
+    "wall-clock": lambda: tried_again(wall_clock_jumps),
     "models": lambda: bad_models(10_000),
 }
 
@@ -822,6 +888,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--only", default="")
+    parser.add_argument("--control", choices=CONTROLS)
     given = parser.parse_args()
     counted: dict[str, Callable[[], Finding]] = {
         "kill": lambda: killed(given.kills),
@@ -830,12 +897,13 @@ def main() -> int:
     }
     faults = {**EXACT, **WHOLE, **counted}
     failed = 0
-    for name, fault in faults.items():
-        if given.only in ("", name):
-            found = fault()
+    for control, (name, fault) in itertools.product([given.control] if given.control else CONTROLS, faults.items()):
+        if given.only in ("", name) and (name not in ALIKE or control in ("equation 23", given.control)):
+            with under(control):
+                found = fault()
             failed += not found.passed
             print(
-                f"{'ok  ' if found.passed else 'FAIL'} {found.fault:24} {found.injected:>7}  "
+                f"{'ok  ' if found.passed else 'FAIL'} {control:15} {found.fault:24} {found.injected:>7}  "
                 f"expected: {found.expected:45} observed: {found.observed}",
                 flush=True,
             )

@@ -146,7 +146,7 @@ def report(watch: SessionFigures, beside: list[float], given: argparse.Namespace
         if values:
             print(f"{name:24}" + "".join(f"{v:8.0f}" for v in values[:3]) + f"{values[3]:9.0f}")
     counts = {name: n for name, n in watch.reader.counts.items() if n}
-    print(f"deadlines missed: {watch.missed} of {watch.frames + watch.missed}; events {counts}")
+    print(f"deadlines missed: {watch.reader.missed} of {watch.frames + watch.reader.missed}; events {counts}")
     print(f"frames lost by the observer: {watch.reader.lost}; page's server: {share:.1%} of a processor")
 
 

@@ -143,7 +143,7 @@ def report(minutes: float, watch: SessionFigures, beside: list[float]) -> None:
     counts = {event: n for event, n in watch.reader.counts.items() if n}
     late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]
     print(f"TWIN, {minutes:g} min real time, {watch.reader.realtime}: {watch.frames} frames read")
-    print(f"missed {watch.missed}, lost by the observer {watch.reader.lost}, events {counts}")
+    print(f"missed {watch.reader.missed}, lost by the observer {watch.reader.lost}, events {counts}")
     for name, values in (("loop", late), ("cyclictest", beside)):
         if values:
             p50, p99, p999, largest = values

@@ -30,17 +30,17 @@ from erclutch.errors import ErclutchError, PluginError, SettingError, placed
 
 class _Group(NamedTuple):
     kind: str  # what a plug-in of the group is called
-    folder: str  # of the package, with a file for each of ours
+    folders: tuple[str, ...]  # of the package, with a file for each of ours
     mark: str  # what the file assigns at its top level: the plug-in's value
     module: bool = False  # the file itself is the value, and the mark one of several names that it must hold
 
 
 _GROUPS: Mapping[str, _Group] = {
-    "erclutch.laws": _Group("law", "models/laws", "LAW"),
-    "erclutch.readers": _Group("reader", "logs/readers", "READER"),
-    "erclutch.stages": _Group("stage", "models/stages", "STAGE"),
-    "erclutch.targets": _Group("target", "export/targets", "TITLE", module=True),
-    "erclutch.rigs": _Group("rig", "rig", "RIG"),
+    "erclutch.laws": _Group("law", ("models/laws",), "LAW"),
+    "erclutch.readers": _Group("reader", ("logs/readers",), "READER"),
+    "erclutch.stages": _Group("stage", ("models/stages",), "STAGE"),
+    "erclutch.targets": _Group("target", ("export/targets", "live"), "TITLE", module=True),
+    "erclutch.rigs": _Group("rig", ("rig",), "RIG"),
 }
 GROUPS = tuple(_GROUPS)
 _PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -216,15 +216,15 @@ def _own(group: str) -> Mapping[str, Plugin]:
     """Ours, by the files in the group's folder that hold its mark."""
     where = _GROUPS[group]
     marked = re.compile(rf"^{where.mark}\b.*=", re.MULTILINE)
-    folder = files("erclutch").joinpath(where.folder)
-    stems = sorted(
-        file.name.removesuffix(".py")
-        for file in folder.iterdir()
+    tail = "" if where.module else f":{where.mark}"
+    modules = sorted(
+        (file.name.removesuffix(".py"), f"erclutch.{folder.replace('/', '.')}")
+        for folder in where.folders
+        for file in files("erclutch").joinpath(folder).iterdir()
         if file.name.endswith(".py") and marked.search(file.read_text(encoding="utf-8"))
     )
-    package, tail = f"erclutch.{where.folder.replace('/', '.')}", "" if where.module else f":{where.mark}"
-    plain = {stem.replace("_", "-"): stem for stem in stems}
-    return {name: Plugin(group, name, f"{package}.{stem}{tail}") for name, stem in plain.items()}
+    named = {stem.replace("_", "-"): f"{package}.{stem}{tail}" for stem, package in modules}
+    return {name: Plugin(group, name, source) for name, source in named.items()}
 
 
 @cache

@@ -16,6 +16,7 @@ from contextlib import closing, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.cli.workbench import actions
-from erclutch.cli.workbench.jobs import Job
+from erclutch.cli.workbench.jobs import Job, Jobs
 from erclutch.cli.workbench.workspace import Workspace, WorkspaceError, plain_name
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -42,10 +43,38 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
     assert actions.chosen_of({**guessed, **kept}).words() == ["--slip", "V [cm/s]"]
     taken_away = {"column.field": "", "was.field": "I [A]"}
     assert actions.chosen_of({**guessed, **taken_away}).words() == ["--field", "none"]
+    run = {"device": "single", "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None}}
+    again = actions.chosen_of(dict(parse_qsl(actions.query_of(run)))).words()
+    assert again == ["--slip", "V [cm/s]", "--constant", "field=1 A", "--from", "2s"]
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        (
+            'Give it, such as --slip "V [cm/s]", or --field none if',
+            'Give it, such as “slip”: "V [cm/s]", or “field”: not logged if',
+        ),
+        ("cut the log there with --invalid drop.", "cut the log there with “invalid”: drop."),
+        ("Give --time or --rate HZ", "Give “time” or “rate”: HZ"),
+        ("such as --lag lag+dahl/field", "such as “Lags and memory”: lag+dahl/field"),
+        ('these: erclutch inspect \'a b.csv\' --E1 "x" --theta-dot "y"', 'these: “E1”: "x", “theta_dot”: "y"'),
+        ("Use --derivative central, without --lag", "Use --derivative central, without “Lags and memory”"),
+    ],
+)
+def test_a_message_names_the_fields_of_the_page(said: str, shown: str) -> None:
+    assert actions.on_page(said) == shown
 
 
 def test_a_fit_as_words_and_in_python() -> None:
-    form = {"models": "bingham hem/square", "lag": "none", "test": "0.3", "constant": "field=1 A", "invalid": "drop"}
+    form = {
+        "model.bingham": "on",
+        "models": "hem/square",
+        "lag": "none",
+        "test": "0.3",
+        "constant": "field=1 A",
+        "invalid": "drop",
+    }
     words = actions.fit_words(form, ["a.csv", "b.csv"], "run")
     assert words[:3] == ["fit", "a.csv", "b.csv"]
     assert words[3:] == [
@@ -81,8 +110,9 @@ def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
             raise ConnectionError
 
     space = Workspace(tmp_path)
-    assert asyncio.run(space.take("a.csv", pieces(b"1,", b"2\n"))) == "a.csv"
-    assert asyncio.run(space.take("a.csv", pieces(b"3\n"))) == "a-2.csv"
+    assert asyncio.run(space.take("a.csv", pieces(b"1,", b"2\n"))) == ("a.csv", False)
+    assert asyncio.run(space.take("a.csv", pieces(b"3\n"))) == ("a-2.csv", False)
+    assert asyncio.run(space.take("a.csv", pieces(b"3", b"\n"))) == ("a-2.csv", True)
     assert (tmp_path / "a.csv").read_bytes() == b"1,2\n"
     for content in (pieces(b"1", broken=True), pieces()):
         with pytest.raises(WorkspaceError):
@@ -102,6 +132,25 @@ def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
     assert job.state == "cancelled"
     assert job.code == 130
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_log_is_looked_at_once_until_something_changes(tmp_path: Path) -> None:
+    jobs, space = Jobs(tmp_path), Workspace(tmp_path)
+    german(tmp_path / "log.csv")
+
+    def look() -> Job:
+        job = jobs.look("look", ["inspect", "log.csv", "--json"], space.state("log.csv"), "/log/log.csv")
+        job.join(30.0)
+        return job
+
+    first = look()
+    assert (first.state, json.loads(first.output)["choices"]["effort"]["unit"]) == ("done", "N m")
+    assert look() is first
+    (tmp_path / "log.csv.toml").write_text('[columns]\neffort = "-Drehmoment [mN*m]"\n')
+    second = look()
+    assert json.loads(second.output)["choices"]["effort"]["unit"] == "mN*m"
+    assert not jobs.full
 
 
 # --- the server -------------------------------------------------------------------------------------------------------
@@ -264,15 +313,20 @@ def test_from_a_dropped_file_to_exported_c(
         page.click("text=Read it so")
         page.wait_for_load_state()
         assert "--temperature Temperatur" in page.locator("code").first.inner_text()
+        assert "the file says 1/min: check" in page.locator(".check").inner_text()
     else:
         assert "2 things are missing" in page.locator("[role=alert]").inner_text()
-        for signal_, column, unit in (("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
+        assert page.locator(".check").count() == 2  # time and effort are guessed by a name without a unit
+        signals = (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N"))
+        for signal_, column, unit in signals:
             page.select_option(f"[name='column.{signal_}']", column)
             page.fill(f"[name='unit.{signal_}']", unit)
+        assert "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()  # it follows the form
         page.click("text=Read it so")
         page.wait_for_load_state()
-    assert "understood" in page.locator(".good").inner_text()
-    page.fill("[name=models]", "bingham")
+        assert "understood" in page.locator(".good").inner_text()
+        assert "-48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
+    page.check("[name='model.bingham']")
     page.fill("[name=lag]", "none")
     page.fill("[name=run]", f"run-{log}")
     page.click("button:has-text('Fit')")
@@ -281,13 +335,15 @@ def test_from_a_dropped_file_to_exported_c(
     report = page.frame_locator("iframe")
     report.locator("h1").wait_for(timeout=60_000)
     assert "bingham" in report.locator("body").inner_text()
-    page.click("summary")
     page.click("button:has-text('Export')")
     with page.expect_download(timeout=60_000) as download:
         page.get_by_text("Download").click(timeout=60_000)
     assert download.value.suggested_filename.endswith(".zip")
     made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-bingham-c"))
-    assert list(made.glob("*.c"))
+    assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
+    page.click("text=Back to the run")
+    page.click(f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
+    assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")
     run = json.loads((served.folder / f"run-{log}" / "run.json").read_text())
     assert run["recommended"] == "bingham"
 
@@ -315,6 +371,8 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
     assert (status, "there is such a run already" in text) == (400, True)
     page.click("text=Cancel")
     page.locator("#state.cancelled").wait_for(timeout=20_000)
+    page.click("text=Back to the log")
+    assert page.locator("[name=run]").input_value() == "run-one.csv"
     assert not (served.folder / "run-one.csv").exists()
     other.click("text=Cancel")
     for width in (1440, 390):

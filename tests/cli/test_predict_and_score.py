@@ -112,6 +112,13 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
     assert "sister" in said
 
 
+def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:
+    shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
+    for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
+        code, said, _ = _run("score", log, "--model", place / "run", "--name", "bingham", cwd=tmp_path)
+        assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
+
+
 def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)

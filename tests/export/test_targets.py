@@ -55,7 +55,7 @@ def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callabl
 
 
 def test_every_target_is_tested() -> None:
-    assert set(names("erclutch.targets")) == {"c", "python", *WRAPPERS}
+    assert set(names("erclutch.targets")) == {"c", "python", "controller", *WRAPPERS}
 
 
 @pytest.mark.slow

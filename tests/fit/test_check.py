@@ -51,6 +51,13 @@ def test_a_good_log_has_no_finding() -> None:
     assert findings(good()) == ()
 
 
+@pytest.mark.parametrize(("factor", "said"), [(1e3, "above the 2000"), (1e-7, "below the 0.0001"), (1.0, "")])
+def test_a_magnitude_of_no_device(factor: float, said: str) -> None:
+    data = good()
+    found = [f for f in sensor_findings(changed(data, slip=data.elements[0].slip * factor)) if f.subject == "slip"]
+    assert [said in f.message for f in found] == [True] * bool(said)
+
+
 def test_effort_against_slip_is_a_turned_sign() -> None:
     data = good()
     finding = only(findings(changed(data, effort=-data.effort)))

@@ -4,7 +4,11 @@
 const char *erc_model_digest(void) { return "0000000000000000000000000000000000000000000000000000000000000001"; }
 const char *erc_model_name(void) { return "crashing"; }
 uint32_t erc_model_abi(void) { return 1u; }
+#ifdef SINGLE
+uint32_t erc_model_inputs(void) { return 2u; }
+#else
 uint32_t erc_model_inputs(void) { return 4u; }
+#endif
 uint32_t erc_model_state_size(void) { return 16u; }
 void erc_model_reset(void *state) { *(uint64_t *)state = 0u; }
 
@@ -18,6 +22,12 @@ uint32_t erc_model_step(void *state, const double *in, double *effort) {
 }
 
 uint32_t erc_model_inverse(const double *in, double wanted, double *field) {
-    *field = wanted * in[0];
+    (void)in;
+    *field = wanted; /* so that torque and motion control run until then */
+    return 0u;
+}
+
+uint32_t erc_model_steady(const double *in, double *effort) {
+    *effort = in[0];
     return 0u;
 }

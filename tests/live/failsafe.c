@@ -39,6 +39,10 @@ static uint32_t any_effort(void *state, const double *in, double *effort) {
     return (uint32_t)next();
 }
 
+static uint32_t any_steady(const double *in, double *effort) {
+    return any_effort(0, in, effort);
+}
+
 static uint32_t any_field(const double *in, double wanted, double *field) {
     (void)in;
     (void)wanted;
@@ -83,14 +87,19 @@ static erc_config config_of(uint32_t device, uint32_t hold, uint32_t trip, doubl
     c.drive_inertia = c.output_inertia = 2e-4;
     c.track_bandwidth = observer % 2u == 0u ? 0.0 : 5.0;
     c.track_integral = 1.0;
+    c.stiffness = 0.5;
+    c.damping = c.wall_play = 0.01;
     c.late_trip_ns = LATE_TRIP;
     c.hold_samples = hold;
     c.trip_samples = trip;
-    c.programs = 5;
+    c.programs = 6;
     for (uint32_t i = 0; i < 4u; i++) {
         c.list[i] = (erc_program){i, ERC_SINE, 0, 0, 3.0, 7.0, 0.1, 0.3, 1.0, 0, 0};
     }
     c.list[4] = (erc_program){ERC_FIELDS, ERC_TABLE, ERC_REPEAT, 0, 0.0, 0.0, 0.0, 0.0, 1.0, 0, 64};
+    c.list[5] = c.list[1];
+    c.list[5].mode = device == ERC_SINGLE ? ERC_WALL : ERC_IMPEDANCE;
+    c.list[5].flags = ERC_RELATIVE;
     return c;
 }
 
@@ -103,7 +112,7 @@ typedef struct {
 } rig;
 
 static void start(rig *r, const erc_config *config) {
-    static const erc_model model = {any_effort, any_field, 0, 0};
+    static const erc_model model = {any_effort, any_field, 0, 0, any_steady};
     memset(r, 0, sizeof *r);
     must(erc_config_error(config, 64) == 0, "a configuration that is allowed");
     erc_core_init(&r->core, config, table, &model);
@@ -133,7 +142,7 @@ static erc_order order_of(enum order kind) {
                                     ERC_ORDER_MOTOR,
                                     99};
     o.kind = kinds[kind];
-    o.value = kind == NO_PROGRAM ? 7.0 : (kind == MOTOR_TOO_MUCH ? 2.0 : (kind == MOTOR ? 0.5 : (double)(next() % 5u)));
+    o.value = kind == NO_PROGRAM ? 7.0 : (kind == MOTOR_TOO_MUCH ? 2.0 : (kind == MOTOR ? 0.5 : (double)(next() % 6u)));
     return o;
 }
 

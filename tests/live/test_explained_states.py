@@ -9,6 +9,7 @@ import pytest
 
 from erclutch.live.explained_states import transitions
 from erclutch.live.ring import State
+from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "states.svg"
 
@@ -24,6 +25,22 @@ def test_only_an_order_to_run_leads_out_of_ready_and_nothing_but_a_reset_out_of_
             assert (line.event, line.next) == ("order: reset", State.READY)
     missed = next(line for line in found if line.state is State.RUNNING and "one period without" in line.event)
     assert (missed.next, missed.field) == (State.RUNNING, "held")
+
+
+@pytest.mark.parametrize(
+    ("mode", "amplitude"), [(Mode.TORQUE, 0.3), (Mode.TRACK, 50.0), (Mode.IMPEDANCE, 50.0), (Mode.WALL, -50.0)]
+)
+def test_torque_and_motion_control_are_answered_as_tracking_is(
+    mode: Mode, amplitude: float, bingham: Path, brake: Path
+) -> None:
+    """Each wants more than the field can do at once; only what is said of a torque out of reach differs."""
+    wall, more = mode is Mode.WALL, {"observer": "none", "track_bandwidth": 20.0, "output_inertia": 1e-3}
+    chosen = LoopSettings(
+        "single" if wall else "coaxial", programs=(LoopProgram("push", mode, amplitude=amplitude), REST), **more
+    )
+    for plain, other in zip(transitions(), transitions(chosen, brake if wall else bingham), strict=True):
+        said = tuple(name for name in other.said if name != "unreachable")
+        assert (other.state, other.event, other.next, other.field, said) == (*vars(plain).values(),), other
 
 
 @pytest.mark.slow

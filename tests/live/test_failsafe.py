@@ -9,17 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from erclutch.live.c_build import SOURCES
+from erclutch.live.c_build import CORE, SOURCES
 
 HERE = Path(__file__).parent
-CORE = ("core", "control", "torque", "interlock", "sensors")
 
 
 def went_through(folder: Path, sources: Path = SOURCES) -> tuple[str, list[int]]:
     """What the harness prints, and its counts: pairs, steps, promises that were broken."""
     if shutil.which("gcc") is None:
         pytest.skip("apt install gcc libc6-dev")
-    files = [HERE / "failsafe.c", *(sources / f"erc_{name}.c" for name in CORE)]
+    files = [HERE / "failsafe.c", *(sources / name for name in CORE)]
     words = ["gcc", "-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror", "-I", str(sources)]
     subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / "failsafe")], check=True)
     said = subprocess.run([str(folder / "failsafe")], capture_output=True, text=True, check=False).stdout

@@ -28,6 +28,23 @@ def test_injected_into_the_core(name: str) -> None:
     assert found.passed, found
 
 
+@pytest.mark.parametrize("control", [name for name in study.CONTROLS if name != "equation 23"])
+def test_injected_into_the_core_under_torque_and_motion_control(control: str) -> None:
+    with study.under(control):
+        for name, fault in study.EXACT.items():
+            if name not in study.ALIKE and not name.startswith("loss"):
+                found = fault()
+                assert found.passed, found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", [name for name in study.CONTROLS if name != "equation 23"])
+@pytest.mark.parametrize("name", ["sigterm", "stop-50", "crash", "wall-clock", "orphan"])
+def test_injected_into_the_whole_loop_under_torque_and_motion_control(name: str, control: str) -> None:
+    with study.under(control):
+        _holds(study.WHOLE[name])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in study.EXACT if name.startswith("loss")])
 def test_loss_over_a_minute(name: str) -> None:

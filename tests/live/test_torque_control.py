@@ -71,8 +71,8 @@ def test_a_sensor_takes_away_what_the_model_does_not_know(gain: float, bingham: 
     for k in range(1, rows):
         rest += share * ((gain - 1.0) * frames["estimate"][k - 1] - rest)
         if k > 5 * EASE:
-            expected = model.inverse((0.0, 0.0, frames["theta_dot"][k], frames["alpha_dot"][k]), wanted - rest)
-            assert field(frames)[k] == pytest.approx(expected, abs=1e-9)
+            there = model.steady((field(frames)[k], 0.0, frames["theta_dot"][k], frames["alpha_dot"][k]))
+            assert there == pytest.approx(wanted - rest, abs=1e-2 * STAGES.torque_scale + 1e-9)
     alone = run(Core(replace(STAGES, observer="none", programs=(torque(wanted),)), bingham), samples(rows), gain)
     assert abs(gain * alone["estimate"][-1] - wanted) > 0.03
 
@@ -156,7 +156,23 @@ def test_a_trip_gives_zero_and_recovery_no_jump(observer: Any, bingham: Path) ->
     assert abs(field(run(short, good[310:311], first=310))[0] - held) <= most
 
 
-def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path) -> None:
+def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bingham: Path, asks: Any) -> None:
+    """The filter of the speed is late: compared with the reference itself it would ask for more on the way."""
+    phase = 2.0 * np.pi * 2e-3 * np.arange(900)
+    program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 2.5, 2.0, motor_torque=0.1)
+    numbers = {"track_bandwidth": 30.0, "track_integral": 30.0, "output_inertia": 5e-5}
+    chosen = replace(STAGES, observer="none", least_slip=0.0, programs=(program,), **numbers)
+    given = samples(900)
+    given["alpha"] = 2.5 * np.sin(phase)
+    frames, model = run(Core(chosen, bingham), given), CompiledModel(bingham)
+    wanted = -5e-5 * 2.5 * (4.0 * np.pi) ** 2 * np.sin(phase)
+    for k in range(100, 900):
+        if abs(field(frames)[k]) > 0.02:
+            # The hand-written inverse is off by 2 mN m; the rate itself would ask for 13 mN m more.
+            assert asks(frames[k], model, wanted[k], 3e-3)
+
+
+def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, as_filtered: Any, asks: Any) -> None:
     """The field is the inverse of the torque that the equation asks for, and nothing else."""
     program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 1.0, 1.0, motor_torque=0.1)
     numbers = {"track_bandwidth": 3.0, "track_integral": 0.0, "output_inertia": 2e-4, "output_friction": 0.003}
@@ -164,12 +180,11 @@ def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path) 
     frames = run(Core(chosen, bingham), samples(900))
     phase, stiff, model = 2.0 * np.pi * 1e-3 * np.arange(900), 2.0 * np.pi * 3.0, CompiledModel(bingham)
     rate, second = 2.0 * np.pi * np.cos(phase), -((2.0 * np.pi) ** 2) * np.sin(phase)
-    back = 2.0 * stiff * (rate - frames["alpha_dot"]) + stiff**2 * (np.sin(phase) - frames["alpha"])
+    back = 2.0 * stiff * (as_filtered(rate) - frames["alpha_dot"]) + stiff**2 * (np.sin(phase) - frames["alpha"])
     wanted = 2e-4 * (second + back) + 0.003 * np.tanh(rate)
     for k in range(100, 900):
-        expected = model.inverse((0.0, 0.0, frames["theta_dot"][k], frames["alpha_dot"][k]), wanted[k])
-        if abs(expected) > 0.02:  # a smaller field does not wake the other clutch
-            assert field(frames)[k] == pytest.approx(expected, abs=1e-9)
+        if abs(field(frames)[k]) > 0.02:  # a smaller field does not wake the other clutch
+            assert asks(frames[k], model, wanted[k], 1e-2 * STAGES.torque_scale)
     assert np.ptp(np.sign(field(frames))) == 2.0
 
 

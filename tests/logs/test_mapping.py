@@ -124,8 +124,8 @@ def test_a_unit_that_does_not_fit(log: Callable[..., Path], rows: Rows) -> None:
     with pytest.raises(UnitError) as caught:
         read(log(rows), {**LABELS, "slip": "V [kN]"})
     assert str(caught.value) == (
-        "log.csv: column 'V' has the unit 'kN', which does not fit slip (allowed: rad/s, m/s, 1/s). "
-        'Choose another column or give its unit, such as --slip "V [rad/s]".'
+        "log.csv: column 'V' has the unit 'kN', which does not fit slip (allowed: rad/s, m/s, 1/s, rpm, cm/s, ...). "
+        'Choose another column or give its unit, such as --slip "V [rpm]" or "V [cm/s]".'
     )
 
 

@@ -98,6 +98,15 @@ def test_almost_tables_give_a_table_or_an_error_of_ours(text: str) -> None:
         assert table_of(text).rows >= 0
 
 
+def test_a_long_text_tells_how_much_was_read(tmp_path: Path) -> None:
+    path, told = tmp_path / "log.csv", list[tuple[int, int]]()
+    path.write_text("t,a\n" + "".join(f"{k},{k % 7}\n" for k in range(100_000)))
+    read_table(path, told=lambda done, total: told.append((done, total)))
+    parts = [done for done, total in told]
+    assert parts == sorted(parts)
+    assert 0 < parts[0] < parts[-1] == told[-1][1]
+
+
 def test_labels_split_into_name_and_unit() -> None:
     assert split_label("V [cm/s]") == ("V", "cm/s")
     assert split_label("Force (N)") == ("Force", "N")

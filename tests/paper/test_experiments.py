@@ -183,6 +183,7 @@ def test_tables_on_the_command_line(tmp_path: Path) -> None:
         (("table2", "--seconds", "1"), "Give 5 to 86400 s"),
         (("table3", "--log", "none.csv"), "none.csv"),
         (("fig5", "--out", "file"), "cannot be made"),
+        (("fig7", "--log", "none.csv"), "a log is no rig"),
     ],
 )
 def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: str) -> None:

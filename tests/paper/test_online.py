@@ -16,8 +16,17 @@ from erclutch.live.layout import SAMPLE
 from erclutch.live.live_model import live_model
 from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.models.load import load_model
+from erclutch.paper.hand_experiments import (
+    CALM,
+    STIFFNESS,
+    WALLS,
+    describe_impedance,
+    describe_wall,
+    hand_points,
+    hand_runs,
+)
 from erclutch.paper.online import EXPERIMENTS, lines, run, tracking_error, trial
-from erclutch.paper.online_figures import describe_online
+from erclutch.paper.online_figures import FIGURE_OF, describe_online
 from erclutch.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, describe_control, kept_runs
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.rig.interface import RigCommand
@@ -54,7 +63,10 @@ def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
         assert (frames["alpha"] == frames["alpha"][0]).all() == (name == "zero-motion")
         assert (frames["field1"] + frames["field2"] == 0.0).all() == (name == "zero-field")
         assert (trace.other_alpha is not None) == (name == "encoders")
-    for file in save_plot(describe_online(traces[0], "TWIN", rows=1000), tmp_path / "figure.png"):
+    plot = describe_online(traces[0], FIGURE_OF[name])
+    assert plot.title.startswith("TWIN, ")
+    assert [panel.y.title[:4].strip() for panel in plot.panels][:2] == ["(a)", "(a)"]
+    for file in save_plot(plot, tmp_path / "figure.png"):
         assert file.stat().st_size > 1000
 
 
@@ -105,7 +117,7 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
     from erclutch.cli import app, experiment
 
     asked: list[Any] = []
-    monkeypatch.setattr(experiment, "_run", lambda *given: asked.append(given))
+    monkeypatch.setattr(experiment, "run_online", lambda *given: asked.append(given))
     app(["experiment", "all", "--real-time"], exit_on_error=False)
     assert asked[0][0] == [n for n in EXPERIMENTS if n != "encoders"]
     assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out
@@ -127,3 +139,27 @@ def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
     assert len(describe_control(runs).panels) == len(INVERSES)
     again = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: None)  # nothing is run again
     assert again == runs
+
+
+@pytest.mark.slow
+def test_a_hand_feels_what_was_asked_and_a_brake_lets_it_go(tmp_path: Path) -> None:
+    """One seed, TWIN: stiffness with a sensor, damping that stays above zero, a calm wall, a pull that is let go."""
+    rig = default_rig()
+    for name in ("impedance", "wall"):
+        runs = hand_runs(name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None)
+        figures = {(run.model, run.knows): run.figures for run in runs}
+        if name == "impedance":
+            felt = figures["Bingham", "stages, sensor"]
+            assert felt["stiffness"][:4] == pytest.approx([STIFFNESS] * 4, rel=0.03)
+            assert min(felt["damping"]) > 0.0
+            assert len(describe_impedance(runs).panels) == 4
+            continue
+        for own in figures.values():
+            assert own["rise"] < 0.003
+            assert max(own["swing"]) < CALM
+            assert own["deepest"][0] == pytest.approx(0.15 / WALLS[0], rel=0.15)
+            assert own["deepest"] == sorted(own["deepest"], reverse=True)
+        assert figures["Bingham", "stages, sensor"]["pull"] < 0.3 * figures["Bingham", "stages"]["pull"]
+        assert describe_wall(runs).panels
+        again = hand_runs(name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None)
+        assert again == runs  # nothing is run again

@@ -241,7 +241,9 @@ def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
 
     first = write_pdf(material, tmp_path / "a.pdf").read_bytes()
     assert first.startswith(b"%PDF-")
-    assert len(re.findall(rb"/Type /Page\b", first)) == 6  # the lag and memory have a page of their own
+    assert (
+        len(re.findall(rb"/Type /Page\b", first)) == 7
+    )  # the ranking, and the lag and memory, have a page of their own
     assert write_pdf(material, tmp_path / "b.pdf").read_bytes() == first
 
 
@@ -332,6 +334,23 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     values = VERDICT.fill(made)
     assert (f"in motion {made.effort.of(rmse)}" in values["facts"][0][2]) == (still > 0.1)
     assert any("at rest" in text and made.effort.of(rmse) in text for text in values["worries"]) == (still > 0.1)
+
+
+@pytest.mark.parametrize("mass", [0.05, -0.05])
+def test_a_negative_inertia_is_explained(mass: float, tmp_path: Path) -> None:
+    from erclutch.fit.comparison import Settings, compare
+    from erclutch.logs import recording_from_arrays
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.runs.run_folder import write_run
+
+    slip = 3.0 * np.sin(np.arange(3000) / 50)
+    field = np.repeat(np.random.default_rng(0).choice([0.0, 1.0, 2.0], 30), 100)
+    effort = field * np.tanh(slip / 0.3) + slip + mass * 1000 * np.gradient(slip)
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    found = compare(build_dataset(log), Settings(models=("bingham+inertia",), lag="none"))
+    html = report_html(material_of(read_run(write_run(tmp_path / "run", found, [log]))))
+    assert html.count("is negative. No mass is negative") == (2 if mass < 0 else 0)  # a worry, and below its table
 
 
 def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:

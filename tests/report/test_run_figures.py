@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from erclutch.errors import CheckError, RunError, SettingError
+from erclutch.errors import CheckError, SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
@@ -82,10 +81,6 @@ def test_other_formats_and_both_columns(material: Material, tmp_path: Path) -> N
     paths = write_figure("ranking", material, tmp_path, kinds=("svg",), wide=True)
     assert [p.name for p in paths] == ["ranking.svg", "ranking.csv"]
     assert 'width="515.52pt"' in paths[0].read_text()  # 7.16 inches
-    if shutil.which("xelatex") is None:
-        with pytest.raises(RunError, match="needs LaTeX"):
-            write_figure("ranking", material, tmp_path, kinds=("pgf",))
-        assert not (tmp_path / "ranking.pgf").exists()
 
 
 def test_the_same_bytes_again(material: Material, tmp_path: Path) -> None:

@@ -54,6 +54,7 @@ _COMMANDS = {
     "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
     "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
     "live": "Estimate, control, record and watch at 1 kHz, on the digital TWIN or on your rig.",
+    "tune": "Find gains of torque and motion control from the model of a run, with margins and pictures.",
     "experiment": "Run the paper's online experiments with the live loop: figures 7 to 13.",
     "flowcurve": "Fit laws of shear stress to flow curves.",
     "export": "Write a model for a controller: C99, C++, Python, ONNX, FMU, Simulink, MuJoCo.",

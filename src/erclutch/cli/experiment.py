@@ -13,12 +13,14 @@ from erclutch.paper.published import WARMING
 from erclutch.rig.twin.parameters import load_rig
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.table import Table
 
+    from erclutch.paper.hand_experiments import HandName, HandRun
     from erclutch.paper.online import ErrorLine, OnlineTrace
     from erclutch.paper.torque_control import ControlRun
 
-_FIGURES = {"sine": 7, "square": 8, "tracking": 9, "zero-field": 11, "zero-motion": 12, "encoders": 13}
 #: Models beside the online one where the paper compares them (figures 11 and 12, table III).
 _RIVALS = ("rbfn-50", "rbfm-10/forward", "hem/forward", "seo-seo/forward", "bingham/forward")
 
@@ -37,12 +39,13 @@ def experiment(
     """Run an experiment with the live loop on the TWIN: of sections IV-B to V, or torque control. Without NAME: list.
 
     Args:
-        name: Which experiment; "all" runs those of the paper one after another, "control" judges torque control.
+        name: Which experiment; "all" runs those of the paper one after another; "control", "impedance" and "wall"
+            judge torque control, the pair as a spring and a damper, and the wall of a brake.
         model: A model's file; default: fnn-16, fitted to the twin once. It must be memoryless or have a lag.
         out: Folder for the figures and their numbers.
         seconds: Length in place of the experiment's own.
         seed: Seed of the commands and the noise.
-        seeds: Of control: how many, from 0 on. What is finished in --out is not run again.
+        seeds: Of control, impedance and wall: how many, from 0 on. What is finished in --out is not run again.
         real_time: Run the loop and the twin each in its process, at 1 kHz, instead of as fast as they go. The
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
@@ -52,20 +55,22 @@ def experiment(
     if name is None:
         rows = [[e.name, e.meaning, f"{e.seconds:g} s"] for e in EXPERIMENTS.values()]
         rows.append(["control", "torque control: models, observers, a device that changes", "80 s a case"])
+        rows.append(["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"])
+        rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
         terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
         return
-    if name == "control":
+    if name in ("control", "impedance", "wall"):
         if model is not None or seconds is not None or seed or real_time:
-            problem = "experiment control takes no --model, --seconds, --seed or --real-time"
+            problem = f"experiment {name} takes no --model, --seconds, --seed or --real-time"
             raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
-        _control(seeds, rig_file, out)
+        _control(seeds, rig_file, out) if name == "control" else _hand(name, seeds, rig_file, out)
         return
     names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
         left_out = [n for n in names if EXPERIMENTS[n].encoders]
         names = [n for n in names if n not in left_out]
         terminal.tell(f"left out, for it does not run in real time: {', '.join(left_out)}")
-    _run(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
+    run_online(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
 
 
 def _control(seeds: int, rig_file: Path | None, out: Path) -> None:
@@ -100,11 +105,65 @@ def _control_table(runs: list[ControlRun], seeds: int) -> Table:
     return terminal.table(title, heads, [row(m, k) for m in INVERSES for k in KNOWS], left=2)
 
 
-def _run(names: list[str], model: Path | None, rig_file: Path | None, out: Path, options: dict[str, Any]) -> None:
+def _hand(name: HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
+    from erclutch.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
+    from erclutch.report.plots.matplotlib_painter import save_plot
+
+    rig = load_rig(rig_file)
+    with terminal.progress(name) as bar:
+        runs = hand_runs(name, seeds, rig, hand_points(out, rig, name), bar)
+    terminal.tell(_hand_table(name, runs, seeds))
+    plot = describe_impedance(runs) if name == "impedance" else describe_wall(runs)
+    for file in save_plot(plot, out / f"{name}.png"):
+        terminal.say(str(file))
+
+
+def _hand_table(name: HandName, runs: list[HandRun], seeds: int) -> Table:
+    """Means over the seeds, and how many seeds keep their promise."""
+    import numpy as np
+
+    from erclutch.paper.hand_experiments import CALM, DAMPING, FREQUENCIES, KNOWN, STIFFNESS, WALLS
+    from erclutch.paper.torque_control import INVERSES
+
+    def row(model: str, knows: str) -> list[str]:
+        own = [run.figures for run in runs if (run.model, run.knows) == (model, knows)]
+        of = {key: np.array([figures[key] for figures in own], np.float64) for key in own[0]}
+        if name == "impedance":
+            shares = [*(of["stiffness"][:, :5] / STIFFNESS).mean(axis=0), *(of["damping"] / DAMPING).mean(axis=0)]
+            passive = int(np.count_nonzero(of["damping"].min(axis=1) > 0.0))
+            return [model, knows, *(f"{share:.2f}" for share in shares), f"{passive}/{len(own)}"]
+        step = [
+            f"{1e3 * of['rise'].mean():.1f}",
+            f"{100 * of['overshoot'].mean():.0f}",
+            f"{1e3 * of['drag'].mean():.1f}",
+        ]
+        calm = [wall for wall, swing in zip(WALLS, of["swing"].max(axis=0), strict=True) if swing < CALM]
+        stiffest = f"{max(calm):g}" if calm else "none"
+        return [model, knows, *step, stiffest, f"{1e3 * of['pull'].mean():.0f}"]
+
+    heads = [*(f"K {f:g} Hz" for f in FREQUENCIES[:5]), *(f"D {f:g}" for f in FREQUENCIES), "passive"]
+    title = f"TWIN, means of {seeds} seeds: stiffness and damping that a hand feels, over what was asked"
+    if name == "wall":
+        heads = ["rise [ms]", "overshoot [%]", "drag [mN m]", "calm to [N m/rad]", "pull [mN m]"]
+        title = f"TWIN brake, means of {seeds} seeds; calm in all of them"
+    rows = [row(model, knows) for model in INVERSES for knows in KNOWN]
+    return terminal.table(title, ["inverse of", "controller", *heads], rows, left=2)
+
+
+def run_online(
+    names: Sequence[str],
+    model: Path | None,
+    rig_file: Path | None,
+    out: Path,
+    options: dict[str, Any],
+    only: int | None = None,
+) -> None:
+    """Run experiments, print their figures and draw those of the paper, or only one of them."""
     from erclutch.cli.twin_model import twin_models
     from erclutch.live.live_model import live_model
     from erclutch.models.load import load_model
     from erclutch.paper.online import EXPERIMENTS, run
+    from erclutch.paper.online_figures import FIGURE_OF
 
     rig = load_rig(rig_file)
     first = twin_models(rig, ("fnn-16",), terminal.console())[0] if model is None else model
@@ -113,26 +172,22 @@ def _run(names: list[str], model: Path | None, rig_file: Path | None, out: Path,
     for name in names:
         rivals = twin_models(rig, _RIVALS, terminal.console()) if EXPERIMENTS[name].rivals else []
         saved = [load_model(path) for path in (first, *rivals)]
-        for number, trace in enumerate(run(name, chosen, saved, rig, **options)):
-            _show(name, trace, number, out)
+        for figure, trace in enumerate(run(name, chosen, saved, rig, **options), start=FIGURE_OF[name]):
+            if only in (None, figure):
+                _show(name, trace, figure, out / (f"figure-{figure}" if only is None else f"fig{figure}"))
 
 
-def _show(name: str, trace: OnlineTrace, number: int, out: Path) -> None:
-    from erclutch.paper.online import lines, trial
+def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
+    from erclutch.paper.online import lines
     from erclutch.paper.online_figures import describe_online
     from erclutch.report.plots.matplotlib_painter import save_plot
 
-    figure, start = f"figure-{_FIGURES[name] + number}", min(5000, len(trace.frames) // 2)
-    if name == "tracking":
-        start = trial(trace, 0 if number == 0 else -1).start
-    elif name == "encoders":
-        start = 0
     terminal.tell(_table(name, trace, lines(trace)))
     for sentence in _sentences(name, trace):
         terminal.say(sentence)
-    rows = 5000 if trace.name.startswith("tracking at 0.4") or name == "encoders" else 2000
-    title = f"TWIN, {trace.name}: {figure.replace('-', ' ')} of the paper"
-    for file in save_plot(describe_online(trace, title, start, rows), out / f"{figure}.png"):
+    for file in save_plot(
+        describe_online(trace, figure), *(stem.with_name(f"{stem.name}.{kind}") for kind in ("pdf", "png"))
+    ):
         terminal.say(str(file))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import tomllib
 from collections.abc import Sequence
+from dataclasses import asdict
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -54,11 +55,17 @@ def inspect(
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
-    raw = read_table(log, variable=next(iter(recordings_in(log)), None) if reading.each else reading.variable)
-    text, missing = reading.mapping_text(raw, log)
+    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
+    with terminal.progress("reading") as bar:
+        raw = read_table(
+            log,
+            variable=variable,
+            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
+        )
+    text, missing, choices = reading.mapping_text(raw, log)
     recording, more, problem = None, list["Recording"](), None
     try:
-        recording, *more = reading.read([log])
+        recording, *more = reading.read([log]) if reading.each else reading.how().read(log, reading.device, raw)
         missing = () if reading.each else missing  # of one log; here each has its own effort
     except SettingError:
         raise
@@ -70,7 +77,12 @@ def inspect(
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
-        _print_json(raw, recording, problem, reading, {"missing": list(missing), "mapping": tomllib.loads(text)})
+        said = {
+            signal: dict(asdict(choice), file_unit=raw.units.get(str(choice.column)))
+            for signal, choice in choices.items()
+        }
+        more_json = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        _print_json(raw, recording, problem, reading, more_json)
         return int(recording is None)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
@@ -85,6 +97,10 @@ def inspect(
     for path in drawn:
         terminal.say(f"drawn: {path}")
     return 0
+
+
+def _read_so_far(done: int, size: int) -> str:
+    return f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read" if done < size else "columns, clock and checks"
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:

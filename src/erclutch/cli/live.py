@@ -89,6 +89,12 @@ class ControlOptions:
     track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
     """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
     and friction stand in --rig-file."""
+    stiffness: Annotated[float, Parameter(group=_CONTROL)] = 0.1
+    """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
+    damping: Annotated[float, Parameter(group=_CONTROL)] = 4.0e-3
+    """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
+    tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
+    """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
     """Largest field. Default: that of the supply (0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -153,7 +159,7 @@ def live(
     from erclutch.cli import terminal
     from erclutch.live.session import Session, SessionOptions
     from erclutch.live.session_figures import SessionFigures
-    from erclutch.rig.twin.parameters import default_rig, load_rig
+    from erclutch.rig.twin.parameters import load_rig
 
     if explain:
         return _explained(terminal.console())
@@ -162,7 +168,7 @@ def live(
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
-        parameters = default_rig() if rig.rig_file is None else load_rig(rig.rig_file)
+        parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
@@ -174,7 +180,7 @@ def live(
             if needs_sensor:
                 _has_sensor(what, option)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
-        settings = _for_rig(settings, what, device, control)
+        settings = _for_rig(settings, what, device, control, tuned)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
@@ -196,6 +202,7 @@ def _explained(output: Console) -> int:
         rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
         title = f"In the state {state.name.lower()}"
         output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
+    output.print("Asked of tracking. Torque, impedance and wall are answered alike.")
     return 0
 
 
@@ -285,13 +292,12 @@ def _settings(
     limit = parameters.value("supply.command_limit")
     if control.field_limit is not None and not 0 < control.field_limit <= limit:
         raise SettingError(f"--field-limit {control.field_limit:g}", remedy=f"Give at most the supply's {limit:g}")
-    gains = {
-        name: getattr(control, name) for name in ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap")
-    }
-    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), **gains}
+    names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
+    gains = {name: getattr(control, name) for name in names}
+    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
-        return rig_settings(parameters, (replay,), device=device, **common, **_AS_RECORDED)
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED)
     programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
@@ -320,6 +326,32 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
     return found
 
 
+def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
+    """The options with what a settings file says of those that have their defaults, and its further settings.
+
+    Raises:
+        SettingError: the file cannot be read, or holds what is no setting or no number.
+    """
+    import tomllib
+
+    from erclutch.cli.tune import TUNED
+
+    if control.tuned is None:
+        return control, {}
+    try:
+        body: dict[str, Any] = tomllib.loads(control.tuned.read_bytes().decode("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        problem = f"cannot be read ({error})"
+        raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
+    for name, value in body.items():
+        if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):
+            known = ", ".join(TUNED)
+            raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
+    options = {name: value for name, value in body.items() if hasattr(control, name)}
+    default = {name: value for name, value in options.items() if getattr(control, name) == getattr(_DEFAULTS[1], name)}
+    return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+
+
 def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
     """What hangs on the rig."""
     from erclutch.rig.rig_plugins import RigDevice
@@ -331,11 +363,13 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
     return "single" if rig.spec["single"] else "coaxial"
 
 
-def _for_rig(settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions) -> LoopSettings:
-    """The settings with the field limit of a plug-in's rig; a single device has no stroke that ends at a stop."""
+def _for_rig(
+    settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
+) -> LoopSettings:
+    """The settings as tuned, with the field limit of a plug-in's rig; a single device has no stroke that ends."""
     from erclutch.rig.rig_plugins import RigDevice
 
-    settings = replace(settings, device=device)
+    settings = replace(settings, **tuned)
     if isinstance(rig, RigDevice):
         largest = rig.field_limit or settings.field_limit
         share = largest / settings.field_limit
@@ -430,7 +464,7 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
     return {
         "origin": session.origin,
         "frames": watch.frames,
-        "missed": watch.missed,
+        "missed": reader.missed,
         "lost_by_reader": reader.lost,
         "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
         "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
@@ -445,9 +479,9 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     from erclutch.cli import terminal
 
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
-    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.missed} deadlines missed"
+    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
-    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n)
+    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n and name != "overrun")
     output.print(", ".join(counts) or "no event", markup=False)
     for note in notes:
         output.print(note, markup=False, soft_wrap=True)

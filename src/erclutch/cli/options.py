@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,6 +14,7 @@ from erclutch.errors import LogError
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap, Table
     from erclutch.logs.dataset import Dataset
+    from erclutch.logs.mapping import ColumnChoice
     from erclutch.logs.reading import Reading
     from erclutch.models.model import Model
     from erclutch.runs.run_folder import Run
@@ -113,8 +114,8 @@ class LogOptions:
 
         return ColumnMap.from_options(self._given())
 
-    def mapping_text(self, table: Table, log: Path) -> tuple[str, tuple[str, ...]]:
-        """A mapping file for a log, and what is missing in it."""
+    def mapping_text(self, table: Table, log: Path) -> tuple[str, tuple[str, ...], Mapping[str, ColumnChoice]]:
+        """A mapping file for a log, what is missing in it, and the column of each signal."""
         from erclutch.logs.mapping import ColumnMap, beside
         from erclutch.logs.mapping_file import mapping_text
 

@@ -19,9 +19,19 @@ if TYPE_CHECKING:
     from erclutch.paper.sweep_points import Points
     from erclutch.paper.sweeps import RunsRecipe
     from erclutch.paper.tables import Row
+    from erclutch.runs.cluster import TaskPool
 
+_TRAINING = 290.0  # s: the paper's training run
 _FIGURES = ("mse", "low", "high", "paper")
-What = Literal["table2", "table3", "memory", "fig3", "fig4", "fig5", "fig6", "kernels"]
+#: Figures of the live loop, and the experiment that each shows.
+_ONLINE = {
+    **{"fig7": "sine", "fig8": "square", "fig9": "tracking", "fig10": "tracking"},
+    **{"fig11": "zero-field", "fig12": "zero-motion", "fig13": "encoders"},
+}
+_Table = Literal["table2", "table3", "memory"]
+_Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
+What = Literal[_Table, _Figure]
+_Options = tuple[tuple[str, Any], ...]
 
 
 def reproduce(
@@ -32,7 +42,7 @@ def reproduce(
     zero_field: Path | None = None,
     zero_motion: Path | None = None,
     out: Path = Path("reproduced"),
-    seconds: float = 290.0,
+    seconds: float | None = None,
     seed: int = 0,
     rig: Path | None = None,
     polish: Annotated[bool, Parameter(negative=())] = False,
@@ -40,49 +50,86 @@ def reproduce(
     workers: int = 2,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
-    """Print a table of the paper, or draw one of its sweeps: on the digital TWIN, or on your own log.
+    """Print a table of the paper, or draw one of its figures: on the digital TWIN, or on your own log.
 
     Args:
         what: table2, table3, memory (table2 with memory and with past samples), fig3 (a section of the training
             log), fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), fig6 (what each approach estimates), kernels
-            (RBFM).
+            (RBFM); fig7 to fig13 (the live loop, on the TWIN alone).
         log: Your training log, in place of the twin.
         test: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
         zero_motion: Your log with the output held, for table3.
         out: Folder for figures and numbers; a sweep and the table of memory resume from what is there.
-        seconds: Rig time of the twin's training run.
+        seconds: Rig time of the twin's training run, 290 s if not given, or of an experiment of the live loop.
         seed: Seed of the twin's runs and of the networks' starts.
         rig: A rig file (TOML) for the twin.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
-        cluster: Where points of fig4, fig5 and kernels run: see fit-many.
-        workers: How many of these points side by side; changes no figure.
+        cluster: Where points of fig4, fig5 and kernels run: threads (default), processes, local (Dask here), or
+            tcp://HOST:PORT of a Dask scheduler whose workers see the logs under the same paths.
+        workers: Points of fig4, fig5 and kernels side by side; changes no figure.
         reading: How to read your logs.
     """
+    from erclutch.runs.cluster import task_pool
+
+    _check(what, log, out, seconds, seed)
+    if what in _ONLINE:
+        from erclutch.cli.experiment import run_online
+
+        run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        return
+    seconds = _TRAINING if seconds is None else seconds
+    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
+    if what == "fig3":
+        _training_section(log, out, seconds, seed, rig, reading)
+        return
+    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test}, reading, twin)
+    if what in ("fig4", "fig5", "kernels"):
+        with task_pool(cluster, workers) as pool:
+            _sweep(what, recipe, pool, out, seed)
+    else:
+        _fitted(what, recipe, out, seed, polish, rig)
+
+
+def _fitted(what: What, recipe: RunsRecipe, out: Path, seed: int, polish: bool, rig: Path | None) -> None:
+    runs, origin = _runs_of(recipe)
+    if what == "memory":
+        _memory(runs, origin, out, seed, polish, None if recipe.make is _own_runs else load_rig(rig))
+    elif what == "fig6":
+        _estimates(runs, origin, out, seed, polish)
+    else:
+        _table(what, runs, origin, out, seed, polish)
+
+
+def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
+    runs = recipe.make(**dict(recipe.options))
+    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
+
+
+def _recipe(
+    what: What, log: tuple[Path, ...], others: Mapping[str, Path | None], reading: LogOptions, twin: _Options
+) -> RunsRecipe:
     from erclutch.paper.sweeps import RunsRecipe
 
-    require(5, 86400, " s", seconds=seconds)
+    if not log:
+        return RunsRecipe(_twin_runs, twin)
+    given = tuple(
+        (name, path.resolve()) for name, path in others.items() if path and (name == "test") != (what == "table3")
+    )
+    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
+    return RunsRecipe(_own_runs, own)
+
+
+def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, seed: int) -> None:
+    require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
     require(0, seed=seed)
+    if what in _ONLINE and log:
+        problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
+        raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
-    if what == "fig3":
-        _training_section(log, out, seconds, seed, rig, reading)
-        return
-    others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
-    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
-    recipe = _recipe(log, others, what, reading) if log else RunsRecipe(_twin_runs, twin)
-    runs = recipe.make(**dict(recipe.options))
-    origin = next(iter(runs.values())).origins[0] or "your log"
-    if what == "memory":
-        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
-    elif what == "fig6":
-        _estimates(runs, origin, out, seed, polish)
-    elif what in ("table2", "table3"):
-        _table(what, runs, origin, out, seed, polish)
-    else:
-        _sweep(what, runs, recipe, (cluster, workers), origin, out, seed)
 
 
 def _training_section(
@@ -108,14 +155,6 @@ def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, poli
         rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
     for path in draw_estimates(test, rows, out, origin):
         terminal.say(str(path))
-
-
-def _recipe(log: tuple[Path, ...], others: Mapping[str, Path | None], what: What, reading: LogOptions) -> RunsRecipe:
-    from erclutch.paper.sweeps import RunsRecipe
-
-    given = tuple((name, path.resolve()) for name, path in others.items() if path)
-    own = {"log": tuple(each.resolve() for each in log), "others": given, "what": what, "reading": reading}
-    return RunsRecipe(_own_runs, tuple(own.items()))
 
 
 def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
@@ -278,22 +317,14 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
 
 
-def _sweep(
-    what: What,
-    runs: Mapping[str, Dataset],
-    recipe: RunsRecipe,
-    where: tuple[str | None, int],
-    origin: str,
-    out: Path,
-    seed: int,
-) -> None:
+def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int) -> None:
     from erclutch.paper import sweeps
     from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
-    from erclutch.runs.cluster import task_pool
 
+    runs, origin = _runs_of(recipe)
     points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
-    with terminal.progress(what) as bar, task_pool(*where) as pool:
+    with terminal.progress(what) as bar:
         found = sweep(recipe, pool, points, seed, bar)
     if what == "fig5":
         shown = [n for n in ("fnn-6", "fnn-16") if origin == "TWIN"]

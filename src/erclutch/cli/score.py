@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,8 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions, opened
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.runs.new_rows import ModelScore
+    from erclutch.runs.run_folder import Run
+    from erclutch.signals.recording import Recording
 
 
 def score(
@@ -39,10 +42,13 @@ def score(
 
     found: list[tuple[Path, ModelScore]] = []
     read: list[Dataset] = []
+    seen: list[str] = []
     for place in model:
         run, chosen = opened(place, name)
         how = reading.like(run, chosen)
-        data = how.dataset(how.read(logs))
+        recordings = how.read(logs)
+        seen += [] if run is None else _trained_on(run, recordings)
+        data = how.dataset(recordings)
         read.append(data)
         require_units(data, read[0], str(place))
         kept = [chosen] if run is None or name is not None else [run.model(each) for each in run.names]
@@ -57,10 +63,24 @@ def score(
     cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
+    for warning in seen:
+        terminal.tell(warning, "yellow")
     for where in dict.fromkeys(each.where for _, each in found if each.where):
         alike = [each.model for _, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
         terminal.tell(f"guessed by {alike[0]}{more}: {where}")
+
+
+def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
+    """A warning for each log that the run was fitted to, known by its digest."""
+    known = {str(log["sha256"]) for log in run.body["logs"]}
+    share = run.body["train_rows"] / (run.body["train_rows"] + run.body["test_rows"])
+    return [
+        f"{run.folder.name} was trained on {share:.0%} of the rows of its logs, and {log.name} is one of them: these "
+        "figures are no test of its models. Score a log that the fit has not seen, or read the report."
+        for log in recordings
+        if log.digest in known
+    ]
 
 
 def _row(found: ModelScore, run: Path | None) -> list[str]:

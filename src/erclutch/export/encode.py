@@ -6,6 +6,7 @@ Foreign is what erclutch did not write itself: names of columns, units, titles o
 from __future__ import annotations
 
 import html
+import unicodedata
 
 from erclutch.errors import printable
 
@@ -15,8 +16,11 @@ _BREAKS = (("*/", "* /"), ("/*", "/ *"), ("??", "? ?"), ("--", "- -"), ("\\", "|
 _LATEX = {
     **{c: f"\\{c}" for c in "{}$&#_%"},
     **{"\\": "\\textbackslash{}", "^": "\\textasciicircum{}", "~": "\\textasciitilde{}"},
-    **{"<": "\\textless{}", ">": "\\textgreater{}", "·": "$\\cdot$", "²": "$^2$", "–": "--", "−": "$-$"},
+    **{"<": "\\textless{}", ">": "\\textgreater{}", "|": "\\textbar{}"},
+    **{"·": "$\\cdot$", "–": "--", "−": "$-$", "∞": "$\\infty$", "√": "$\\surd$", "′": "$'$"},
 }
+_FONT = "°µ×±ßæÆøØ"  # beside letters with accents, which TeX composes
+_CAPITALS = {"GAMMA", "DELTA", "THETA", "LAMBDA", "XI", "PI", "SIGMA", "UPSILON", "PHI", "PSI", "OMEGA"}
 
 
 def comment(text: str) -> str:
@@ -45,8 +49,22 @@ def markup(text: str) -> str:
 
 
 def latex(text: str) -> str:
-    """A text in the running text of LaTeX."""
-    return "".join(_LATEX.get(c, c) for c in printable(text))
+    """A text in the running text of LaTeX; what the fonts of pdflatex lack is named by its number."""
+    return "".join(_LATEX.get(c) or _letter(c) for c in printable(text))
+
+
+def _letter(c: str) -> str:
+    if c.isascii() or c in _FONT or (unicodedata.decomposition(c)[:2] == "00" and ord(c) < 0x180):
+        return c
+    plain = unicodedata.normalize("NFKC", c)
+    kind, _, letter = unicodedata.name(c, "").replace("LAMDA", "LAMBDA").partition(" LETTER ")
+    if kind.startswith("SUPERSCRIPT") and plain in "−0123456789":
+        return f"$^{{{plain.replace('−', '-')}}}$"
+    if plain != c:
+        return latex(plain)
+    if letter in _CAPITALS or (kind == "GREEK SMALL" and letter.isalpha() and letter != "OMICRON"):
+        return f"$\\{letter.capitalize() if kind == 'GREEK CAPITAL' else letter.lower()}$"
+    return f"{{[}}U+{ord(c):04X}{{]}}"
 
 
 def markdown(text: str) -> str:

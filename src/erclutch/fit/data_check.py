@@ -5,7 +5,7 @@ An error stops the fit; a warning means that figures may mislead; a note is good
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,6 +33,8 @@ _RUNS_AWAY = 3.0
 
 _AROUND = 5  # rows: that and the two on either side; a step is none of its spikes
 _SPIKE, _SPIKE_SHARE, _FEW_SPIKES = 30.0, 0.25, 0.005  # of the usual distance; of the range; of all rows
+#: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
+_USUAL = {"m/s": (1e-5, 20.0), "rad/s": (1e-4, 2e3), "N": (1e-3, 2e6), "N*m": (1e-6, 1e5)}
 _STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the other side
 
 
@@ -85,13 +87,18 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
 
 
 def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
-    """Stretches that do not belong to a measurement: spikes, and a sensor that is saturated or stuck.
+    """What does not belong to a measurement: magnitudes of no device, spikes, a sensor that is saturated or stuck.
 
     Args:
         data: the rows; a spike or a stuck sensor is looked for in the effort and the slips.
     """
     signals = [("effort", data.effort), *(("slip", e.slip) for e in data.elements)]
-    found = [_saturation(data), *(_spikes(data, *each) for each in signals), *(_stuck(data, *each) for each in signals)]
+    found = [
+        *_implausible(data),
+        _saturation(data),
+        *(_spikes(data, *each) for each in signals),
+        *(_stuck(data, *each) for each in signals),
+    ]
     return tuple(finding for finding in found if finding is not None)
 
 
@@ -224,6 +231,18 @@ def _saturation(data: Dataset) -> Finding | None:
     return None
 
 
+def _implausible(data: Dataset) -> Iterator[Finding]:
+    """Magnitudes that no clutch, brake or damper has: most often the unit of a column is wrong."""
+    slips = np.concatenate([e.slip for e in data.elements])
+    for name, values, unit in (("slip", slips, data.units.slip), ("effort", data.effort, data.units.effort)):
+        least, most = _USUAL.get(unit, (0.0, np.inf))
+        largest = float(np.quantile(np.abs(values), 0.99))
+        if not least <= largest <= most and largest > 0:
+            limit = f"above the {most:g}" if largest > most else f"below the {least:g}"
+            message = f"the {name} reaches {largest:.3g} {unit}, {limit} {unit} that such devices have"
+            yield Finding("warning", name, message, "Check the column and its unit")
+
+
 def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
     """Rows far from the median of the five around them, where such rows are few and all others are near it."""
     away = np.zeros(values.size)
@@ -248,8 +267,9 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
 def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
     """A value that stays to the last digit, and is met nowhere else, while the other side of the device moves."""
     others = [data.effort] if name == "slip" else [e.slip for e in data.elements]
-    cuts = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1, [s.stop for s in data.clock.spans], [values.size]))
-    starts = np.unique(cuts)
+    cut = np.concatenate(([True], np.diff(values) != 0, [True]))
+    cut[[span.stop for span in data.clock.spans]] = True
+    starts = np.flatnonzero(cut)
     lengths = np.diff(starts)
     for place in np.argsort(-lengths)[:3].tolist():
         start, stop = int(starts[place]), int(starts[place + 1])
@@ -271,7 +291,8 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
 
 def _quantised(train: Dataset) -> Finding | None:
     for element in train.elements:
-        levels = np.unique(element.slip)
+        few = np.unique(element.slip[:10_000]).size <= 64  # of millions of values that would take seconds
+        levels = np.unique(element.slip) if few else element.slip
         if 2 < levels.size <= 64 < train.rows / 10:
             step = float(np.median(np.diff(levels)))
             message = f"the slip takes only {levels.size} values, {step:g} apart: a differenced encoder"

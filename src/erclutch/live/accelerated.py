@@ -16,9 +16,9 @@ import numpy as np
 from erclutch.live.c_core import Core, step_function
 from erclutch.live.layout import COMMAND, FRAME, SAMPLE, word_places
 from erclutch.live.settings import LoopSettings
-from erclutch.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
+from erclutch.rig.twin.kernel import OMEGA, OMEGA_L, SIZE, WARMTH, advance
 from erclutch.rig.twin.parameters import RigParameters
-from erclutch.rig.twin.part_parameters import parts_of
+from erclutch.rig.twin.part_parameters import parts_of, single_clutch
 from erclutch.rig.twin.sampled_rows import sense
 from erclutch.rig.twin.twin import PERIOD, substeps
 from erclutch.signals.array import Array
@@ -38,13 +38,15 @@ def _runner() -> Callable[..., None]:
 
     @numba.njit(nogil=True, error_model="numpy")
     def run(
-        core: Any, state: Any, parts: Any, locked: Any, rotary: Any, noise: Any, first: Any,
+        core: Any, state: Any, parts: Any, locked: Any, hand: Any, rotary: Any, noise: Any, first: Any,
         dt: Any, steps: Any, words: Any, numbers: Any, command: Any, frames: Any, other: Any,
     ) -> None:  # fmt: skip
         row = np.zeros(7)
         turns = 2.0 * math.pi / parts.screw.lead
         for k in range(noise.size):
             sense(state, parts, noise[k], row)
+            if hand.size:
+                state[OMEGA_L] = hand[min(first + k, hand.size - 1)]
             words[_SEQ] = first + k + 1
             words[_TIME] = (first + k + 1) * 1000000
             numbers[_THETA] = row[3]
@@ -67,6 +69,8 @@ class AcceleratedRun:
         seed: of the torque meter's noise.
         speed: initial speed of the motor in rad/s.
         locked: the output shaft is held.
+        hand: speeds in rad/s, one a row, at which a hand moves the output whatever its torque; the last one stays.
+        single: CH1 alone is left.
         rotary: alpha is read by the rotary encoder instead of the linear one.
 
     Attributes:
@@ -82,14 +86,18 @@ class AcceleratedRun:
         seed: int = 0,
         speed: float = 0.0,
         locked: bool = False,
+        hand: Array | None = None,
+        single: bool = False,
         rotary: bool = False,
     ) -> None:
         self.core = Core(settings, model)
         self._run = _runner()
-        self._parts, self._steps = parts_of(rig), substeps(rig)
+        self._parts = single_clutch(parts_of(rig)) if single else parts_of(rig)
+        self._steps = substeps(rig)
         self._state = np.zeros(SIZE)
         self._state[OMEGA] = speed
-        self._locked, self._rotary = locked, rotary
+        self._locked, self._rotary = locked or hand is not None, rotary
+        self._hand = np.zeros(0) if hand is None else np.ascontiguousarray(hand, np.float64)
         self._random = np.random.default_rng(seed)
         self._sample = np.zeros(SAMPLE.itemsize // 8, np.uint64)
         self._command = np.zeros(COMMAND.itemsize // 8)
@@ -113,7 +121,7 @@ class AcceleratedRun:
         words, other = np.zeros((rows, _WORDS)), np.empty(rows)
         noise = self._random.standard_normal(rows)
         self._run(
-            self.core.memory, self._state, self._parts, self._locked, self._rotary, noise, self._rows,
+            self.core.memory, self._state, self._parts, self._locked, self._hand, self._rotary, noise, self._rows,
             PERIOD / self._steps, self._steps, self._sample, self._sample.view(np.float64), self._command, words, other,
         )  # fmt: skip
         frames = words.view(FRAME).reshape(rows)

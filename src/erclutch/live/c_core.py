@@ -26,15 +26,17 @@ class _Model:
             library = ctypes.CDLL(str(path))
             library.erc_model_state_size.restype = ctypes.c_uint32
             size = int(library.erc_model_state_size())
-            names = ("step", "inverse", "reset")
-            functions = [ctypes.cast(library[f"erc_model_{name}"], ctypes.c_void_p).value for name in names]
+            names = ("step", "inverse", "reset", "steady")
+            step, inverse, back, steady = [
+                ctypes.cast(library[f"erc_model_{name}"], ctypes.c_void_p).value for name in names
+            ]
             reset = library.erc_model_reset
         except (OSError, AttributeError) as error:
             raise RunError(f"no compiled model: {error}", where=str(path), remedy="Export the model again") from error
         self._memory = np.zeros(size + 16, np.uint8)
         state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
         reset(state)
-        self.pointers = (ctypes.c_void_p * 4)(*functions, state.value)  # ``erc_model``
+        self.pointers = (ctypes.c_void_p * 5)(step, inverse, back, state.value, steady)  # ``erc_model``
 
 
 @cache

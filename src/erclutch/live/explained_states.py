@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from erclutch.live.layout import CONSTANTS, EVENT_BITS, SAMPLE
 from erclutch.live.orders import Order
 from erclutch.live.ring import State
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode
+
+_PUSH = LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1e3), REST))
 
 
 @dataclass(frozen=True)
@@ -43,15 +46,15 @@ class Transition:
 class _Played:
     """A core with a rig that sends a good sample each period, until the events say otherwise."""
 
-    def __init__(self) -> None:
-        self.settings = LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1e3), REST))
-        self.core, self.tick, self.before = Core(self.settings), 0, 0.0
+    def __init__(self, settings: LoopSettings, model: Path | None) -> None:
+        self.settings = settings
+        self.core, self.tick, self.before = Core(self.settings, model), 0, 0.0
 
     def step(self, good: bool = True, status: int = 0, late: float = 0.0, finite: bool = True) -> Any:
         self.tick += 1
         sample = np.zeros(int(good), SAMPLE)
         sample["seq"], sample["time_ns"], sample["status"] = self.tick, self.tick * 1_000_000, status
-        sample["theta"] = 0.0 if finite else np.nan
+        sample["theta"] = 1e-3 * self.tick if finite else np.nan
         return self.core.step(sample, self.tick, late_ns=round(1e9 * late))[1].copy()
 
     def silence(self, periods: int) -> Any:
@@ -95,15 +98,19 @@ _EVENTS: dict[str, Callable[[_Played], Any]] = {
 }
 
 
-def transitions() -> Iterator[Transition]:
+def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> Iterator[Transition]:
     """Each event in each state, as the C core answers it.
+
+    Args:
+        settings: of the core; the first of its two programs keeps the field on.
+        model: compiled, where this program needs a model.
 
     Raises:
         RunError: no compiler is there to build the core.
     """
     for state in (State.STARTING, State.RUNNING, State.TRIPPED, State.READY):
         for event, play in _EVENTS.items():
-            played = _Played().into(state)
+            played = _Played(settings, model).into(state)
             frame = play(played)
             names = tuple(name for name, bit in EVENT_BITS.items() if frame["events"] & bit)
             limits = played.settings

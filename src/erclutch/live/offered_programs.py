@@ -27,6 +27,7 @@ _SECONDS = 60
 _MOTOR = 0.1  # N m
 #: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick.
 _TORQUE = 0.02
+_WALL = 1.0  # rad
 #: Half-waves are mirrored beyond this share of the stroke, so that the table comes back.
 SOFT = 0.18
 
@@ -38,14 +39,16 @@ def standard_programs(
 
     Args:
         rig: its screw, limits and excitation.
-        model: whether there is a model: torque control needs its inverse.
+        model: whether there is a model: torque control, impedance and wall need its inverse.
         motor: constant motor torque in N m.
         seed: of the random sequences.
         device: a single device has one field, no table to track, and a torque of one sign.
     """
     trackings = _trackings(rig, motor) if device == "coaxial" else ()
     programs = (REST, *trackings, *_excitations(rig, motor, seed, device))
-    return (*programs, *_torques(motor, device)) if model else programs
+    if not model:
+        return programs
+    return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(rig, motor))
 
 
 def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
@@ -105,6 +108,23 @@ def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
         torque("torque-sine", Waveform.SINE, f"{_TORQUE:g} N m at 5 Hz"),
         torque("torque-step", Waveform.SQUARE, f"steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
     )
+
+
+def _impedance(rig: RigParameters, motor: float) -> LoopProgram:
+    height = 0.125 * 2.0 * math.pi * _AMPLITUDE / rig.value("screw.lead")
+    meaning = f"spring and damper to a point that steps by {height:.2g} rad to either side of where the output is"
+    return LoopProgram(
+        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, height, 0.25, motor_torque=motor, relative=True, meaning=meaning
+    )
+
+
+def _wall(motor: float) -> LoopProgram:
+    """The motor is the hand: it pushes into the wall and goes back, in turns."""
+    rows = 2000
+    push = motor * np.sin(2.0 * math.pi * np.arange(rows) / rows)
+    table = np.column_stack([np.full(rows, _WALL), np.zeros(rows), push])
+    meaning = f"wall {_WALL:g} rad ahead; the motor pushes and pulls with {motor:g} N m"
+    return LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, repeat=True, relative=True, meaning=meaning)
 
 
 def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgram, ...]:

@@ -181,6 +181,11 @@ class RingReader:
         return int(self._header["sensor_seq"][0])
 
     @property
+    def missed(self) -> int:
+        """How many deadlines the loop has skipped since its start."""
+        return int(self._header["missed"][0])
+
+    @property
     def realtime(self) -> str:
         """What the loop could get of real-time priority and locked memory, in words."""
         return bytes(self._header["realtime"][0]).decode(errors="replace")

@@ -59,16 +59,12 @@ class SessionFigures:
         reader: of the ring.
         lateness, step: histograms of the wake-up's lateness and of the step's time.
         frames: how many were read.
-        missed: deadlines that were skipped.
     """
 
     reader: RingReader
     lateness: Histogram = field(default_factory=Histogram)
     step: Histogram = field(default_factory=Histogram)
     frames: int = 0
-    missed: int = 0
-    _last_deadline: int = 0
-    _lost: int = 0
 
     def poll(self) -> NDArray[Any]:
         """Take what is new; returns it."""
@@ -77,17 +73,7 @@ class SessionFigures:
             self.lateness.add(new["lateness_ns"].astype(np.int64))
             self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
-            self._count_missed(new)
         return new
-
-    def _count_missed(self, new: NDArray[Any]) -> None:
-        deadlines = new["time_ns"].astype(np.int64) - new["lateness_ns"]
-        if self._last_deadline:
-            deadlines = np.concatenate(([self._last_deadline], deadlines))
-        steps = np.rint(np.diff(deadlines) / self.reader.info.period_ns).astype(np.int64)
-        lost, self._lost = self.reader.lost - self._lost, self.reader.lost
-        self.missed += max(0, int((steps - 1).sum()) - lost)  # what this reader lost is no deadline of the loop's
-        self._last_deadline = int(deadlines[-1])
 
     def rows(self) -> list[list[str]]:
         """Lateness and step time as rows of a table, in us."""

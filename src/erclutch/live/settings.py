@@ -28,11 +28,13 @@ class Mode(IntEnum):
     TRACK = CONSTANTS["ERC_TRACK"]
     TORQUE = CONSTANTS["ERC_TORQUE"]
     FIELDS = CONSTANTS["ERC_FIELDS"]
+    IMPEDANCE = CONSTANTS["ERC_IMPEDANCE"]
+    WALL = CONSTANTS["ERC_WALL"]
 
     @property
     def reference(self) -> str:
         """Unit of what the program wants to be followed; empty where it wants nothing."""
-        return {Mode.TRACK: "rad", Mode.TORQUE: "N m"}.get(self, "")
+        return {Mode.TORQUE: "N m", Mode.WALL: "N m", Mode.TRACK: "rad", Mode.IMPEDANCE: "rad"}.get(self, "")
 
 
 class Waveform(IntEnum):
@@ -64,7 +66,8 @@ class LoopProgram:
 
     Attributes:
         name: what the operator calls it.
-        mode: rest (zero field), tracking in rad (equation 23), torque in N m, or fields given outright.
+        mode: rest (zero field), tracking in rad (equation 23), torque in N m, fields given outright, impedance (spring
+            and damper to a reference in rad; a pair), or wall (a brake resists beyond the reference in rad; single).
         shape: constant, sine, square, or a table.
         amplitude, offset: in the unit of the mode.
         frequency: in Hz.
@@ -135,6 +138,9 @@ class LoopSettings:
         drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.
         track_bandwidth: of tracking by computed torque, in Hz; 0 for equation 23. track_integral: in 1/s.
         output_inertia, output_friction: of the output and all that turns with it, in kg m2 and N m.
+        stiffness, damping: of impedance and wall, in N m/rad and N m s/rad. A sampled spring gives no energy away
+            while stiffness <= 2 damping / period.
+        wall_play: by which a hand goes back before a wall lets go [rad]: shaft and fluid spring back by some of it.
         late_trip: a wake-up so late [s] trips.
         hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
             it is zero `ZERO_BEFORE_TRIP` periods before that.
@@ -173,6 +179,9 @@ class LoopSettings:
     track_integral: float = 10.0
     output_inertia: float = 0.0
     output_friction: float = 0.0
+    stiffness: float = 0.1
+    damping: float = 4.0e-3
+    wall_play: float = 0.01
     late_trip: float = 0.020
     hold: int = 5
     trip: int = 21
@@ -185,7 +194,15 @@ class LoopSettings:
         for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
             _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
         stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
-        motion = ("track_bandwidth", "track_integral", "output_inertia", "output_friction")
+        motion = (
+            "track_bandwidth",
+            "track_integral",
+            "output_inertia",
+            "output_friction",
+            "stiffness",
+            "damping",
+            "wall_play",
+        )
         for name in (*stages, *motion, "drive_inertia", "drive_friction"):
             _require(self, name, lambda value: value >= 0, "0 or a number above")
         for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
@@ -195,10 +212,20 @@ class LoopSettings:
                 f"hold {self.hold} and trip {self.trip} samples",
                 remedy=f"Give 0 <= hold < trip - {ZERO_BEFORE_TRIP} and trip <= 21",
             )
+        if 0.5 * self.period * self.stiffness > self.damping:
+            largest = f"{2.0 * self.damping / self.period:g} N m/rad"
+            problem = (
+                f"a stiffness of {self.stiffness:g} N m/rad, sampled each {1e3 * self.period:g} ms, gives energy away"
+            )
+            raise SettingError(problem, remedy=f"Give at most 2 damping / period, {largest}, or more damping")
         if not 1e-4 <= self.period <= 1:
             raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
         if not 1 <= len(self.programs) <= MOST_PROGRAMS:
             raise SettingError(f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}")
+        foreign = Mode.IMPEDANCE if self.device == "single" else Mode.WALL
+        if any(program.mode is foreign for program in self.programs):
+            problem = f"{foreign.name.lower()} on a {self.device} device"
+            raise SettingError(problem, remedy="An impedance needs the pair, a wall a single device")
         names = [program.name for program in self.programs]
         if len(set(names)) != len(names):
             raise SettingError(

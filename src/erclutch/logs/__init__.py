@@ -8,7 +8,7 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -62,6 +62,7 @@ def read(
     invalid: Invalid | None = None,
     variable: str | None = None,
     mapping_file: str | Path | None = None,
+    table: Table | None = None,
 ) -> Recording:
     """Read a log as a Recording in SI units.
 
@@ -77,6 +78,7 @@ def read(
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
         mapping_file: a mapping file in place of the one beside the log.
+        table: the log as `read_table` gave it, where that was called before; the file is not read again.
 
     Raises:
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
@@ -86,7 +88,8 @@ def read(
         own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
         return assemble(table_of(path), map_over(mapping, own), device=device, invalid=invalid)
     file, chosen = _file_and_map(path, mapping, mapping_file)
-    return assemble(read_table(file, variable=variable or chosen.variable), chosen, device=device, invalid=invalid)
+    table = read_table(file, variable=variable or chosen.variable) if table is None else table
+    return assemble(table, chosen, device=device, invalid=invalid)
 
 
 def read_all(
@@ -224,12 +227,15 @@ def read_batches(
     yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
 
 
-def read_table(path: str | Path, *, variable: str | None = None) -> Table:
+def read_table(
+    path: str | Path, *, variable: str | None = None, told: Callable[[int, int], None] = lambda done, total: None
+) -> Table:
     """Read a log as it is: raw columns and units, nothing converted.
 
     Args:
         path: see `read`.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
+        told: called with how many bytes of a long text were read, and of how many.
 
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
@@ -240,7 +246,7 @@ def read_table(path: str | Path, *, variable: str | None = None) -> Table:
         data = b"" if plugin else _bytes(file)
         digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
     plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, digest, variable))
+    table = read_by(plugin, LogSource(file, data, digest, variable, told))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     return replace(table, notes=(*table.notes, *notes)) if notes else table

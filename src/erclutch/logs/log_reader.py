@@ -31,12 +31,14 @@ class LogSource:
         data: all of its bytes; none where the log is a folder.
         digest: SHA-256 of these, for the table; of a folder, of the digests of its files by name.
         variable: which of several recordings in the file the user wants; None: there is to be one only.
+        told: may be called with how many bytes were read, and of how many.
     """
 
     path: Path
     data: bytes
     digest: str
     variable: str | None = None
+    told: Callable[[int, int], None] = lambda done, total: None
 
     @property
     def name(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from erclutch.errors import MappingError
@@ -13,8 +14,10 @@ from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
 
 
-def mapping_text(table: Table, chosen: ColumnMap, device: DeviceName = "single") -> tuple[str, tuple[str, ...]]:
-    """A mapping file for a log, and what is missing in it, one sentence each.
+def mapping_text(
+    table: Table, chosen: ColumnMap, device: DeviceName = "single"
+) -> tuple[str, tuple[str, ...], Mapping[str, ColumnChoice]]:
+    """A mapping file for a log, what is missing in it, one sentence each, and the column of each signal.
 
     Args:
         table: the log's columns.
@@ -49,7 +52,7 @@ def mapping_text(table: Table, chosen: ColumnMap, device: DeviceName = "single")
     for head, values in (("scales", chosen.scales), ("constants", chosen.constants)):
         if values:
             lines += ["", f"[{head}]", *(f"{_text(name)} = {_text(text)}" for name, text in values.items())]
-    return "\n".join([*lines, ""]), tuple(missing.values())
+    return "\n".join([*lines, ""]), tuple(missing.values()), draft.choices
 
 
 def write_mapping(path: Path, text: str) -> None:

@@ -11,6 +11,7 @@ from erclutch.errors import SettingError
 from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batches
 from erclutch.logs.assemble import Invalid
 from erclutch.logs.resample import rate_of, resampled
+from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, seconds_of, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -61,8 +62,8 @@ class Reading:
             rate=rate_of(options["resample"]) if "resample" in options else None,
         )
 
-    def read(self, path: str | Path, device: DeviceName) -> list[Recording]:
-        """The recordings of one log.
+    def read(self, path: str | Path, device: DeviceName, table: Table | None = None) -> list[Recording]:
+        """The recordings of one log; a table that was read before is that of the first of them.
 
         Raises:
             LogError, MappingError: see `erclutch.read`.
@@ -71,7 +72,7 @@ class Reading:
         how = self._how(device)
         if self.variable == "all":
             return [self.finished(log) for log in read_all(path, map_over(self.mapping, None), **how)]
-        return [self.finished(read(path, self.mapping, variable=self.variable, **how))]
+        return [self.finished(read(path, self.mapping, variable=self.variable, table=table, **how))]
 
     def finished(self, log: Recording) -> Recording:
         """A recording in its window and at its rate.

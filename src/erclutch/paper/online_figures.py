@@ -1,63 +1,82 @@
-"""Figures 7 to 13 show a run of the live loop: inputs above, measured and estimated torque below."""
+"""Figures 7 to 13 show a run of the live loop in the paper's layout: (a) inputs, (b) torque measured and estimated."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from erclutch.paper.online import OnlineTrace
-from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Line, Panel, Plot, PlotTable
+from erclutch.paper.online import OnlineTrace, trial
+from erclutch.paper.section_figures import compared, lively
+from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.rig.twin.twin import PERIOD
 from erclutch.signals.array import Array
 
-_ESTIMATES = ("series1", "series0", "series2", "series3", "series4", "series5")
-_CROWDED = 4  # lines of a panel from which the figure needs two columns
+#: Figure of the first program of each experiment.
+FIGURE_OF = {"sine": 7, "square": 8, "tracking": 9, "zero-field": 11, "zero-motion": 12, "encoders": 13}
+_SECONDS = {7: 1.0, 8: 1.0, 9: 5.0, 10: 2.0, 11: 2.0, 12: 1.0, 13: 5.0}
 
 
-def describe_online(trace: OnlineTrace, title: str, start: int = 0, rows: int = 4000) -> Plot:
-    """A stretch of a run: a panel for each kind of signal.
+def describe_online(trace: OnlineTrace, figure: int) -> Plot:
+    """The section that a figure of the paper shows, on the TWIN.
+
+    Figures 9 and 10 begin with the first and the last trial, figure 13 with the run; the others show a section in
+    which the torque varies as the upper quarter of all sections. Where curves lie on each other a panel shows their
+    difference, and each of several models has a panel of its own.
 
     Args:
         trace: the run.
-        title: above the panels, with TWIN, RECORDING or HARDWARE in it.
-        start: first row.
-        rows: how many.
+        figure: its number in the paper, 7 to 13.
     """
-    at = slice(start, min(start + rows, len(trace.frames)))
+    width = min(round(_SECONDS[figure] / PERIOD), len(trace.frames))
+    firsts = {9: trial(trace, 0).start, 10: trial(trace, -1).start, 13: 0}
+    start = firsts[figure] if figure in firsts else lively(trace.frames["torque"], width)
+    at = slice(start, start + width)
     time = trace.frames["time_ns"][at]
     seconds: Array = 1e-9 * (time - time[0]).astype(np.float64)
-    panels = _panels(trace, at, seconds)
-    lines = [line for panel in panels for line in panel.marks if isinstance(line, Line)]
-    table = PlotTable(["time", *(k.label for k in lines)], np.column_stack([seconds, *(k.y for k in lines)]).tolist())
-    crowded = max(len(panel.marks) for panel in panels) > _CROWDED
-    height, width = 0.55 + 0.95 * len(panels) + 0.2 * crowded, PAGE if crowded else COLUMN
-    return Plot(panels, table, height, width, title=title, legend="above")
+    several = len(trace.estimates) > 1
+    panels = [*_inputs(trace, at, seconds), *_torques(trace, at, seconds)]
+    lines = [mark for panel in panels for mark in panel.marks if isinstance(mark, Line)]
+    columns = {line.label: line.y for line in lines}
+    table = PlotTable(["time", *columns], np.column_stack([seconds, *columns.values()]).tolist())
+    title = f"TWIN, {trace.name}: figure {figure} of the paper"
+    height = 1.1 * len(panels) / (2 if several else 1) + 0.6
+    return Plot(panels, table, height, PAGE if several else COLUMN, 2 if several else 1, title=title, legend="above")
 
 
-def _panels(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
-    f = trace.frames[at]
-    x = Axis("time", "s", 0.0, float(seconds[-1]))
-
-    def line(name: str, values: Array, style: str = "measured", dashed: bool = False) -> Line:
-        return Line(seconds, values, style, name, dashed=dashed)
-
-    speeds = [line("motor", f["theta_dot"], "series0"), line("output", f["alpha_dot"], "series3")]
-    panels = [Panel(x, Axis("speed", "rad/s"), speeds)]
-    if trace.other_alpha is not None:
-        difference = line("linear - rotary", 1e3 * (f["alpha"] - trace.other_alpha[0][at]))
-        panels.append(Panel(x, Axis("difference", "mrad"), [difference]))
+def _inputs(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
+    """(a): the speeds, and the fields or, without a field, the motor's torque."""
+    f, x = trace.frames[at], Axis("time", "s", 0.0, float(seconds[-1]))
+    speeds = [Line(seconds, f["theta_dot"], "series0", "motor"), Line(seconds, f["alpha_dot"], "series3", "output")]
+    panels = [Panel(x, Axis("(a) speed", "rad/s"), speeds)]
     if np.any(f["field1"] + f["field2"] > 0.0):
-        fields = [line("E1", f["field1"], "series0"), line("E2", f["field2"], "series1")]
-        panels.append(Panel(x, Axis("field"), fields))
-    if float(np.ptp(f["motor_torque"])) > 0.0:
-        panels.append(Panel(x, Axis("motor torque", "N m"), [line("motor torque", f["motor_torque"])]))
-    if np.isfinite(f["reference"]).all():
-        angles = [line("reference", f["reference"]), line("output", f["alpha"], "series3", True)]
-        panels.append(Panel(x, Axis("angle", "rad"), angles))
+        fields = [Line(seconds, f[f"field{k + 1}"], f"series{k}", f"E{k + 1}") for k in range(2)]
+        return [*panels, Panel(x, Axis("(a) field"), fields)]
+    return [
+        *panels,
+        Panel(x, Axis("(a) motor torque", "N m"), [Line(seconds, f["motor_torque"], "series0", "motor torque")]),
+    ]
+
+
+def _torques(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
+    """(b): each model beside the measured torque; a model alone, or one with two encoders, also as a difference."""
+    f, x = trace.frames[at], Axis("time", "s", 0.0, float(seconds[-1]))
     estimates = {name: values[at] for name, values in trace.estimates.items()}
+    if len(estimates) > 1:
+        return compared(x, Axis("(b) torque", "N m"), seconds, f["torque"], estimates)
+    name, online = next(iter(estimates.items()))
+    apart = ("estimated less measured", online - f["torque"])
+    lines = [
+        Line(seconds, f["torque"], "measured", "measured"),
+        Line(seconds, online, "recommended", name, dashed=True),
+    ]
+    angles: list[Panel] = []
     if trace.other_alpha is not None:
-        linear, rotary = next(iter(estimates.values())), trace.other_alpha[1][at]
-        torque = [line("linear encoder", linear, "series0"), line("rotary encoder", rotary, "series1", True)]
-    else:
-        torque = [line("measured", f["torque"])]
-        for k, (style, (name, values)) in enumerate(zip(_ESTIMATES, estimates.items(), strict=False)):
-            torque.append(line(name, values, style, k == 0))
-    return [*panels, Panel(x, Axis("torque", "N m"), torque)]
+        alpha, estimate = (values[at] for values in trace.other_alpha)
+        apart = ("rotary less linear", estimate - online)
+        lines = [
+            Line(seconds, online, "series0", "linear encoder"),
+            Line(seconds, estimate, "series1", "rotary encoder", dashed=True),
+        ]
+        off = Line(seconds, 1e3 * (alpha - f["alpha"]), "measured", "angle, rotary less linear")
+        angles = [Panel(x, Axis("(a) angle apart", "mrad"), [off], share=0.7)]
+    rest = [ReferenceLine(0.0), Line(seconds, 1e3 * apart[1], "series4", apart[0])]
+    return [*angles, Panel(x, Axis("(b) torque", "N m"), lines, share=1.8), Panel(x, Axis("(b) apart", "mN m"), rest)]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from erclutch.report.numbers.number_text import unit_text
 from erclutch.report.plots.log_plots import describe_section
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 
 #: Approaches of figure 6, the plainest first, each on a panel of its own: curves this near hide each other.
@@ -29,24 +31,13 @@ def draw_training_section(log: Recording, folder: Path) -> list[Path]:
 
 def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str) -> list[Path]:
     """Figure 6: measured torque and that of each approach, fields and slips, over a lively section of the test log."""
-    at = _lively(test)
-    time = test.clock.time[at] - test.clock.time[at.start]
+    width = min(round(_SECONDS / test.period), test.rows)
+    first = lively(test.effort, width)
+    at = slice(first, first + width)
+    time = test.clock.time[at] - test.clock.time[first]
     x = Axis("time", "s", 0.0, float(time[-1]))
     estimates = {row.name: row.model.predict(test)[at] for row in rows}
-    torques = np.array([test.effort[at], *estimates.values()])
-    slack = 0.05 * float(np.ptp(torques))
-    y = Axis("torque", unit_text(test.units.effort), float(torques.min()) - slack, float(torques.max()) + slack)
-    panels = [
-        Panel(
-            x,
-            y,
-            [
-                Line(time, test.effort[at], "measured", "measured"),
-                Line(time, values, "recommended", APPROACHES[name].title if name in APPROACHES else name),
-            ],
-        )
-        for name, values in estimates.items()
-    ]
+    panels = compared(x, Axis("torque", unit_text(test.units.effort)), time, test.effort[at], estimates)
     columns = {"time_s": time, "measured": test.effort[at], **estimates}
     for what, unit in (("field", test.units.field), ("slip", test.units.slip)):
         signals = {f"{what} CH{k + 1}": getattr(e, what)[at] for k, e in enumerate(test.elements)}
@@ -57,13 +48,21 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
     return _kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")
 
 
-def _lively(data: Dataset) -> slice:
-    """The rows of a section in which the torque varies as the upper quarter of all sections."""
-    width = min(round(_SECONDS / data.period), data.rows)
-    starts = range(0, data.rows - width + 1, max(1, width // 2))
-    order = sorted(starts, key=lambda start: float(data.effort[start : start + width].std()))
-    first = order[(3 * len(order)) // 4]
-    return slice(first, first + width)
+def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[str, Array]) -> list[Panel]:
+    """Measured and estimated torque, a panel a model, all of one height."""
+    torques = np.array([measured, *estimates.values()])
+    slack = 0.05 * float(np.ptp(torques))
+    y = replace(y, low=float(torques.min()) - slack, high=float(torques.max()) + slack)
+    known = Line(time, measured, "measured", "measured")
+    titles = {name: APPROACHES[name].title if name in APPROACHES else name for name in estimates}
+    return [Panel(x, y, [known, Line(time, values, "recommended", titles[name])]) for name, values in estimates.items()]
+
+
+def lively(effort: Array, width: int) -> int:
+    """The first row of a section of so many rows in which the effort varies as the upper quarter of all sections."""
+    starts = range(0, effort.size - width + 1, max(1, width // 2))
+    order = sorted(starts, key=lambda start: float(effort[start : start + width].std()))
+    return order[(3 * len(order)) // 4]
 
 
 def _kept(plot: Plot, folder: Path, name: str) -> list[Path]:

@@ -33,6 +33,7 @@ from erclutch.rig.twin.excitation import FieldSettings, torque_sequence
 from erclutch.rig.twin.parameters import RigParameters
 from erclutch.rig.twin.twin import LABEL, PERIOD
 from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
 
@@ -83,8 +84,16 @@ class ControlRun:
     figures: Figures
 
 
-def kept_runs(folder: Path, rig: RigParameters) -> Points:
+def kept_runs(
+    folder: Path, rig: RigParameters, name: str = "control", asked: Mapping[str, Any] | None = None
+) -> Points:
     """Runs that are finished already, of the same TWIN and the same controllers.
+
+    Args:
+        folder: where they are kept; it is made.
+        rig: parameters of the TWIN.
+        name: of the experiment.
+        asked: what else its results depend on.
 
     Raises:
         RunError: the folder cannot be made, or the file not read.
@@ -93,8 +102,8 @@ def kept_runs(folder: Path, rig: RigParameters) -> Points:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
-    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD}
-    return Points(folder / "control.jsonl", about, "file of control runs")
+    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, **(asked or {})}
+    return Points(folder / f"{name}.jsonl", about, f"file of {name} runs")
 
 
 def control_runs(
@@ -139,14 +148,19 @@ def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str
         folder: for the models' files.
     """
     held = _log(rig, seed, _LOG_ROWS, held=True)
-    data = joined([_dataset(held), _dataset(_log(rig, seed, _FREE_ROWS, held=False))])
+    data = joined([frames_dataset(held), frames_dataset(_log(rig, seed, _FREE_ROWS, held=False))])
+    return fitted_inverses(data, f"{seed}", folder), drive_numbers(held)
+
+
+def fitted_inverses(data: Dataset, stem: str, folder: Path) -> dict[str, LiveModel]:
+    """The models of `INVERSES` on a log, ready for the loop; their files begin with ``stem``."""
     models: dict[str, LiveModel] = {}
     for name, (specification, lag) in INVERSES.items():
         outcome = compare(data, Settings(models=(specification,), lag=lag)).entries[0].outcome
-        file = folder / f"{seed}-{specification}.json"
+        file = folder / f"{stem}-{specification}.json"
         file.write_text(json.dumps(outcome.model.to_dict()), encoding="utf-8")
-        models[name] = live_model(file, "coaxial")
-    return models, drive_numbers(held)
+        models[name] = live_model(file, data.device)
+    return models
 
 
 def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
@@ -163,16 +177,20 @@ def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
     return AcceleratedRun(settings, None, rig, seed=seed, speed=40.0, locked=held).frames(rows)[0]
 
 
-def _dataset(frames: Any) -> Dataset:
+def frames_dataset(frames: Any, device: DeviceName = "coaxial") -> Dataset:
     """Rows of the fields and angles of a period, and of the torque at its end."""
     names = {"E1": "field1", "E2": "field2", "theta": "theta", "alpha": "alpha"}
     signals = {name: np.ascontiguousarray(frames[column][:-1]) for name, column in names.items()}
-    signals["T"] = np.ascontiguousarray(frames["torque"][1:])
+    units = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
+    if device == "single":
+        signals = {"field": signals["E1"], "slip": np.ascontiguousarray(frames["theta_dot"] - frames["alpha_dot"])[:-1]}
+        units = {"field": "", "slip": "rad/s", "effort": "N*m"}
+    signals["T" if device == "coaxial" else "effort"] = np.ascontiguousarray(frames["torque"][1:])
     rows = len(frames) - 1
     recording = Recording(
         name="log",
         signals=signals,
-        units={"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"},
+        units=units,
         time=np.arange(rows, dtype=np.float64) * PERIOD,
         period=PERIOD,
         segments=((0, rows),),
@@ -180,7 +198,7 @@ def _dataset(frames: Any) -> Dataset:
         digest="",
         origin=LABEL,
     )
-    return build_dataset([recording], device="coaxial", derivative=Derivative("kalman"))
+    return build_dataset([recording], device=device, derivative=Derivative("kalman"))
 
 
 def drive_numbers(frames: Any) -> dict[str, float]:

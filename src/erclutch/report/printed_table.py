@@ -16,6 +16,8 @@ from erclutch.runs.run_folder import Run
 Interval: TypeAlias = tuple[float | None, float | None, float | None]
 _PLAIN = 4  # digits of a figure without an interval
 _WIDTH_DIGITS = 2  # digits of an interval's half-width
+_LONG = 26  # letters from which a column of texts is broken into lines in LaTeX
+_PARAGRAPH, _BREAK = r">{\raggedright\arraybackslash}p{0.3\linewidth}", r"\allowbreak{}"
 _SMALL, _LARGE = -3, 6  # powers of ten beyond which an exponent is read more easily
 
 
@@ -108,20 +110,32 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
 
 
 def _latex(table: PaperTable) -> str:
-    """With booktabs and siunitx: numbers stand in S columns, aligned at their points."""
+    """With booktabs and siunitx, over both columns: numbers are aligned at their points, long texts are broken."""
     cells = table.cells()
     columns = list(zip(*cells, strict=True)) or [() for _ in table.header]
     numeric = [_numeric(column) for column in columns]
-    kinds = " ".join(f"S[table-format={_format(c)}]" if n else "l" for c, n in zip(columns, numeric, strict=True))
+    kinds = " ".join(
+        f"S[table-format={_format(c)}]" if n else _PARAGRAPH if max(map(len, c), default=0) > _LONG else "l"
+        for c, n in zip(columns, numeric, strict=True)
+    )
     head = " & ".join(f"{{{latex(name)}}}" for name in table.header)
     lines = [
-        " & ".join(c if n and c else f"{{{latex(c)}}}" for c, n in zip(row, numeric, strict=True)) for row in cells
+        " & ".join(c if n and c else f"{{{_broken(c)}}}" for c, n in zip(row, numeric, strict=True)) for row in cells
     ]
     body = "".join(f"  {line} \\\\\n" for line in lines)
     return (
-        "% \\usepackage{booktabs,siunitx}\n\\begin{table}\n"
-        f"\\caption{{{latex(table.caption)}}}\n\\begin{{tabular}}{{{kinds}}}\n  \\toprule\n"
-        f"  {head} \\\\\n  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}\n\\end{{table}}\n"
+        "% \\usepackage{booktabs,siunitx}\n\\begin{table*}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n"
+        f"\\caption{{{_broken(table.caption)}}}\n\\begin{{tabular}}{{{kinds}}}\n  \\toprule\n"
+        f"  {head} \\\\\n  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}\n\\end{{table*}}\n"
+    )
+
+
+def _broken(text: str) -> str:
+    """A text in which a line may end between the parts of a model's long name."""
+    shown = ((word, latex(word)) for word in text.split(" "))
+    return " ".join(
+        found.replace("+", "+" + _BREAK).replace("/", "/" + _BREAK) if len(word) > _LONG else found
+        for word, found in shown
     )
 
 

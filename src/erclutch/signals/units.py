@@ -40,6 +40,8 @@ _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\
 _FACTOR = r"\(?(?:\d{1,9}(?:\.\d{1,9})?|[^\W\d_]+|[%°][^\W\d_]*)(?:\^?-?\d|[²³])?\)?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:[*/ ·]{_FACTOR}){{0,5}}")
 
+#: As logs write what is told in SI units.
+_USUAL = {"rad/s": "rpm", "m/s": "cm/s", "rad": "deg", "m": "mm"}
 #: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
 _FACTORS = {
     (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6},
@@ -200,8 +202,11 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     Raises:
         UnitError: the unit is unknown or of another kind; the message names column, unit, what fits and the remedy.
     """
-    allowed = ", ".join(si or "dimensionless" for si in kind.si_units)
-    option = f"--{kind.name} " + shell_word(f"{column} [{kind.si_units[0] or '-'}]")
+    usual = [_USUAL.get(si, "") for si in kind.si_units]
+    allowed = ", ".join([*(si or "dimensionless" for si in kind.si_units), *filter(None, usual), "..."])
+    option = f"--{kind.name} " + " or ".join(
+        shell_word(f"{column} [{_USUAL.get(si, si) or '-'}]") for si in kind.si_units[:2]
+    )
     problem = f"column '{column}' has the unit '{unit}', which"
     try:
         found = fits(unit, kind.si_units)

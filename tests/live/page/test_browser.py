@@ -151,6 +151,11 @@ def test_the_reference_and_the_tracking_error_are_shown_while_something_is_track
     assert "reference" not in seen.page.evaluate(shown)
 
 
+def test_ticks_have_the_digits_of_their_step(seen: Seen) -> None:
+    texts = "import('/charts.js').then(made => made.tickTexts([-0.0025, 0, 0.0025, 0.005], 0.0025))"
+    assert seen.page.evaluate(texts) == ["−0.0025", "0.0000", "0.0025", "0.0050"]
+
+
 def test_an_event_has_one_line(seen: Seen) -> None:
     seen.loop.events = 1 << 15
     seen.until("document.querySelector('#events .what') !== null")
@@ -267,6 +272,10 @@ def test_an_ended_session_is_said_to_be(seen: Seen) -> None:
     assert seen.observers.page is not None
     seen.observers.page._process.stdin.close()  # type: ignore[union-attr]  # as the session does at its end
     seen.until("document.getElementById('banner').textContent.includes('The session has ended')")
+    assert [seen.page.locator(f"#{name}").is_disabled() for name in ("zero", "record", "program", "freeze")] == [
+        *(True, True, True),
+        False,
+    ]
 
 
 @pytest.mark.parametrize("width", [390, 1440])

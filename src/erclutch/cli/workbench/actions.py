@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+from urllib.parse import urlencode
 
 from erclutch.cli.workbench.workspace import WorkspaceError, plain_name
 
@@ -39,9 +40,37 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("constant", "a signal that was constant", "field=0.5 A"),
     ("scale", "what a sensor in volts means", "effort=2.5 N*m/V"),
     ("variable", "which recording of a file that holds several", "all"),
+    ("from", "take the log from this time on", "2s"),
+    ("to", "take it up to this time", "60s"),
     ("skip", "leave out so much at the start", "2s"),
     ("invalid", "what to do with missing values: error or drop", "drop"),
+    ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
 )
+#: What a form says of a fit: option, label, what it means, its default.
+FITTING: tuple[tuple[str, str, str, str], ...] = (
+    ("models", "More models", "names with spaces between, also with stages: casson+lag+dahl/field bingham+fnn-16", ""),
+    ("lag", "Lags and memory", "auto: as far as the data ask for it; none; or stages joined by +", "auto"),
+    ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
+    ("seed", "Seed", "the same seed gives the same figures", "0"),
+)
+_OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
+#: Of exports in C: their controllers are most often without double.
+SINGLE_TARGETS = ("c", "cpp")
+
+
+def on_page(text: str) -> str:
+    """A message of a command, with the names of the form's fields in place of options."""
+    labels = {option: option for option, *_ in READING} | {option: name for option, name, *_ in FITTING}
+    labels |= {signal.replace("_", "-"): signal for signals in ASKED.values() for signal in signals}
+    labels |= {"out": "Name of the run", "device": "Device"}
+
+    def named(match: re.Match[str]) -> str:
+        name = labels.get(match[1])
+        return match[0] if name is None else f"“{name}”" + (": " if match[0][-1] in " =" else "")
+
+    shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
+    shorter = re.sub(r"(?<=[\"']) (?=--)", ", ", shorter)
+    return _OPTION.sub(named, shorter).replace("“field”: none", "“field”: not logged")
 
 
 @dataclass(frozen=True)
@@ -78,7 +107,7 @@ class Chosen:
             mapping = {"columns": {k: v for k, v in mapping.items() if k != "time"}, **plain, **pairs}
             mapping |= {"time": self.columns["time"]} if "time" in self.columns else {}
         given = {"device": self.device if self.device != "single" else None}
-        given |= {key: texts.get(key) for key in ("variable", "invalid")}
+        given |= {"variable": texts.get("variable"), "invalid": texts.get("invalid"), "mapping_file": texts.get("map")}
         more = "".join(f", {key}={value!r}" for key, value in given.items() if value is not None)
         return (f", {mapping!r}" if mapping else "") + more
 
@@ -101,7 +130,21 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
         if before:
             columns[signal] = _text(before)
     texts = {option: _text(form[option]) for option, _, _ in READING if form.get(option, "").strip()}
+    if "map" in texts:
+        plain_name(texts["map"])  # of the workspace
     return Chosen(device, columns, texts)
+
+
+def query_of(run: Mapping[str, Any]) -> str:
+    """How a run read its logs, as the query of a log's page; `chosen_of` reads it."""
+    reading: Mapping[str, Any] = run.get("reading") or {}
+    device = str(run["device"])
+    form = {f"given.{s}": reading[s.lower()] for s in ASKED.get(device, ()) if s.lower() in reading}
+    for option, _, _ in READING:
+        value = reading.get({"from": "begin", "to": "end"}.get(option, option), "")
+        form[option] = value[0] if isinstance(value, list | tuple) and value else value
+    form = {key: str(value) for key, value in form.items() if value and key != "map"}
+    return urlencode({"device": device, **form})
 
 
 def _option(name: str, text: str) -> list[str]:
@@ -133,14 +176,15 @@ def fit_words(form: Mapping[str, str], logs: Sequence[str], run: str) -> list[st
     models = _models(form)
     if models != ["all"]:
         words += ["--models", *models]
-    for option, usual in (("lag", "auto"), ("test", "0.3"), ("seed", "0"), ("blocks", "0")):
+    for option, _, _, usual in FITTING[1:]:
         text = _text(form.get(option, "")) or usual
         words += _option(option, text) if text != usual else []
     return [*words, "--out", run]
 
 
 def _models(form: Mapping[str, str]) -> list[str]:
-    models = _text(form.get("models", "")).split() or ["all"]
+    ticked = [_text(name.removeprefix("model.")) for name in form if name.startswith("model.")]
+    models = [*ticked, *_text(form.get("models", "")).split()] or ["all"]
     if any(model.startswith("-") for model in models):
         raise WorkspaceError(f"{' '.join(models)[:40]!r} are no models", remedy="See erclutch laws for their names")
     return models
@@ -157,6 +201,8 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
     compared = f"erclutch.compare(erclutch.build_dataset(logs{device}), erclutch.Settings({settings}))"
     kept = f"erclutch.write_run({run!r}, comparison, logs)"
+    cut = ", ".join(option for option in ("from", "to", "skip") if option in chosen.texts)
+    kept += f"\n# without {cut}: erclutch.read takes a log whole" if cut else ""
     return f"import erclutch\n\nlogs = [\n{reads}]\ncomparison = {compared}\n{kept}\n"
 
 
@@ -167,4 +213,4 @@ def shown(words: Sequence[str]) -> str:
 
 def safe_stem(text: str) -> str:
     """A text as part of a file's name."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "-", text).strip("-.")[:60] or "result"
+    return re.sub(r"[^\w.-]+", "-", text)[:60].strip("-.") or "result"

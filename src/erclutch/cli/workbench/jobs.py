@@ -24,6 +24,7 @@ from erclutch.cli.terminal import PROGRESS
 _MOST_LINES = 2000
 _MOST_RUNNING = 4
 _MOST_KEPT = 200
+_MOST_LOOKS = 20
 _PATIENCE = 10.0  # s that an interrupted command has to end
 
 
@@ -36,6 +37,8 @@ class Job:
         words: the command's words behind ``erclutch``.
         folder: where it runs.
         result: file or folder in it that the command writes.
+        back: address of the page that asked for it.
+        whole: whether its output is kept as it is in ``output``, to be shown on that page.
 
     Attributes:
         lines: what it printed, the last 2,000 lines.
@@ -44,8 +47,18 @@ class Job:
         cancelled: whether somebody cancelled it.
     """
 
-    def __init__(self, number: int, title: str, words: Sequence[str], folder: Path, result: str | None = None) -> None:
+    def __init__(
+        self,
+        number: int,
+        title: str,
+        words: Sequence[str],
+        folder: Path,
+        result: str | None = None,
+        back: str = "/",
+        whole: bool = False,
+    ) -> None:
         self.number, self.title, self.words, self.result = number, title, tuple(words), result
+        self.back, self.whole, self.output = back, whole, b""
         self.lines: deque[str] = deque(maxlen=_MOST_LINES)
         self.share: float | None = None
         self.doing = ""
@@ -69,7 +82,8 @@ class Job:
         """running, done, cancelled or failed."""
         if self.code is None:
             return "running"
-        return "done" if self.code == 0 else "cancelled" if self.cancelled else "failed"
+        done = self.code == 0 or (self.whole and self.output)  # a log that is not understood has been looked at
+        return "done" if done else "cancelled" if self.cancelled else "failed"
 
     def cancel(self) -> None:
         """Interrupt it as Ctrl-C does; it is killed if it does not end within 10 s."""
@@ -85,6 +99,8 @@ class Job:
 
     def _read(self, pipe: IO[bytes]) -> None:
         with contextlib.suppress(OSError, ValueError), pipe:
+            if self.whole and pipe is self._process.stdout:
+                self.output = pipe.read()
             for raw in pipe:
                 line = raw.decode("utf-8", "replace").rstrip()
                 if line.startswith(PROGRESS):
@@ -116,6 +132,7 @@ class Jobs:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._jobs: dict[int, Job] = {}
+        self._looks: dict[object, Job] = {}
         self._number = 0
 
     def __iter__(self) -> Any:
@@ -127,17 +144,27 @@ class Jobs:
 
     @property
     def full(self) -> bool:
-        """Whether as many jobs run as may."""
-        return sum(job.code is None for job in self) >= _MOST_RUNNING
+        """Whether as many jobs run as may; looks at logs do not count."""
+        return sum(job.code is None and not job.whole for job in self) >= _MOST_RUNNING
 
-    def begin(self, title: str, words: Sequence[str], result: str | None = None) -> Job:
-        """Start a command."""
+    def begin(self, title: str, words: Sequence[str], **others: Any) -> Job:
+        """Start a command; the other arguments are those of `Job`."""
         self._number += 1
-        job = self._jobs[self._number] = Job(self._number, title, words, self._folder, result)
+        job = self._jobs[self._number] = Job(self._number, title, words, self._folder, **others)
         ended = [number for number, each in self._jobs.items() if each.code is not None]
         for number in ended[: max(0, len(self._jobs) - _MOST_KEPT)]:
             del self._jobs[number]
         return job
+
+    def look(self, title: str, words: Sequence[str], state: object, back: str) -> Job:
+        """The job that looks at a log so: one that did while the files were in this state, or a new one."""
+        key = (tuple(words), state)
+        found = self._looks.get(key)
+        if found is None or found.state in ("cancelled", "failed"):
+            found = self._looks[key] = self.begin(title, words, back=back, whole=True)
+        for old in list(self._looks)[:-_MOST_LOOKS]:
+            del self._looks[old]
+        return found
 
     def close(self) -> None:
         """Cancel all, and wait for their end."""

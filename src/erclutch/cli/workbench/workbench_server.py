@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import re
 from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl, quote
+from urllib.parse import parse_qsl, quote, urlencode
 
 import jinja2
 from starlette.applications import Starlette
@@ -21,13 +22,14 @@ from starlette.routing import Route
 from erclutch._version import __version__
 from erclutch.cli.workbench import actions, jobs, workspace
 from erclutch.cli.workbench.jobs import Job, Jobs
-from erclutch.cli.workbench.workspace import Workspace, WorkspaceError, plain_name
+from erclutch.cli.workbench.workspace import Entry, Workspace, WorkspaceError, plain_name
 from erclutch.errors import ErclutchError
 from erclutch.live.page.access import HEADERS, Access
 from erclutch.live.page.page_server import Guard
 
 _LONGEST_FORM = 100_000
-_PATIENCE = 120.0  # s for inspect and report
+_PATIENCE = 120.0  # s for a report
+_SHORT = 3.0  # s: a look at a log that takes longer shows its progress
 _STATIC = {"app.css": "text/css", "app.js": "text/javascript"}
 _OWN = {
     **HEADERS,
@@ -72,12 +74,14 @@ class Workbench:
         get: dict[str, _Answer] = {
             "/": self._home,
             "/log/{name}": self._log,
+            "/words/{name}": self._words,
             "/job/{number:int}": self._job,
             "/job/{number:int}.json": self._job_state,
             "/run/{name}": self._run,
             "/run/{name}/report": self._report,
             "/file/{name}": self._file,
             "/shown/{name}": self._shown,
+            "/alone/{name}": self._alone,
             "/static/{name}": self._static,
         }
         post: dict[str, Callable[[Request, _Form], Awaitable[Response]]] = {
@@ -105,7 +109,8 @@ class Workbench:
             except ErclutchError as error:
                 if request.method == "PUT":
                     return JSONResponse({"problem": str(error)}, 400)
-                return self._page("problem", status=400, title="This did not work", problem=str(error))
+                back, problem = _origin(request), actions.on_page(str(error))
+                return self._page("problem", status=400, title="This did not work", problem=problem, back=back)
 
         return told
 
@@ -117,18 +122,19 @@ class Workbench:
                 body += piece
                 if len(body) > _LONGEST_FORM:
                     raise WorkspaceError("the form is too long", remedy="Go back and send less")
-            return await answer(request, _fields(body.decode("utf-8", "replace")))
+            request.state.form = _fields(body.decode("utf-8", "replace"))
+            return await answer(request, request.state.form)
 
         return read
 
     def _page(self, template: str, *, status: int = 200, **shown: Any) -> Response:
-        text: str = self._pages.get_template(f"{template}.html.j2").render(**shown)
+        text: str = self._pages.get_template(f"{template}.html.j2").render({"back": "/", **shown})
         return Response(text, status, media_type="text/html; charset=utf-8")
 
-    def _begin(self, title: str, words: list[str], result: str | None = None) -> Response:
+    def _begin(self, request: Request, title: str, words: list[str], result: str | None = None) -> Response:
         if self.jobs.full:
             raise WorkspaceError("four commands run already", remedy="Wait for one of them, or cancel one")
-        job = self.jobs.begin(title, words, result)
+        job = self.jobs.begin(title, words, result=result, back=_origin(request))
         return RedirectResponse(f"/job/{job.number}", 303)
 
     async def _asked(self, *words: str) -> tuple[int, bytes, str]:
@@ -147,39 +153,78 @@ class Workbench:
     async def _home(self, request: Request) -> Response:
         space = self._space
         logs, runs, results = await run_in_threadpool(lambda: (space.logs(), space.runs(), space.results()))
-        shown: dict[str, Any] = {"logs": logs, "runs": runs, "results": results, "jobs": list(self.jobs)}
+        told = await run_in_threadpool(lambda: [_run_row(run, space.body(run.name)) for run in runs])
+        jobs = [job for job in self.jobs if not job.whole]
+        shown: dict[str, Any] = {"logs": logs, "runs": told, "results": results, "jobs": jobs}
         return self._page("home", title="Overview", **shown)
 
     async def _log(self, request: Request) -> Response:
         name = self._space.path(request.path_params["name"]).name
         form = _fields(request.url.query)
         chosen = actions.chosen_of(form)
-        words = ["inspect", name, *chosen.words()]
-        code, out, said = await self._asked(*words, "--json")
+        words = ["inspect", name, *chosen.words(), "--json"]
+        state = await run_in_threadpool(self._space.state, name)
+        here = f"{request.url.path}?{request.url.query}"
+        job = self.jobs.look(f"Look at {name}", words, state, here)
+        await asyncio.to_thread(job.join, _SHORT)
+        if job.state == "running":
+            return RedirectResponse(f"/job/{job.number}", 303)
         try:
-            found: dict[str, Any] = json.loads(out)
+            found: dict[str, Any] = json.loads(job.output)
         except ValueError:
-            problem = said or f"erclutch inspect ended with code {code}"
-            return self._page("problem", status=400, title=name, problem=problem)
-        others = [entry.name for entry in self._space.logs() if entry.name != name]
-        fit = actions.fit_words(form, [name], "RUN")
-        lines = {"read": actions.shown(words), "fit": actions.shown(fit)}
-        script = actions.fit_in_python(form, [name], "RUN")
-        run = self._space.free(f"{actions.safe_stem(Path(name).stem)}-run")
+            problem = _last_line(job) or f"erclutch inspect ended with code {job.code}"
+            return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
+        more = await run_in_threadpool(self._about_log, name, form)
+        signals = _signals(found, chosen)
+        problem = found["problem"] and actions.on_page(found["problem"])
+        checks = sum(bool(signal["check"]) for signal in signals)
         return self._page(
-            "log", title=name, name=name, found=found, chosen=chosen, signals=_signals(found, chosen),
-            sketches={column: _polyline(about["sketch"]) for column, about in found["columns"].items()},
-            reading=actions.READING, others=others, lines=lines, script=script, run=run,
+            "log", title=name, name=name, found=found, chosen=chosen, signals=signals, form=form, problem=problem,
+            sketches={column: _polyline(about["sketch"]) for column, about in found["columns"].items()}, checks=checks,
+            findings=[actions.on_page(text) for text in found["findings"]], reading=actions.READING,
+            fitting=actions.FITTING, **more, **_lines({**form, "run": more["run"]}, name),
         )  # fmt: skip
+
+    def _about_log(self, name: str, form: _Form) -> dict[str, Any]:
+        """What the page of a log offers besides: other logs, models, mapping files, how an older log was read."""
+        from erclutch.models.laws import shown_laws
+        from erclutch.models.networks import PAPER_NETWORKS
+
+        run = form.get("run", "") or self._space.free(f"{actions.safe_stem(Path(name).stem)}-run")
+        older = re.sub(r"-\d+(?=\.\w+$)", "", name)
+        alike = None
+        if older != name and set(form) <= {"known"}:
+            beside = f"{older}.toml"
+            alike = f"map={quote(beside)}" if beside in self._space.mappings() else self._last_reading(older)
+        others = [entry.name for entry in self._space.logs() if entry.name != name]
+        known: dict[str, Any] = {"models": (*shown_laws(), *PAPER_NETWORKS), "mappings": self._space.mappings()}
+        return {**known, "run": run, "others": others, "older": older, "alike": alike}
+
+    def _last_reading(self, log: str) -> str | None:
+        """How the newest run of a log read it, as the query of a page."""
+        bodies = (self._space.body(entry.name) for entry in self._space.runs())
+        found = (body for body in bodies if body and any(each["name"] == log for each in body["logs"]))
+        return next((actions.query_of(body) for body in found if body.get("reading")), None)
+
+    async def _words(self, request: Request) -> Response:
+        """The commands of a form while it is filled in."""
+        name = self._space.path(request.path_params["name"]).name
+        try:
+            return JSONResponse(_lines(_fields(request.url.query), name))
+        except WorkspaceError as error:
+            return JSONResponse({"problem": str(error)})
 
     async def _job(self, request: Request) -> Response:
         job = self._found(request)
+        if job.whole and job.state == "done":
+            return RedirectResponse(job.back, 303)
         made = job.result if job.state == "done" and job.result else None
         kind = None if made is None else self._kind(made)
         line = actions.shown(job.words)
         device = "?device=coaxial" if job.words[0] == "simulate" else ""
-        shown: dict[str, Any] = {"line": line, "made": made, "kind": kind, "device": device}
-        return self._page("job", title=job.title, job=job, address=_address(job), **shown)
+        problem = actions.on_page(_last_line(job)) if job.state == "failed" else ""
+        shown: dict[str, Any] = {"line": line, "made": made, "kind": kind, "device": device, "problem": problem}
+        return self._page("job", title=job.title, job=job, address=_address(job), back=job.back, **shown)
 
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
@@ -193,7 +238,10 @@ class Workbench:
         name = request.path_params["name"]
         run = await run_in_threadpool(read_run, self._space.path(name))
         targets, logs = names("erclutch.targets"), [entry.name for entry in self._space.logs()]
-        return self._page("run", title=name, name=name, run=run, targets=targets, logs=logs)
+        sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
+        query, row = actions.query_of(run.body), _run_row(Entry(name, 0, 0.0), run.body)
+        shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
+        return self._page("run", title=name, name=name, run=run, singles=actions.SINGLE_TARGETS, **shown)
 
     async def _report(self, request: Request) -> Response:
         """The report, written anew where the run is newer; never a file out of the run's folder."""
@@ -215,6 +263,10 @@ class Workbench:
         return FileResponse(path, filename=path.name, media_type="application/octet-stream")
 
     async def _shown(self, request: Request) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        return self._page("shown", title=name, name=name)
+
+    async def _alone(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
         if path.suffix != ".html":
             raise WorkspaceError("this is no page", where=path.name, remedy="Download it")
@@ -231,15 +283,15 @@ class Workbench:
 
     async def _upload(self, request: Request) -> Response:
         try:
-            name = await self._space.take(request.path_params["name"], request.stream())
+            name, known = await self._space.take(request.path_params["name"], request.stream())
         except ClientDisconnect:
             return Response(status_code=400)
-        return JSONResponse({"log": f"/log/{quote(name)}"})
+        return JSONResponse({"log": f"/log/{_quoted(name)}" + ("?known=1" if known else "")})
 
     async def _keep_mapping(self, request: Request, form: _Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
         words = ["inspect", name, *actions.chosen_of(form).words(), "--write-mapping", f"{name}.toml"]
-        return self._begin(f"Keep how {name} is read", words)
+        return self._begin(request, f"Keep how {name} is read", words)
 
     async def _fit(self, request: Request, form: _Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
@@ -248,7 +300,7 @@ class Workbench:
         run = plain_name(form.get("run", "").strip())
         if (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs):
             raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
-        return self._begin(f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
+        return self._begin(request, f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
 
     async def _cancel(self, request: Request, form: _Form) -> Response:
         job = self._found(request)
@@ -266,18 +318,19 @@ class Workbench:
         model, target = form.get("model", ""), form.get("target", "")
         out = self._space.free(actions.safe_stem(f"{name}-{model}-{target}"))
         words = ["export", name, f"--model={model}", f"--to={target}", "--out", out]
-        words += ["--precision=float32"] if form.get("precision") == "float32" else []
+        single = target in actions.SINGLE_TARGETS if not form.get("precision") else form["precision"] == "float32"
+        words += ["--precision=float32"] if single else []
         words += ["--alarms"] if "alarms" in form else []
-        return self._begin(f"Export {model} of {name} to {target}", words, out)
+        return self._begin(request, f"Export {model} of {name} to {target}", words, out)
 
     async def _predict(self, request: Request, form: _Form) -> Response:
         name, log = (self._space.path(text).name for text in (request.path_params["name"], form.get("log", "")))
         if form.get("what") == "score":
-            return self._begin(f"Score the models of {name} on {log}", ["score", log, "--model", name])
+            return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--model", name])
         model = form.get("model", "")
         out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
         words = ["predict", log, "--model", name, f"--name={model}", "--band", "--out", out]
-        return self._begin(f"Estimate {log} by {model} of {name}", words, out)
+        return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
 
     async def _live(self, request: Request, form: _Form) -> Response:
         from erclutch.runs.run_folder import file_name, read_run
@@ -287,20 +340,22 @@ class Workbench:
         run.entry(model)  # refuses a name that the run does not have
         rig = "twin-brake" if run.body["device"] == "single" else "twin"
         words = ["live", "--model", f"{name}/models/{file_name(model)}.json", f"--rig={rig}"]
-        return self._begin(f"{model} live on the digital TWIN", words)
+        return self._begin(request, f"{model} live on the digital TWIN", words)
 
     async def _compare(self, request: Request, form: _Form) -> Response:
         chosen = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
         if len(chosen) < 2:
             raise WorkspaceError("fewer than two runs are chosen", remedy="Tick two runs or more, then compare")
         out = self._space.free("comparison.html")
-        return self._begin(f"Compare {', '.join(chosen)}", ["compare", *chosen, "--out", out], out)
+        return self._begin(request, f"Compare {', '.join(chosen)}", ["compare", *chosen, "--out", out], out)
 
     async def _twin(self, request: Request, form: _Form) -> Response:
         if form.get("what") == "live":
-            return self._begin("The digital TWIN live", ["live"])
+            return self._begin(request, "The digital TWIN live", ["live"])
         out = self._space.free("twin-log.parquet")
-        return self._begin("A log of the digital TWIN", ["simulate", "training", "--seconds=60", "--out", out], out)
+        return self._begin(
+            request, "A log of the digital TWIN", ["simulate", "training", "--seconds=60", "--out", out], out
+        )
 
     # --- parts --------------------------------------------------------------------------------------------------------
 
@@ -330,6 +385,43 @@ def _fields(text: str) -> dict[str, str]:
         raise WorkspaceError("the form has too many fields", remedy="Go back and send fewer") from error
 
 
+def _origin(request: Request) -> str:
+    """The page that a button stands on: the log with what was filled in, the run, or the overview."""
+    kind, name = request.url.path.split("/")[1], _quoted(request.path_params.get("name", ""))
+    if kind in ("fit", "log") and request.method == "POST":
+        return f"/log/{name}?{urlencode(request.state.form)}"
+    return f"/run/{name}" if kind == "run" and request.url.path.count("/") > 2 else "/"
+
+
+def _last_line(job: Job) -> str:
+    """What a command said last."""
+    return job.lines[-1].removeprefix("error: ") if job.lines else ""
+
+
+def _lines(form: _Form, log: str) -> dict[str, Any]:
+    """What a form asks for as commands, and the fit in Python."""
+    run = form.get("run", "").strip() or "RUN"
+    logs = [log, *(name.removeprefix("log.") for name in form if name.startswith("log."))]
+    read = actions.shown(["inspect", log, *actions.chosen_of(form).words()])
+    fit = actions.shown(actions.fit_words(form, logs, run))
+    return {"read": read, "fit": fit, "script": actions.fit_in_python(form, logs, run)}
+
+
+def _run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
+    """A run in the overview: its logs, when it was written, what it recommends, and the error of that."""
+    from datetime import datetime
+
+    row = {"name": entry.name, "logs": "", "model": "not readable", "error": ""}
+    row["date"] = f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}"
+    with contextlib.suppress(LookupError, TypeError, ValueError):
+        if body is not None:
+            chosen = next(each for each in body["ranking"] if each["name"] == body["recommended"])
+            error, unit = chosen["test"]["rmse"][0], body["units"]["effort"]
+            row["logs"], row["model"] = ", ".join(log["name"] for log in body["logs"]), chosen["name"]
+            row["error"] = f"{error:.3g} {unit} ({chosen['test']['share'][0]:.1%})"
+    return row
+
+
 def _communicate(process: Any) -> tuple[bytes, bytes]:
     """Output and errors of a command, with its standard input left open until it ends."""
     import subprocess
@@ -349,24 +441,49 @@ def _communicate(process: Any) -> tuple[bytes, bytes]:
 
 def _signals(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[str, Any]]:
     """For each signal of the device: its column, unit and sign as the log is read now, and what was given."""
-    mapping: Mapping[str, Any] = found["mapping"]
-    taken = {**mapping.get("columns", {}), **({"time": mapping["time"]} if "time" in mapping else {})}
+    taken: Mapping[str, Any] = found["choices"]
     rows: list[dict[str, Any]] = []
     for signal in actions.ASKED[chosen.device]:
         about: dict[str, Any] = taken.get(signal) or {}
-        column, unit = str(about.get("column", "")), str(about.get("unit", ""))
+        column, unit = str(about.get("column", "")), str(about.get("unit") or "")
         turned = float(about.get("scale", 1.0)) < 0
         was = actions.label(column, unit, turned)
         given = chosen.columns.get(signal, "")
         row = {"name": signal, "meaning": actions.MEANING[signal], "column": column, "unit": unit, "turned": turned}
-        rows.append({**row, "was": was, "given": given})
+        why, check = _why(about) if about else ("", False)
+        values = found["columns"].get(column, {})
+        row |= {"was": was, "given": given, "why": why, "check": check}
+        rows.append(
+            {**row, "range": _range(values, unit, turned), "sketch": _polyline(values.get("sketch", []), turned)}
+        )
     return rows
 
 
-def _polyline(sketch: list[list[float]]) -> str:
+def _why(about: Mapping[str, Any]) -> tuple[str, bool]:
+    """Who chose the column of a signal, and whether somebody should look at that again."""
+    unit, own, source = about["unit"] or "", about["file_unit"] or "", str(about["source"])
+    if own and unit != own:
+        return f"{'chosen' if source == 'given' else source}; the file says {own}: check", True
+    if source == "guessed from its unit":
+        return f"guessed from the unit {unit} alone: check", True
+    if not unit and source != "given":
+        return f"{source}; the file has no unit: check", True
+    return ("chosen" if source == "given" else source), False
+
+
+def _range(values: Mapping[str, Any], unit: str, turned: bool) -> str:
+    """Smallest and largest value of a column as it is read, with its unit."""
+    if not values or values["min"] is None:
+        return ""
+    low, high = (-values["max"], -values["min"]) if turned else (values["min"], values["max"])
+    return f"{low:.4g} to {high:.4g} {unit}".strip()
+
+
+def _polyline(sketch: list[list[float]], turned: bool = False) -> str:
     """Corners of a column's picture, 120 by 24: its smallest values along, and its largest back."""
     if not sketch:
         return ""
+    sketch = [[-high, -low] for low, high in sketch] if turned else sketch
     low, high = min(pair[0] for pair in sketch), max(pair[1] for pair in sketch)
     across, up = 118 / max(len(sketch) - 1, 1), 20 / (high - low) if high > low else 0.0
     places = [(1 + i * across, pair) for i, pair in enumerate(sketch)]
@@ -377,8 +494,6 @@ def _polyline(sketch: list[list[float]]) -> str:
 
 def _address(job: Job) -> str | None:
     """The address of the live page of a job that runs, on this machine alone."""
-    import re
-
     if job.code is not None:
         return None
     for line in reversed(job.lines):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import hashlib
+import json
 import os
 import re
 import secrets
-from collections.abc import AsyncIterable, Iterable
+from collections.abc import AsyncIterable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from erclutch.errors import ErclutchError
 
@@ -111,13 +115,22 @@ class Workspace:
             found = f"{stem}-{number}{suffix}"
         return found
 
-    async def take(self, name: str, content: AsyncIterable[bytes]) -> str:
-        """Write a log that somebody uploads, whole or not at all; returns its name.
+    async def take(self, name: str, content: AsyncIterable[bytes]) -> tuple[str, bool]:
+        """Write a log that somebody uploads, whole or not at all; a log of the same name and bytes stands for it.
+
+        Returns:
+            The log's name, and whether it was there before.
 
         Raises:
             WorkspaceError: no such name is taken, the file is larger than 4 GiB, empty, or cannot be written.
         """
-        name = self.free(name)
+        stem, suffix = os.path.splitext(plain_name(name))
+        twins = [
+            e
+            for e in self.logs()
+            if e.name == name or re.fullmatch(re.escape(stem) + r"-\d+" + re.escape(suffix), e.name)
+        ]
+        name, digest = self.free(name), hashlib.sha256()
         partial = self.folder / f".{secrets.token_hex(8)}.part"
         size = 0
         try:
@@ -128,8 +141,12 @@ class Workspace:
                         remedy = "Copy it into the folder, and use erclutch fit-large"
                         raise WorkspaceError(f"the file is larger than {LARGEST >> 30} GiB", where=name, remedy=remedy)
                     file.write(piece)
+                    digest.update(piece)
             if not size:
                 raise WorkspaceError("the file is empty", where=name, remedy="Give a log with rows")
+            for entry in twins:
+                if entry.size == size and await asyncio.to_thread(_sha256, self.folder / entry.name) == digest.digest():
+                    return entry.name, True
             os.link(partial, self.folder / name)
         except OSError as error:
             problem = f"the file cannot be written ({error.strerror or error})"
@@ -138,7 +155,21 @@ class Workspace:
             ) from error
         finally:
             partial.unlink(missing_ok=True)
-        return name
+        return name, False
+
+    def mappings(self) -> list[str]:
+        """Names of the mapping files."""
+        return sorted(path.name for path in self._visible() if path.suffix == ".toml" and path.is_file())
+
+    def state(self, name: str) -> tuple[object, ...]:
+        """Changes when a log changes, or what says how it is read."""
+        return tuple(self._entries(self.folder / each for each in (name, *self.mappings())))
+
+    def body(self, name: str) -> Mapping[str, Any] | None:
+        """What run.json says of a run; None where it cannot be read."""
+        with contextlib.suppress(OSError, ValueError):
+            return json.loads((self.path(name) / "run.json").read_text(encoding="utf-8"))
+        return None
 
     def rename(self, old: str, new: str) -> None:
         """Give a run another name.
@@ -169,6 +200,11 @@ def plain_name(name: str) -> str:
     if len(name.encode()) > _LONGEST_NAME:
         raise WorkspaceError(f"the name has more than {_LONGEST_NAME} bytes", where=name[:40], remedy="Shorten it")
     return name
+
+
+def _sha256(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").digest()
 
 
 def _is_run(path: Path) -> bool:

@@ -40,11 +40,11 @@ FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 
 
 @lru_cache(maxsize=4)
-def source(step: ExportedStep) -> str:
-    """The .c file."""
+def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
+    """The .c file; with further elementary functions for what another target adds to it."""
     n, p = f"{step.name}_", step.precision
     made, network = step_record(step).record, step.network
-    used = functions_used([made, rest_record(step).record])
+    used = functions_used([made, rest_record(step).record]) | further
     if network is not None:
         name = "exp" if network.structure.kind == "rbfn" else "tanh"
         used |= {f"{name}_hold", f"{name}_held"}

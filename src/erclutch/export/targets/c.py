@@ -26,6 +26,11 @@ _LEVELS = ("-O0", "-O2", "-O3")
 def write(program: ExportedStep, folder: Path) -> None:
     """All files of the target."""
     write_core(program, folder)
+    write_bench(program, folder)
+
+
+def write_bench(program: ExportedStep, folder: Path) -> None:
+    """The test vectors, their tiny main, the Makefile."""
     texts = {
         f"{program.name}_vectors.h": vectors_header(program, vectors_of(program)),
         f"{program.name}_check.c": check_source(program),
@@ -53,7 +58,8 @@ def _words(program: ExportedStep, values: NDArray[Any]) -> list[str]:
     return [f"0x{int(b):0{digits}x}{program.precision.bits_suffix}" for b in held.view(program.precision.bits).ravel()]
 
 
-def _rows(program: ExportedStep, name: str, values: NDArray[Any]) -> str:
+def rows_of_bits(program: ExportedStep, name: str, values: NDArray[Any]) -> str:
+    """Rows of numbers as a table of their bits."""
     words, width = _words(program, values), values.shape[1]
     rows = ["{" + ", ".join(words[i : i + width]) + "}" for i in range(0, len(words), width)]
     return table(program.precision.c_bits, name, rows, 1, f"[{width}]")
@@ -79,13 +85,13 @@ def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
 #define ULP {float(np.spacing(p.dtype.type(program.scale))):.17g}
 
 /* Successive steps from a reset: inputs, effort to the bit, effort of NumPy in float64. */
-{_rows(program, "steps", steps)}
+{rows_of_bits(program, "steps", steps)}
 {table("uint32_t", "step_flags", [f"{flag}u" for flag in vectors.flags], 20)}
 /* Inverse: inputs, wanted effort, field to the bit. */
-{_rows(program, "fields", fields)}
+{rows_of_bits(program, "fields", fields)}
 {table("uint32_t", "field_flags", [f"{flag}u" for flag in vectors.field_flags], 20)}
 /* Inverse of the next step, ahead of each of the first steps: wanted effort, field to the bit. */
-{_rows(program, "ahead", ahead)}
+{rows_of_bits(program, "ahead", ahead)}
 {table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{_band_rows(program, vectors)}
 #endif
 """
@@ -94,23 +100,13 @@ def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
 def _band_rows(program: ExportedStep, vectors: Vectors) -> str:
     if program.alarms is None:
         return ""
-    return f"\n/* The band behind each step: low, high. */\n{_rows(program, 'band', vectors.band)}"
+    return f"\n/* The band behind each step: low, high. */\n{rows_of_bits(program, 'band', vectors.band)}"
 
 
-def check_source(program: ExportedStep) -> str:
-    """The tiny main. With PRINT defined it prints every result instead, for erclutch verify."""
+def bit_functions(program: ExportedStep) -> str:
+    """C that turns bits into a number, and a number into bits."""
     n, p = program.name, program.precision
-    digits = p.width // 4
-    form = "PRIx32" if p.width == 32 else "PRIx64"
-    return f"""/* Checks {n} on this machine: make check. Exit code 0 if every bit is as expected. */
-#include <inttypes.h>
-#include <stdio.h>
-#include <string.h>
-
-#include "{n}.h"
-#include "{n}_vectors.h"
-
-typedef {p.c_bits} word;
+    return f"""typedef {p.c_bits} word;
 
 static {n}_real number(word bits)
 {{
@@ -126,7 +122,23 @@ static word bits_of({n}_real x)
     return bits;
 }}
 
-static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_flags)
+"""
+
+
+def check_source(program: ExportedStep) -> str:
+    """The tiny main. With PRINT defined it prints every result instead, for erclutch verify."""
+    n, p = program.name, program.precision
+    digits = p.width // 4
+    form = "PRIx32" if p.width == 32 else "PRIx64"
+    return f"""/* Checks {n} on this machine: make check. Exit code 0 if every bit is as expected. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "{n}.h"
+#include "{n}_vectors.h"
+
+{bit_functions(program)}static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_flags)
 {{
 #ifdef PRINT
     printf("%0{digits}" {form} " %" PRIu32 "\\n", bits_of(x), flags);

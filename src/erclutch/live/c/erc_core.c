@@ -27,9 +27,12 @@ static int not_negative(double x) {
     return isfinite(x) && x >= 0.0;
 }
 
-static const char *program_error(const erc_program *program, uint64_t rows) {
-    if (program->mode > ERC_FIELDS || program->shape > ERC_TABLE) {
+static const char *program_error(const erc_program *program, uint32_t device, uint64_t rows) {
+    if (program->mode > ERC_WALL || program->shape > ERC_TABLE) {
         return "a program of an unknown kind";
+    }
+    if (program->mode == (device == ERC_SINGLE ? ERC_IMPEDANCE : ERC_WALL)) {
+        return "an impedance for a single device, or a wall for a pair";
     }
     if (!isfinite(program->amplitude) || !isfinite(program->offset) || !isfinite(program->motor_torque) ||
         !not_negative(program->frequency) || !not_negative(program->soft)) {
@@ -70,9 +73,12 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
         !not_negative(config->integral_rate) || !not_negative(config->gain_rate) ||
         !not_negative(config->least_slip) || !not_negative(config->drive_inertia) ||
         !not_negative(config->track_bandwidth) || !not_negative(config->track_integral) ||
-        !not_negative(config->output_inertia) || !not_negative(config->output_friction) ||
+        !not_negative(config->stiffness) || !not_negative(config->damping) || !not_negative(config->wall_play) || !not_negative(config->output_inertia) || !not_negative(config->output_friction) ||
         !not_negative(config->drive_friction) || !isfinite(config->drive_drag_1) || !isfinite(config->drive_drag_2)) {
         return "a number of the torque control below zero, or not finite";
+    }
+    if (0.5e-9 * (double)config->period_ns * config->stiffness > config->damping) {
+        return "a stiffness above 2 damping / period: a sampled spring so stiff gives energy away";
     }
     if (config->trip_samples <= ERC_ZERO_BEFORE_TRIP || config->trip_samples > 21u ||
         config->hold_samples >= config->trip_samples - ERC_ZERO_BEFORE_TRIP) {
@@ -82,7 +88,7 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
         return "no program, too many, or a start with one that is not there";
     }
     for (uint32_t i = 0; i < config->programs; i++) {
-        const char *error = program_error(&config->list[i], table_rows);
+        const char *error = program_error(&config->list[i], config->device, table_rows);
         if (error != 0) {
             return error;
         }

@@ -69,7 +69,7 @@ typedef struct {
     double field_limit, motor_limit;
     char unused1[480];
     uint64_t head; /* offset 1024: from here on the loop writes */
-    uint32_t state, pid, mode, program, trip_reason, unused2;
+    uint32_t state, pid, mode, program, trip_reason, missed; /* missed: deadlines that were skipped */
     char unused3[32];
     uint64_t counts[32];
     uint64_t sensor_seq;
@@ -123,7 +123,8 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 /* Periods from zero field to the trip: room for what the system, the wire and the last good sample were late by. */
 #define ERC_ZERO_BEFORE_TRIP 7u
 
-enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3 };
+/* Impedance: a spring and a damper between the output of a pair and the reference. Wall: a brake resists beyond it. */
+enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3, ERC_IMPEDANCE = 4, ERC_WALL = 5 };
 enum { ERC_CONSTANT = 0, ERC_SINE = 1, ERC_SQUARE = 2, ERC_TABLE = 3 };
 enum { ERC_COAXIAL = 0, ERC_SINGLE = 1 };
 /* Torque control: gains on the estimate; or stages that know the torque by the model alone, a sensor, or the drive's
@@ -171,10 +172,12 @@ typedef struct {
     double drive_drag_1, drive_drag_2; /* [N*m*s/rad] on the drive, beside the torque of the clutch under field */
     double track_bandwidth, track_integral; /* [Hz] of computed torque, 0: equation (23); 1/s */
     double output_inertia, output_friction; /* [kg*m^2] of the output and all that turns with it; N m */
+    double stiffness, damping;       /* [N*m/rad] of impedance and wall; N m s/rad, at least stiffness x period / 2 */
+    double wall_play;                /* [rad] by which a hand goes back before a wall lets go */
     uint64_t late_trip_ns;           /* a wake-up later than this trips */
     uint32_t hold_samples, trip_samples;
     uint32_t programs, program;      /* how many, and which at the start */
     erc_program list[ERC_PROGRAMS];
     uint32_t observer, crc;
 } erc_config;
-_Static_assert(sizeof(erc_config) == 16 + 8 + 30 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 33 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

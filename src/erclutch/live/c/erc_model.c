@@ -10,7 +10,7 @@
 
 erc_model erc_model_load(const char *path, const char *digest, uint32_t device) {
     static _Alignas(16) unsigned char memory[LARGEST_STATE];
-    erc_model model = {0, 0, 0, memory};
+    erc_model model = {0, 0, 0, memory, 0};
     const char *(*own_digest)(void);
     uint32_t (*abi)(void), (*inputs)(void), (*state_size)(void);
     void *library = erc_library("the model", path);
@@ -21,6 +21,7 @@ erc_model erc_model_load(const char *path, const char *digest, uint32_t device) 
     erc_symbol(library, path, "erc_model_reset", &model.reset);
     erc_symbol(library, path, "erc_model_step", &model.step);
     erc_symbol(library, path, "erc_model_inverse", &model.inverse);
+    erc_symbol(library, path, "erc_model_steady", &model.steady);
     const uint32_t wanted = device == ERC_SINGLE ? 2u : 4u;
     const int measures = inputs() == wanted + 1u; /* its last input is the measured torque */
     if (abi() != MODEL_ABI || (inputs() != wanted && !measures) || state_size() > LARGEST_STATE) {
@@ -36,6 +37,7 @@ erc_model erc_model_load(const char *path, const char *digest, uint32_t device) 
     model.reset(memory);
     (void)model.step(memory, still, &effort);
     (void)model.inverse(still, 0.0, &effort);
+    (void)model.steady(still, &effort);
     model.reset(memory);
     return model;
 }

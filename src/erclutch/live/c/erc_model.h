@@ -8,6 +8,7 @@ typedef struct {
     uint32_t (*inverse)(const double *in, double wanted, double *field);
     void (*reset)(void *state);
     void *state;
+    uint32_t (*steady)(const double *in, double *effort); /* 0: not known */
 } erc_model;
 
 /* Loads a compiled model, checks its interface, its number of inputs and its digest, and tries one step. */

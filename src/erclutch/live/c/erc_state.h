@@ -4,6 +4,8 @@
 #include "erc_layout.h"
 #include "erc_model.h"
 
+#include <stdbool.h>
+
 /* An angle encoder: unwrapping, rejection of impossible jumps, and a position-speed filter. */
 typedef struct {
     double wrap, glitch, offset; /* offset: whole wraps so far */
@@ -25,11 +27,22 @@ typedef struct {
     double late, modelled;          /* the model's torque as late as the measured one is */
     double reaction;                /* on the drive, with the model's torque filtered as it is */
     double speed, slow_speed;       /* of the drive one step ago, and filtered */
+    double found, slope;            /* the last field that gave what was asked, and the torque per field there; 0: none */
+    double lacking;                 /* torque that the field is short of */
+    uint32_t beyond;                /* periods left in which that is believed */
     double side, way;               /* +1: clutch 1, -1: clutch 2; +1: the motor turns or last turned forward */
-    int locked;                     /* both sides run at one speed */
+    bool locked;                    /* both sides run at one speed */
     uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */
+    double fast, late_share;        /* shares by which the filters of observer and delay move in a period */
+    double per_period;              /* of the error that the integral takes in a period */
     uint64_t step;                  /* the last one */
 } erc_stages;
+
+/* The rate of a reference through the filter of the output's speed, so that both are late by the same. */
+typedef struct {
+    double at, rate, position, speed; /* at: the rate's integral, which the filter follows */
+    int begun;
+} erc_followed;
 
 typedef struct {
     erc_config config;
@@ -45,7 +58,9 @@ typedef struct {
     uint64_t step, program_tick;
     uint32_t program;
     erc_stages stages;
-    double tracking_integral; /* rad */
+    erc_followed followed;
+    double tracking_integral, deepest; /* rad; of a wall: the upper end of its play */
+    uint32_t inward, pulled;           /* the hand goes into the wall; periods that it pulled */
     double base, motor, integral, estimate, reference;
     double mirrored, last_wave;         /* of a predefined sequence near the end of the stroke */
     double asked1, asked2, asked_motor; /* by control, at the last good sample */

@@ -2,6 +2,8 @@
  * is known, the model's inverse, integral action, the hand-over between the clutches. */
 #include "erc_torque.h"
 
+#include "erc_inverse.h"
+
 #include <math.h>
 
 #define TWO_PI 6.283185307179586
@@ -13,6 +15,10 @@
 #define FIRST_GAIN 0.001  /* how far off gain and drag may be at first: squared, in their scales */
 #define FIRST_DRAG 1.0
 #define MOST_SPREAD 1000.0
+#define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
+#define AT_END 0.9        /* of the field limit: the model may end a little earlier */
+#define SECANTS 4u        /* at most, before the inverse begins anew */
+#define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
 
 static double bounded(double x, double low, double high) {
@@ -26,9 +32,15 @@ static double share(double rate, double dt) {
 
 void erc_torque_start(erc_core *core) {
     const erc_share first = {1.0, 0.0, {FIRST_GAIN, 0.0, FIRST_DRAG}};
-    erc_stages s = {.learned = {first, first}, .side = 1.0, .way = 1.0};
+    static const erc_stages none;
+    erc_stages s = none;
+    s.side = s.way = 1.0;
+    s.learned[0] = s.learned[1] = first;
     s.learned[0].drag = core->config.drive_drag_1;
     s.learned[1].drag = core->config.drive_drag_2;
+    s.fast = share(TWO_PI * core->config.observer_bandwidth, core->dt);
+    s.late_share = core->config.torque_lag > 0.0 ? share(1.0 / core->config.torque_lag, core->dt) : 1.0;
+    s.per_period = share(core->config.integral_rate, core->dt);
     core->stages = s;
 }
 
@@ -47,16 +59,16 @@ static void begin_anew(erc_core *core) {
 
 /* The drive's torque, less what speeds the drive up and its dry friction, is what the clutch under field passes on and
  * what drags. The model's torque goes through the same filter, so no speed is differentiated. */
-static double by_motion(erc_core *core, double late) {
+static double by_motion(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
-    const double rate = TWO_PI * config->observer_bandwidth, slow = share(rate, core->dt);
+    const double rate = TWO_PI * config->observer_bandwidth, slow = s->fast;
     const double omega = core->theta.speed;
     const double motor = bounded(core->asked_motor, -config->motor_limit, config->motor_limit);
     const double passed = motor - config->drive_friction * tanh(omega);
     s->reaction += slow * (passed - s->reaction) - rate * config->drive_inertia * (omega - s->speed);
     s->speed = omega;
-    s->late += late * (s->side * core->estimate - s->late);
+    s->late += s->late_share * (s->side * core->estimate - s->late);
     s->modelled += slow * (s->late - s->modelled);
     s->slow_speed += slow * (omega - s->slow_speed);
     return s->reaction;
@@ -80,18 +92,17 @@ static void learn(erc_share *of, double model, double speed, double off, double 
 static void observe(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
-    const double fast = share(TWO_PI * config->observer_bandwidth, core->dt);
-    const double late = config->torque_lag > 0.0 ? share(1.0 / config->torque_lag, core->dt) : 1.0;
-    const int motion = config->observer == ERC_BY_MOTION;
-    double torque = (double)NAN;
-    if (motion && isfinite(core->estimate)) {
-        torque = by_motion(core, late);
-    } else if (config->observer == ERC_BY_SENSOR && isfinite(core->estimate)) {
-        s->modelled += late * (core->estimate - s->modelled);
-        torque = core->torque;
+    const bool motion = config->observer == ERC_BY_MOTION;
+    const bool known = config->observer >= ERC_BY_SENSOR && isfinite(core->estimate);
+    double torque = core->torque;
+    if (known && motion) {
+        torque = by_motion(core);
     }
-    if (!isfinite(torque) || s->locked) {
-        s->rest *= 1.0 - fast;
+    if (known && !motion) {
+        s->modelled += s->late_share * (core->estimate - s->modelled);
+    }
+    if (!known || !isfinite(torque) || s->locked) {
+        s->rest *= 1.0 - s->fast;
         return;
     }
     erc_share *learned = &s->learned[s->side < 0.0];
@@ -101,7 +112,7 @@ static void observe(erc_core *core) {
         learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
               config->torque_scale);
     }
-    s->rest += motion ? 0.0 : fast * (off - s->rest);
+    s->rest += motion ? 0.0 : s->fast * (off - s->rest);
 }
 
 /* A motor speed at which the sign of the slip is known. Where both sides run at one speed a clutch passes on whatever is
@@ -121,31 +132,93 @@ static double driving(erc_core *core, double wanted) {
     return s->locked ? s->way * (output + least) : omega;
 }
 
+static double lowest_field(const erc_core *core) {
+    return core->config.device == ERC_SINGLE ? 0.0 : -core->config.field_limit;
+}
+
+/* The field near the last one at which the model gives a torque at rest, by secants; whether there is one. The torque
+ * must go on changing with the field in the direction in which it did where the inverse found its field. */
+static bool follow(erc_core *core, const double *in, double wanted) {
+    erc_stages *s = &core->stages;
+    const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
+    const double lowest = lowest_field(core);
+    double at = s->found, slope = s->slope;
+    double miss = slope != 0.0 ? erc_at_rest(core, in, at) - wanted : 0.0;
+    uint32_t i;
+    for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && fabs(miss) > enough; i++) {
+        const double next = bounded(at - miss / slope, lowest, limit);
+        const double there = erc_at_rest(core, in, next) - wanted;
+        if (fabs(there) < fabs(miss)) {
+            slope = (there - miss) / (next - at);
+            at = next;
+            miss = there;
+        } else {
+            slope = 0.0; /* out of reach, or a step of the torque */
+        }
+    }
+    if (!(slope * s->slope > 0.0 && fabs(miss) <= enough)) {
+        return false;
+    }
+    s->found = at;
+    s->slope = slope;
+    return true;
+}
+
+/* Whether what was out of reach of the field's end still is. Now and then the inverse looks anew for a better field. */
+static bool still_out_of_reach(erc_core *core, const double *in, double wanted) {
+    erc_stages *s = &core->stages;
+    if (s->beyond == 0u) {
+        return false;
+    }
+    s->beyond--;
+    return (wanted - erc_at_rest(core, in, s->found)) * s->lacking > 0.0;
+}
+
+/* Anew, from zero field on; then the slope is there for the next time. */
+static void search(erc_core *core, const double *in, double wanted, uint32_t *events) {
+    erc_stages *s = &core->stages;
+    const double limit = core->config.field_limit;
+    double field = 0.0;
+    const bool out = (erc_inverse(core, in, wanted, &field) & OUT_OF_REACH) != 0u;
+    s->found = isfinite(field) ? bounded(field, lowest_field(core), limit) : 0.0;
+    s->slope = 0.0;
+    s->beyond = 0u;
+    if (out) {
+        *events |= ERC_UNREACHABLE;
+        s->lacking = wanted - erc_at_rest(core, in, s->found);
+        s->beyond = fabs(s->found) > AT_END * limit ? (uint32_t)EASE : (uint32_t)0u;
+    } else {
+        const double inside = s->found < 0.0 ? s->found + ASIDE * limit : s->found - ASIDE * limit;
+        const double slope = (erc_at_rest(core, in, s->found) - erc_at_rest(core, in, inside)) / (s->found - inside);
+        s->slope = isfinite(slope) ? slope : 0.0;
+    }
+}
+
 /* The field at which the model gives a torque at rest. Its memory is in the lead and in the observer's comparison: the
  * inverse for the next step alone turns unstable where the model has a dead time. */
 static double inverse(erc_core *core, double wanted, uint32_t *events) {
-    const double omega = driving(core, wanted), alpha = core->alpha.speed, limit = core->config.field_limit;
+    const double omega = driving(core, wanted), alpha = core->alpha.speed;
     const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
-    const double single[3] = {0.0, omega - alpha, 0.0};
-    const int alone = core->config.device == ERC_SINGLE;
-    double field = 0.0;
-    if (core->model.inverse == 0) {
-        return 0.0;
-    }
-    if ((core->model.inverse(alone ? single : coaxial, wanted, &field) & OUT_OF_REACH) != 0u) {
+    const double single[5] = {0.0, omega - alpha, 0.0, 0.0, 0.0};
+    const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
+    const bool beyond = still_out_of_reach(core, in, wanted);
+    if (beyond) {
         *events |= ERC_UNREACHABLE;
     }
-    return isfinite(field) ? bounded(field, alone ? 0.0 : -limit, limit) : 0.0;
+    if (!beyond && !follow(core, in, wanted)) {
+        search(core, in, wanted, events);
+    }
+    return core->stages.found;
 }
 
 /* Of the error of the measured torque, or of the estimate; it does not wind up while the field can do no more. */
 static void integrate(erc_core *core, double wanted, uint32_t events) {
     erc_stages *s = &core->stages;
-    const int measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
+    const bool measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
     const double error = wanted - (measured ? core->torque : core->estimate);
-    const int free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
+    const bool free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
-        s->integral += share(core->config.integral_rate, core->dt) * error;
+        s->integral += s->per_period * error;
     }
 }
 

@@ -205,7 +205,7 @@ static void run(const options_t *options, erc_core *core, erc_rig *rig, erc_ring
     int orders = options->orders;
     uint64_t tick = 0u, deadline = erc_now() + 2u * period;
     unsigned at_zero = 0u;
-    uint32_t carried = 0u;
+    uint32_t carried = 0u, skipped = 0u;
     while (at_zero < STEPS_AT_ZERO) {
         erc_sleep_until(deadline);
         if (stop_asked || tick >= options->steps || getppid() != parent || take_orders(&orders, core)) {
@@ -213,12 +213,14 @@ static void run(const options_t *options, erc_core *core, erc_rig *rig, erc_ring
             orders = -1;
             stop_asked = 1;
         }
+        ring->header->missed += skipped;
         carried = step(core, rig, ring, tick, deadline, carried);
         at_zero += core->stopping;
         /* Deadlines stay on their grid: what was missed is skipped, not caught up with. */
         const uint64_t now = erc_now();
         const uint64_t periods = now > deadline ? (now - deadline) / period + 1u : 1u;
         carried |= periods > 1u ? (uint32_t)ERC_OVERRUN : 0u;
+        skipped = (uint32_t)(periods - 1u);
         deadline += periods * period;
         tick += periods;
     }
@@ -232,7 +234,7 @@ int main(int count, char **words) {
     uint64_t rows;
     const erc_row *table = table_of(options.table, &rows);
     read_config(options.config, rows, &config);
-    erc_model model = {0, 0, 0, 0};
+    erc_model model = {0, 0, 0, 0, 0};
     if (options.model[0] != 0) {
         model = erc_model_load(options.model[0], options.model[1], config.device);
     }

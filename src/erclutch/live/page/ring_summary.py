@@ -134,6 +134,7 @@ class Watcher:
             "trip": reader.trip_reason,
             "realtime": reader.realtime,
             "program": reader.program,
+            "missed": reader.missed,
             "head": reader.head,
             "counts": {name: count for name, count in reader.counts.items() if count},
             "lateness": _told(self._figures.lateness),

@@ -10,6 +10,7 @@ import gzip
 import io
 import re
 import zlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def read_text(source: LogSource) -> Table:
         raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
     dialect = sniff(text)
     body, notes = _body(text, dialect)
-    return _table(_parse(body, dialect), body, dialect, source, notes)
+    return _table(_parse(body, dialect, source.told), body, dialect, source, notes)
 
 
 def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
@@ -127,7 +128,20 @@ def _last_line(body: str) -> int:
     return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
 
 
-def _parse(body: str, dialect: Dialect) -> pd.DataFrame:
+class _Told(io.BytesIO):
+    """Bytes that tell how many of them were read."""
+
+    def __init__(self, data: bytes, told: Callable[[int, int], None]) -> None:
+        super().__init__(data)
+        self._told, self._total = told, len(data)
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        self._told(self.tell(), self._total)
+        return data
+
+
+def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:
     """All rows as pandas reads them; one column more than named shows rows that are too long."""
     import pandas as pd
 
@@ -138,7 +152,7 @@ def _parse(body: str, dialect: Dialect) -> pd.DataFrame:
     try:
         read_csv: Any = pd.read_csv  # its overloads do not take a mapping of options
         frame: pd.DataFrame = read_csv(
-            io.BytesIO(body.encode("utf-8", "replace")),
+            _Told(body.encode("utf-8", "replace"), told),
             sep=dialect.delimiter or r"\s+",
             decimal=dialect.decimal,
             header=None,

@@ -90,6 +90,7 @@ class Gain:
         nonnegative: whether physics bounds it by zero from below.
         extra: index of the further input that its column is, None for all other columns.
         part: which effort of the fluid its column is; None: neither, such as friction of seals.
+        negative: what a value below zero tells, a sentence or two; empty where such a value is usual.
     """
 
     name: str
@@ -98,6 +99,7 @@ class Gain:
     nonnegative: bool = True
     extra: int | None = None
     part: Part | None = None
+    negative: str = ""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,15 @@ class Inertia:
     switches: bool = False
     outputs: tuple[str, ...] = ("a",)
     gains: tuple[Gain, ...] = (
-        Gain("m", "inertia between fluid and load cell", Dimension(effort=1, slip=-1, time=1), nonnegative=False),
+        Gain(
+            "m",
+            "inertia between fluid and load cell",
+            Dimension(effort=1, slip=-1, time=1),
+            nonnegative=False,
+            negative="No mass is negative: this one stands for an effort that comes later than the slip (a filter, a "
+            "delay or a soft mount on the sensor's side), or a mass whose push the sensor sees with the other sign. "
+            "Compare the filters and the signs of both channels.",
+        ),
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:

@@ -45,8 +45,15 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "rows": [_parameter(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
         "condition": number(fit["condition"], 2),
+        "odd": negative_gains(model),
         "open": chosen,
     }
+
+
+def negative_gains(model: TorqueModel) -> list[str]:
+    """A sentence or two on each gain below zero that is usually above; the same gain of two elements has its own."""
+    odd = [gain for gain in model.structure.gains() if gain.negative and model.gains[gain.name] < 0]
+    return [f"{plain_symbol(gain.name)}, {gain.meaning}, is negative. {gain.negative}" for gain in odd]
 
 
 def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:

@@ -154,5 +154,12 @@ def _environment() -> Any:
         lstrip_blocks=True,
     )
     made.filters["svg"] = svg
+    made.filters["stages"] = _broken_at_stages
     made.globals.update(count=count, number=number, percent=percent, span=span)
     return made
+
+
+def _broken_at_stages(name: str) -> Markup:
+    """A model's name that breaks into lines before a stage only."""
+    first, *stages = name.split("+")
+    return Markup("<wbr>").join(Markup("<span>{}</span>").format(part) for part in (first, *(f"+{s}" for s in stages)))

@@ -34,7 +34,8 @@ def sentence(found: Pairing, scale: Scale) -> str:
         if more is None or share is None:
             continue
         size = f"{scale.of(abs(more.value))} ({percent(abs(share.value), 2)})"
-        one, base = title_of(other), title_of(first)
+        alike = other.model == first.model  # then the table below names it
+        one, base = (other.label, first.label) if alike else (title_of(other), title_of(first))
         if more.low <= 0.0 <= more.high:
             words.append(f"{one} cannot be told from {base}: the difference of {size} may be chance")
         else:

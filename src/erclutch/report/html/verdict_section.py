@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.export.exported_step import c_name
 from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
+from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number, percent, span
 from erclutch.report.numbers.run_material import Material
@@ -119,6 +120,7 @@ def worries(material: Material) -> list[str]:
     body, entry = material.body, material.run.entry(material.recommended)
     found = [f"{_capital(f['message'])}." for f in body["findings"]]
     found += [f"{material.recommended}: {note}." for note in entry["notes"]]
+    found += negative_gains(material.laws[entry["name"]]) if entry["name"] in material.laws else []
     found += [*_of_rows(material, entry), *_of_errors(material, entry)]
     if material.badge in ("TWIN", "SYNTHETIC"):
         found.append("The data were made by a computer. What the figures say of a real device is a guess.")

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import csv
 import os
+import shutil
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from erclutch.errors import RunError
+from erclutch.export.encode import latex
 from erclutch.files import unwritable, whole_file
 from erclutch.report.plots.plot_description import COLUMN
+from erclutch.signals.array import Array
 
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#7F7F7F")
 BLUE, RED, GREEN, ORANGE, PINK, SKY, BLACK, GREY = SERIES
@@ -64,7 +67,12 @@ _RC: dict[Any, object] = {
     "ps.fonttype": 42,
     "savefig.dpi": 300.0,
     "svg.hashsalt": "erclutch",
+    "pgf.rcfonts": False,  # the fonts of the document
+    # Every text is escaped here, so the package that matplotlib asks for has nothing to do.
+    "pgf.preamble": r"\makeatletter\@namedef{ver@underscore.sty}{}\makeatother",
 }
+#: What may measure the texts of a .pgf, the usual one first.
+_TEX = ("pdflatex", "lualatex", "xelatex")
 
 
 @contextmanager
@@ -93,6 +101,23 @@ def new_figure(height: float, width: float = COLUMN) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def settle(figure: Any) -> None:
+    """Lay a figure out for good, rounded: the layout's solver differs in its last digits from call to call."""
+    import numpy as np
+    from matplotlib.transforms import Bbox
+
+    if figure.axes:
+        figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
+    parts = list(figure.subfigs)
+    for part in parts:
+        parts += part.subfigs
+        part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 9))
+    for axes in figure.axes:
+        at: Array = axes.get_position(original=True).get_points()
+        axes.set_position(Bbox(np.round(at, 9)))
+
+
 def save(figure: Any, path: Path) -> Path:
     """Write a figure as its ending says, one of `KINDS`, whole or not at all; call inside `style`.
 
@@ -103,17 +128,46 @@ def save(figure: Any, path: Path) -> Path:
     if kind not in KINDS:
         remedy = f"End it in {', '.join(f'.{kind}' for kind in KINDS)}"
         raise RunError(f"a figure cannot end in {path.suffix!r}", where=str(path), remedy=remedy)
-    # Without a date the same data give the same bytes.
-    metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
-    with placed(path) as partial:
-        try:
-            figure.savefig(partial, format=kind, metadata=metadata)
-        except (FileNotFoundError, RuntimeError) as error:
-            if kind != "pgf":
-                raise
-            remedy = "Install LaTeX with xelatex, or take a .pdf"
-            raise RunError("a .pgf needs LaTeX, which is not here", where=str(path), remedy=remedy) from error
+    if kind == "pgf":
+        _save_for_latex(figure, path)
+        return path
+    dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
+    settle(figure)
+    with placed(path) as partial:  # without a date the same data give the same bytes
+        figure.savefig(partial, format=kind, metadata={dated: None} if dated else None)
     return path
+
+
+def _save_for_latex(figure: Any, path: Path) -> None:
+    """Write a .pgf, the pictures of its maps before it: NAME-img0.png, ...
+
+    LaTeX gets escaped texts: for matplotlib's own backend every text is TeX, whatever ``text.parse_math`` says.
+    """
+    from tempfile import TemporaryDirectory
+
+    from matplotlib import rc_context  # pyright: ignore[reportUnknownVariableType]
+    from matplotlib.backends import backend_pgf
+
+    program = next(filter(shutil.which, _TEX), None)
+    remedy = "Install LaTeX with pgf, or take a .pdf"
+    if program is None:
+        raise RunError("a .pgf needs LaTeX, which is not here", where=str(path), remedy=remedy)
+    backend: Any = backend_pgf
+    plain = backend._tex_escape
+    backend._tex_escape = latex
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with rc_context({"pgf.texsystem": program}), TemporaryDirectory(prefix=".partial-", dir=path.parent) as folder:
+            figure.savefig(Path(folder, path.name), format="pgf")
+            for made in sorted(Path(folder).iterdir(), key=lambda file: file.suffix == ".pgf"):
+                made.replace(path.with_name(made.name))
+    except OSError as error:
+        raise unwritable(path, error) from error
+    except (backend.LatexError, RuntimeError) as error:
+        problem = f"{program} cannot measure its texts: {str(error).strip().partition(chr(10))[0]}"
+        raise RunError(problem, where=str(path), remedy=remedy) from error
+    finally:
+        backend._tex_escape = plain
 
 
 def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:

@@ -165,16 +165,16 @@ def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) 
     d_l = j_l + screw.damping + drag
     d_r -= across * across / d_in
     f_r -= across / d_in * f_in
-    if locked:
-        v_l = 0.0
-        v_r = f_r / d_r
+    if locked:  # the output keeps the speed that it has: 0, or what a hand gives it
+        v_l = x[OMEGA_L]
+        v_r = (f_r + screw.damping * v_l) / d_r
     else:
         d_l -= screw.damping * screw.damping / d_r
         v_l = (f_l + screw.damping / d_r * f_r) / d_l
         v_r = (f_r + screw.damping * v_l) / d_r
     v_in = (f_in - across * v_r) / d_in
     x[OMEGA], x[OMEGA_R] = 2.0 * v_in - x[OMEGA], 2.0 * v_r - x[OMEGA_R]
-    x[OMEGA_L] = 0.0 if locked else 2.0 * v_l - x[OMEGA_L]
+    x[OMEGA_L] = v_l if locked else 2.0 * v_l - x[OMEGA_L]
     w_1, w_2 = v_in - v_r, -v_in - v_r
     x[TORQUE] = pull_1 + pull_2 + thick_1 * w_1 + thick_2 * w_2
     x[WORK] += motor * v_in * dt

@@ -1,5 +1,5 @@
 "use strict";
-// Two things that a page cannot do alone: send a dropped file, and follow a command while it runs.
+// What a page cannot do alone: send a dropped file, follow a form while it is filled in and a command while it runs.
 
 const drop = document.getElementById("drop");
 if (drop) {
@@ -34,6 +34,28 @@ if (drop) {
 const device = document.getElementById("device");
 if (device) device.addEventListener("change", () => device.form.requestSubmit());
 
+// The commands below a form follow what is typed into it.
+const reading = document.getElementById("reading");
+let typed = 0;
+if (reading) reading.addEventListener("input", () => {
+  const mine = ++typed;
+  setTimeout(async () => {
+    if (mine !== typed) return;
+    const answer = await fetch(`${reading.dataset.words}?${new URLSearchParams(new FormData(reading))}`);
+    const told = await answer.json();
+    for (const part of ["read", "fit", "script"]) {
+      const shown = document.getElementById(part);
+      if (shown && mine === typed) shown.textContent = told[part] ?? told.problem;
+    }
+  }, 150);
+});
+
+for (const frame of document.querySelectorAll(".framed iframe")) {
+  const said = frame.previousElementSibling;
+  frame.addEventListener("load", () => { said.textContent = ""; });
+  frame.src = frame.dataset.src;
+}
+
 const job = document.getElementById("job");
 if (job && job.dataset.state === "running") {
   const part = name => document.getElementById(name);
@@ -55,7 +77,7 @@ if (job && job.dataset.state === "running") {
     else part("share").value = told.share;
     part("lines").textContent = told.lines;
     if (told.address) { part("address").hidden = false; part("address").querySelector("a").href = told.address; }
-    setTimeout(look, 400);
+    setTimeout(look, Math.min(2000, 400 + 50 * told.seconds)); // the longer it runs, the less often
   };
   look();
 }

@@ -21,6 +21,13 @@ export function element(kind, properties, ...children) {
 // Digits after the point that tell a five hundredth of a span.
 export const digitsFor = span => Math.min(5, Math.max(1, Math.ceil(2.7 - Math.log10(span))));
 
+// Ticks with as many digits as their step has: 0.0075, 0.0050, 0.0025.
+export function tickTexts(ticks, step) {
+  let digits = 0;
+  while (digits < 9 && Math.abs(step.toFixed(digits) / step - 1) > 1e-6) digits += 1;
+  return ticks.map(tick => tick.toFixed(digits).replace("-", "−"));
+}
+
 function niceStep(span) {
   const power = 10 ** Math.floor(Math.log10(span));
   return (span / power < 2 ? 0.5 : span / power < 5 ? 1 : 2) * power;
@@ -79,7 +86,7 @@ export class Charts {
       width: Math.max(100, made.plot.clientWidth), height: Math.max(60, made.plot.clientHeight),
       padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
-      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
+      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, values: (_, ticks, __, ___, step) => tickTexts(ticks, step), label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
       series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
       hooks: {
         drawClear: [u => this.#shade(u, made)],

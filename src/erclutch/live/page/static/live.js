@@ -47,6 +47,7 @@ function connect() {
 async function lost(ended) {
   status = null; failures += 1;
   over = ended || (over && failures > 1);
+  $("controls").disabled = over;
   setState(over ? "stopped" : "lost", over ? "ended" : "no connection");
   $("recording").hidden = true;
   banner(over ? "The session has ended." : "The connection to the session is lost. Trying again …");
@@ -116,6 +117,7 @@ function report() {
   const names = { running: "running", tripped: "tripped", ready: "at rest", silent: "silent", stopped: "stopped", starting: "starting" };
   const chosen = hello?.programs[program], name = chosen?.name;
   store.reference = charts.reference = tracked = (state === "running" && chosen?.reference) || "";
+  $("controls").disabled = state === "stopped";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
   if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
   else if (state === "ready") banner("Reset. Fields are at zero, and nothing moves until a program is run.");
@@ -124,7 +126,7 @@ function report() {
   else banner("");
   if (lateness.count) {
     write("lateness", `p50 ${us(lateness.p50)} · p99 ${us(lateness.p99)} · p99.9 ${us(lateness.p999)} · max ${us(lateness.max)}`);
-    write("realtime", `missed ${status.counts.overrun ?? 0} · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`);
+    write("realtime", `${status.missed} missed · step p99 ${us(step.p99)}${realtime ? ` · ${realtime}` : ""}`);
     $("realtime").title = realtime;
   }
   drawHistogram(lateness.bars);
@@ -266,7 +268,7 @@ document.addEventListener("keydown", event => {
   const name = keys[event.key.toLowerCase()];
   // Escape ends at zero field from anywhere; letters belong to a field that is being filled in.
   if (!name || (event.key !== "Escape" && /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))) return;
-  if ($(name).disabled) return;
+  if ($(name).matches(":disabled")) return;
   event.preventDefault();
   actions[name]();
 });

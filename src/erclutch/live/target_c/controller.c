@@ -1,0 +1,70 @@
+/* The model's torque at rest under a signed field. */
+static double erc_at_rest(const erc_core *core, const double *in, double field) {
+    double held[@HELD@];
+    (void)core;
+    (void)NAME_slips(in, held);
+    return @REST@(field, held, 0.0);
+}
+
+@TORQUE@
+@INTERLOCK@
+static bool not_negative(double x) {
+    return isfinite(x) && x >= 0.0;
+}
+
+static bool usable(const erc_config *config) {
+    const double sizes[] = {@SIZES@};
+    const double above[] = {@ABOVE@};
+    bool good = config->observer <= ERC_BY_MOTION && config->period_ns >= 100000u && config->period_ns <= 1000000000u;
+    uint32_t i;
+    for (i = 0u; i < (uint32_t)(sizeof sizes / sizeof sizes[0]); i++) {
+        good = good && not_negative(sizes[i]);
+    }
+    for (i = 0u; i < (uint32_t)(sizeof above / sizeof above[0]); i++) {
+        good = good && above[i] > 0.0;
+    }
+    return good && isfinite(config->drive_drag_1) && isfinite(config->drive_drag_2);
+}
+
+uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
+    static const erc_core none;
+    const bool good = usable(config);
+    const double zero = 0.0;
+    *core = none;
+    if (good) {
+        core->config = *config;
+    }
+    core->dt = 1e-9 * (double)(uint32_t)core->config.period_ns;
+    core->estimate = zero / zero; /* nothing is known yet */
+    core->step = 1u; /* the first sample counts as the first after a gap */
+    NAME_reset(&core->model);
+    erc_torque_start(core);
+    return good ? 1u : 0u;
+}
+
+uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *output) {
+    double ask[3] = {0.0, 0.0, 0.0}, applied[3] = {0.0, 0.0, 0.0}, sample[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
+    uint32_t events = 0u;
+    const bool placed = isfinite(input->alpha) || !(core->config.stroke > 0.0);
+    const bool good = isfinite(input->wanted) && isfinite(input->rate) && isfinite(input->theta_dot) &&
+                     isfinite(input->alpha_dot) && isfinite(input->motor_torque) && placed;
+    core->step += good ? 1u : 2u; /* after a gap the field comes back slowly */
+    if (good && core->config.field_limit > 0.0) {
+        double field;
+        core->theta.speed = input->theta_dot;
+        core->alpha.speed = input->alpha_dot;
+        core->torque = input->torque;
+        core->asked_motor = input->motor_torque;
+        field = erc_torque_field(core, input->wanted, input->rate, &events);
+        ask[0] = field > 0.0 ? field : 0.0;
+        ask[1] = field < 0.0 && ERC_DEVICE != ERC_SINGLE ? -field : 0.0;
+    }
+    events |= erc_interlock(&core->config, core->field, input->alpha, core->theta.speed, ask, applied);
+    core->field = applied[0] - applied[1];
+    @SAMPLE@
+    events |= NAME_step(&core->model, sample, &core->estimate);
+    output->field1 = applied[0];
+    output->field2 = applied[1];
+    output->estimate = core->estimate;
+    return events | (good ? 0u : NAME_NON_FINITE);
+}
