@@ -10,6 +10,7 @@ import os
 import shutil
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -114,8 +115,10 @@ def save(figure: Any, path: Path) -> Path:
         _save_for_latex(figure, path)
         return path
     dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
-    with placed(path) as partial:  # without a date the same data give the same bytes
-        figure.savefig(partial, format=kind, metadata={dated: None} if dated else None)
+    drawn = BytesIO()  # on a full disk the PDF writer itself would fail, and not say why
+    figure.savefig(drawn, format=kind, metadata={dated: None} if dated else None)  # no date: the same bytes again
+    with placed(path) as partial:
+        partial.write_bytes(drawn.getvalue())
     return path
 
 
