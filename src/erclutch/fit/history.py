@@ -63,7 +63,7 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     reference = reference_of(data)
     rows = np.linspace(0, data.rows - 1, min(data.rows, _MOST_ROWS)).round().astype(np.intp)
     window = np.arange(rows.size) * _WINDOWS // rows.size
-    # The straight part first: beside a large viscous effort the ridge below would bend what is left by more than memory.
+    # The straight part first: beside a large viscous effort the ridge below would bend more than a memory does.
     straight = np.column_stack([np.ones(rows.size), *(element.slip[rows] for element in data.elements)])
     given = y[rows]
     y = given - straight @ np.linalg.lstsq(straight, given, rcond=None)[0]
