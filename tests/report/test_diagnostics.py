@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
-from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, spectrum
+from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
+from erclutch.report.numbers.flow_curves import FlowCurves, grouped
 from erclutch.report.numbers.number_text import number, percent, scale_for, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
@@ -168,6 +169,17 @@ def test_windows_are_held_out_and_rank_as_they_say() -> None:
     assert np.mean(np.array(others) <= worst) > 0.9
 
 
+def test_the_lively_window_is_where_field_and_slip_change() -> None:
+    n = 20_000
+    field, slip = np.zeros(n), np.ones(n)
+    field[15_000:15_400:2], slip[16_000:16_100:2] = 0.02, -1.0  # small, or faster than any picture shows
+    field[17_200:17_500] = 1.0
+    slip[17_300:17_600] = -1.0
+    found = windows(rows_of(field, slip, noise(n), {"m": np.zeros(n)}), "m").lively
+    assert found[0] <= 17_200
+    assert found[1] >= 17_600
+
+
 def test_the_error_after_a_switch() -> None:
     n = 40_000
     field = np.where(np.arange(n) // 200 % 2, 2.0, 0.0)
@@ -272,6 +284,27 @@ def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
         assert len(dots) > 50
         expected = 2.0 * level**2 * np.tanh(dots[:, 0] / 0.1) + 0.3 * dots[:, 0]
         assert dots[:, 1] == pytest.approx(expected, abs=1e-9)
+
+
+def test_laws_with_the_same_curves_share_a_panel() -> None:
+    """Near on both elements, and to the first of its group, not only to another one of it."""
+    line = np.linspace(0.0, 1.0, 5)[None, :]
+    near = {"a": (0.0, 0.0), "b": (0.9, 0.9), "c": (1.8, 0.9), "d": (0.0, 3.0)}
+    curves = [
+        [FlowCurves(name, k, np.zeros(1), line[0], line + shifts[k], ()) for name, shifts in near.items()]
+        for k in range(2)
+    ]
+    found = grouped(curves, 1.0)
+    assert [[(c.model, [o.model for o in c.alike]) for c in own] for own in found] == 2 * [
+        [("a", ["b"]), ("c", []), ("d", [])]
+    ]
+    assert [len(own) for own in grouped(curves, 0.0)] == [4, 4]
+
+
+def test_the_noise_of_a_signal_is_not_what_moves_slowly() -> None:
+    rng, time = np.random.default_rng(3), np.arange(20_000) * 1e-3
+    assert noise_of(5.0 * np.sin(6.0 * time) + rng.normal(0.0, 0.02, time.size)) == pytest.approx(0.02, rel=0.03)
+    assert noise_of(np.repeat([0.0, 1.0], 500)) == noise_of(np.zeros(2)) == 0.0
 
 
 def test_logs_of_different_rates_are_not_mixed() -> None:

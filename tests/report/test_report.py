@@ -241,7 +241,9 @@ def test_print_has_its_pages(tmp_path: Path, material: Material) -> None:
 
     first = write_pdf(material, tmp_path / "a.pdf").read_bytes()
     assert first.startswith(b"%PDF-")
-    assert len(re.findall(rb"/Type /Page\b", first)) == 6  # the lag and memory have a page of their own
+    assert (
+        len(re.findall(rb"/Type /Page\b", first)) == 7
+    )  # the ranking, and the lag and memory, have a page of their own
     assert write_pdf(material, tmp_path / "b.pdf").read_bytes() == first
 
 

@@ -31,6 +31,7 @@ _ONLINE = {
 _Table = Literal["table2", "table3", "memory"]
 _Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
 What = Literal[_Table, _Figure]
+_Options = tuple[tuple[str, Any], ...]
 
 
 def reproduce(
@@ -69,9 +70,57 @@ def reproduce(
         workers: Points of fig4, fig5 and kernels side by side; changes no figure.
         reading: How to read your logs.
     """
-    from erclutch.paper.sweeps import RunsRecipe
     from erclutch.runs.cluster import task_pool
 
+    _check(what, log, out, seconds, seed)
+    if what in _ONLINE:
+        from erclutch.cli.experiment import run_online
+
+        run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        return
+    seconds = _TRAINING if seconds is None else seconds
+    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
+    if what == "fig3":
+        _training_section(log, out, seconds, seed, rig, reading)
+        return
+    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test}, reading, twin)
+    if what in ("fig4", "fig5", "kernels"):
+        with task_pool(cluster, workers) as pool:
+            _sweep(what, recipe, pool, out, seed)
+    else:
+        _fitted(what, recipe, out, seed, polish, rig)
+
+
+def _fitted(what: What, recipe: RunsRecipe, out: Path, seed: int, polish: bool, rig: Path | None) -> None:
+    runs, origin = _runs_of(recipe)
+    if what == "memory":
+        _memory(runs, origin, out, seed, polish, None if recipe.make is _own_runs else load_rig(rig))
+    elif what == "fig6":
+        _estimates(runs, origin, out, seed, polish)
+    else:
+        _table(what, runs, origin, out, seed, polish)
+
+
+def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
+    runs = recipe.make(**dict(recipe.options))
+    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
+
+
+def _recipe(
+    what: What, log: tuple[Path, ...], others: Mapping[str, Path | None], reading: LogOptions, twin: _Options
+) -> RunsRecipe:
+    from erclutch.paper.sweeps import RunsRecipe
+
+    if not log:
+        return RunsRecipe(_twin_runs, twin)
+    given = tuple(
+        (name, path.resolve()) for name, path in others.items() if path and (name == "test") != (what == "table3")
+    )
+    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
+    return RunsRecipe(_own_runs, own)
+
+
+def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, seed: int) -> None:
     require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
     require(0, seed=seed)
     if what in _ONLINE and log:
@@ -81,31 +130,6 @@ def reproduce(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
-    if what in _ONLINE:
-        from erclutch.cli.experiment import run_online
-
-        run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
-        return
-    seconds = _TRAINING if seconds is None else seconds
-    if what == "fig3":
-        _training_section(log, out, seconds, seed, rig, reading)
-        return
-    others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test}
-    given = tuple((name, path.resolve()) for name, path in others.items() if path)
-    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
-    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
-    recipe = RunsRecipe(_own_runs, own) if log else RunsRecipe(_twin_runs, twin)
-    runs = recipe.make(**dict(recipe.options))
-    origin = next(iter(runs.values())).origins[0] or "your log"
-    if what in ("table2", "table3"):
-        _table(what, runs, origin, out, seed, polish)
-    elif what == "memory":
-        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig))
-    elif what == "fig6":
-        _estimates(runs, origin, out, seed, polish)
-    else:
-        with task_pool(cluster, workers) as pool:
-            _sweep(what, runs, recipe, pool, origin, out, seed)
 
 
 def _training_section(
@@ -293,12 +317,11 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
 
 
-def _sweep(
-    what: What, runs: Mapping[str, Dataset], recipe: RunsRecipe, pool: TaskPool, origin: str, out: Path, seed: int
-) -> None:
+def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int) -> None:
     from erclutch.paper import sweeps
     from erclutch.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
 
+    runs, origin = _runs_of(recipe)
     points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
     with terminal.progress(what) as bar:

@@ -81,7 +81,8 @@ def write_core(program: ExportedStep, folder: Path) -> list[Path]:
     (folder / f"{n}.c").write_text("\n".join(code), encoding="ascii")
     declared = _worded(program, _declared(program))
     closing = "#ifdef __cplusplus\n}\n"
-    before, found, after = header(program).rpartition(closing)
+    plain = header(program).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    before, found, after = plain.rpartition(closing)
     assert found
     (folder / f"{n}.h").write_text(f"{before}{declared}\n{found}{after}", encoding="ascii")
     return [folder / f"{n}.c"]
@@ -180,7 +181,6 @@ def _declared(program: ExportedStep) -> str:
         [
             "/* --- control --- */",
             "",
-            "#include <stdbool.h>",
             "",
             *macros,
             f"#define NAME_DEVICE NAME_{device}",
@@ -230,7 +230,8 @@ def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
     torque = 0.9 * wanted + 0.02 * program.scale * rng.standard_normal(_ROWS)
     torque[100:120] = np.nan
     rate = np.asarray(np.gradient(wanted), np.float64) / (program.period or 1e-3)
-    rows: Array = np.column_stack([wanted, rate, speed, output, 0.0 * k, torque, 0.1 * program.scale * np.sign(speed)])
+    motor = 0.1 * program.scale * np.sign(speed)
+    rows = np.array([wanted, rate, speed, output, 0.0 * k, torque, motor], np.float64).T.copy()
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0)
     for at in rng.choice(_ROWS, odd, replace=False):
         rows[at, rng.integers(len(INPUTS))] = values[rng.integers(len(values))]
@@ -240,13 +241,9 @@ def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
 def _check_source(program: ExportedStep, rows: Array, printed: str = "") -> str:
     """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
     n, p = program.name, program.precision
-    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
     expected = [line.split() for line in printed.splitlines()] or [["0"] * (len(OUTPUTS) + 1)] * len(rows)
     bits = [[*(f"0x{word}{p.bits_suffix}" for word in words[:-1]), f"{words[-1]}u"] for words in expected]
     answers = table(p.c_bits, "answers", ["{" + ", ".join(row) + "}" for row in bits], 1, f"[{len(OUTPUTS) + 1}]")
-    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
-    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
-    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
     return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
    With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
 #include <inttypes.h>
@@ -263,7 +260,17 @@ static int is_same({n}_real x, word expected)
     return bits_of(x) == expected;
 }}
 
-int main(void)
+{_main(program, len(rows))}"""
+
+
+def _main(program: ExportedStep, rows: int) -> str:
+    """The loop over the samples, a quarter of them with each observer and a quarter with the first again."""
+    n, p = program.name, program.precision
+    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
+    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
+    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
+    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
+    return f"""int main(void)
 {{
     static {n}_controller controller;
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
@@ -272,15 +279,15 @@ int main(void)
     settings.gain_rate = ({n}_real)2;
     settings.integral_rate = ({n}_real)5;
     settings.drive_inertia = ({n}_real)1 / ({n}_real)4096;
-    for (i = 0u; i < {len(rows)}u; i++)
+    for (i = 0u; i < {rows}u; i++)
     {{
         {n}_input input;
         {n}_output output;
         uint32_t flags;
         int good;
-        if (i % {len(rows) // 4}u == 0u)
+        if (i % {rows // 4}u == 0u)
         {{
-            settings.observer = 1u + (i / {len(rows) // 4}u) % 3u;
+            settings.observer = 1u + (i / {rows // 4}u) % 3u;
             (void){n}_control_reset(&controller, &settings);
         }}
 {given}
@@ -293,7 +300,7 @@ int main(void)
         bad += good ? 0u : 1u;
     }}
 #ifndef PRINT
-    printf("{n}: %u samples through the controller, %u not to the bit\\n", {len(rows)}u, bad);
+    printf("{n}: %u samples through the controller, %u not to the bit\\n", {rows}u, bad);
 #endif
     return bad == 0u ? 0 : 1;
 }}

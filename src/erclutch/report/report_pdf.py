@@ -1,12 +1,12 @@
-"""The report on paper has the same sections, drawn by matplotlib on A4 pages."""
+"""The report on paper has the same sections, drawn by matplotlib on A4 pages that can be read aloud."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from erclutch.errors import CheckError
 from erclutch.report.html.parameters_section import PARAMETERS
@@ -19,10 +19,19 @@ from erclutch.report.plots.paper_style import placed, style
 from erclutch.report.plots.plot_description import PAGE, Plot
 from erclutch.report.plots.ranking_plot import describe_ranking
 from erclutch.report.plots.run_plots import FIGURES
+from erclutch.report.printed_table import ranking_table
+
+if TYPE_CHECKING:
+    from erclutch.report.tagged_pdf import TaggedPages
 
 _SIZE = (8.27, 11.69)
 _SIDE = 0.75  # margins in inches
 _WIDE = 104  # characters of a line
+_HEAD = 0.3  # height of a figure's title in inches
+_LETTER = 0.062  # width of a letter of a table in inches
+_RANKED = 48  # models of a page
+#: Columns of the parameters, and their headings.
+_COLUMNS = {"plain": "name", "value": "value", "unit": "unit", "band": "95 % interval", "meaning": "meaning"}
 _LINE = 0.165  # height of a line in inches
 #: Figures of each page after the first, with their titles.
 _PAGES = (
@@ -39,17 +48,29 @@ def write_pdf(material: Material, path: Path) -> Path:
     Raises:
         RunError: the folder cannot be written.
     """
-    from matplotlib.backends.backend_pdf import PdfPages
+    from erclutch.report.tagged_pdf import TaggedPages
 
     about = {"Creator": "erclutch", "Title": f"erclutch: {headings(material)[0]}", "CreationDate": None}
-    with placed(path) as partial, style(), PdfPages(partial, metadata=about) as opened:
-        book: Any = opened
-        pages = (_first(material), *(_figures(material, names) for names in _PAGES), _last(material))
-        for number, page in enumerate(pages, start=1):
-            if page is not None:
+    with placed(path) as partial, style():
+        book, whole = TaggedPages(partial, about), False
+        try:
+            for number, page in enumerate(_pages(material, book), start=1):
                 _foot(page, material, number)
-                book.savefig(page, dpi=150)  # of the maps; all else is lines  # pyright: ignore[reportUnknownMemberType]
+                book.save(page)
+            whole = True
+        finally:
+            book.close(whole=whole)
     return path
+
+
+def _pages(material: Material, book: TaggedPages) -> Iterator[Any]:
+    yield _first(material, book)
+    yield from _ranking(material, book)
+    for names in _PAGES:
+        page = _figures(material, names, book)
+        if page is not None:
+            yield page
+    yield _last(material, book)
 
 
 def _sheet() -> Any:
@@ -77,34 +98,47 @@ def _foot(page: Any, material: Material, number: int) -> None:
 class _Writer:
     """Text from the top of a page down."""
 
-    def __init__(self, page: Any) -> None:
-        self.page = page
+    def __init__(self, book: TaggedPages) -> None:
+        self.page = _sheet()
+        self.book = book
         self.at = _SIZE[1] - _SIDE
 
-    def put(self, text: str, size: float = 8.5, *, bold: bool = False) -> None:
-        """One paragraph."""
+    def put(self, text: str, size: float = 8.5, tag: str = "P") -> None:
+        """One paragraph, or a heading: H1 or H2."""
+        element = self.book.add(tag)
         lines = textwrap.wrap(text, int(_WIDE * 8.5 / size), break_on_hyphens=False) or [""]
         for line in lines:
             self.at -= _LINE * size / 8.5
-            self.words(line, size, bold=bold)
+            self.words(line, size, element, bold=tag != "P")
         self.at -= 0.04
 
-    def words(self, text: str, size: float, left: float = 0.0, *, bold: bool = False) -> None:
-        """Words on the line where the writer is, so many inches from the margin."""
+    def words(self, text: str, size: float, element: str, left: float = 0.0, *, bold: bool = False) -> None:
+        """Words of an element on the line where the writer is, so many inches from the margin."""
         x, y, weight = (_SIDE + left) / _SIZE[0], self.at / _SIZE[1], "bold" if bold else "normal"
-        self.page.text(x, y, text, fontsize=size, fontweight=weight, parse_math=False)
+        self.page.text(x, y, text, fontsize=size, fontweight=weight, parse_math=False, gid=element)
+
+    def table(self, header: Sequence[str], rows: Sequence[Sequence[str]], lefts: Sequence[float]) -> None:
+        """Rows under a header, each column so many inches from the margin; texts of the last column are broken."""
+        table = self.book.add("Table")
+        for number, row in enumerate((header, *rows)):
+            self.skip(0.19)
+            line = self.book.add("TR", table)
+            for text, left in zip(row, lefts, strict=True):
+                cell = self.book.add("TD" if number else "TH", line)
+                for more, part in enumerate(textwrap.wrap(text, int((_SIZE[0] - 2 * _SIDE - left) / _LETTER)) or [""]):
+                    self.skip(0.14 if more else 0.0)
+                    self.words(part, 8, cell, left, bold=not number)
 
     def skip(self, inches: float) -> None:
         """Leave some space."""
         self.at -= inches
 
 
-def _first(material: Material) -> Any:
-    page = _sheet()
+def _first(material: Material, book: TaggedPages) -> Any:
     values = VERDICT.fill(material)
     heading, line = headings(material)
-    out = _Writer(page)
-    out.put(heading, 12.0, bold=True)
+    out = _Writer(book)
+    out.put(heading, 12.0, "H1")
     out.put(f"{line}. {material.badge}")
     out.skip(0.15)
     head = values["headline"]
@@ -123,18 +157,40 @@ def _first(material: Material) -> Any:
         ("What to do next", [f"{n['text']} {n['code']}".strip() for n in values["next"]]),
     ):
         out.skip(0.12)
-        out.put(title, bold=True)
+        out.put(title, tag="H2")
         for item in items or ["Nothing that the checks know of."]:
             out.put(f"•  {item}")
     used = _SIZE[1] - _SIDE - out.at + 0.25
     ranking = describe_ranking(material)
     high = min(ranking.height, _SIZE[1] - 2 * _SIDE - used)
     if high > 1.0:
-        paint(_rows(page, [used, high])[1], ranking)
-    return page
+        area = _rows(out.page, [used, high])[1]
+        area.set_gid(book.add("Figure", alt=_said(ranking)))
+        paint(area, ranking)
+    return out.page
 
 
-def _figures(material: Material, names: Sequence[tuple[str, str]]) -> Any:
+def _said(plot: Plot) -> str:
+    """What a figure shows, for those who do not see it."""
+    return " ".join(dict.fromkeys(panel.says or panel.title for panel in plot.panels)) or plot.title
+
+
+def _ranking(material: Material, book: TaggedPages) -> Iterator[Any]:
+    """All models with their errors, on as many pages as they need."""
+    table = ranking_table(material.run)
+    rows = [
+        [name, count, f"{rmse} ({low} .. {high})", f"{share} %"]
+        for name, count, rmse, low, high, share, *_ in table.cells()
+    ]
+    header = ("Model", "Parameters", f"{table.header[2]}, 95 % band", "Of the std")
+    for first in range(0, len(rows), _RANKED):
+        out = _Writer(book)
+        out.put("All models, ranked" if not first else "All models, ranked, continued", 10.0, "H2")
+        out.table(header, rows[first : first + _RANKED], (0.0, 3.5, 4.4, 6.1))
+        yield out.page
+
+
+def _figures(material: Material, names: Sequence[tuple[str, str]], book: TaggedPages) -> Any:
     """A page of figures; one that the run cannot give is left out, with a word why."""
     plots = [_described(material, name) for name, _ in names]
     if not any(isinstance(plot, Plot) for plot in plots):
@@ -144,12 +200,16 @@ def _figures(material: Material, names: Sequence[tuple[str, str]]) -> Any:
     spare = _SIZE[1] - 2 * _SIDE - 0.6
     shrink = min(1.0, spare / sum(heights))
     areas = _rows(page, [h * shrink for h in heights])
-    for plot, (_, title), area in zip(plots, names, areas, strict=True):
-        area.suptitle(title, x=0.0, ha="left", fontsize=10, fontweight="bold")
+    for plot, (_, title), area, height in zip(plots, names, areas, heights, strict=True):
+        above, below = area.subfigures(2, 1, height_ratios=(_HEAD, max(height * shrink - _HEAD, _HEAD)))
+        for part in (above, below):
+            part.patch.set_visible(False)
+        above.text(0.0, 0.3, title, fontsize=10, fontweight="bold", gid=book.add("H2"))
         if isinstance(plot, str):
-            area.text(0.0, 0.8, plot, fontsize=8.5)
+            below.text(0.0, 0.8, plot, fontsize=8.5, gid=book.add("P"))
         else:
-            paint(area, plot)
+            below.set_gid(book.add("Figure", alt=_said(plot)))
+            paint(below, plot)
     return page
 
 
@@ -161,20 +221,21 @@ def _described(material: Material, name: str) -> Plot | str:
         return error.problem
 
 
-def _last(material: Material) -> Any:
-    page = _sheet()
-    out = _Writer(page)
+def _last(material: Material, book: TaggedPages) -> Any:
+    out = _Writer(book)
     parameters = PARAMETERS.fill(material)
     chosen = next((law for law in parameters["laws"] if law["name"] == material.recommended), None)
-    out.put("Parameters", 10.0, bold=True)
+    out.put("Parameters", 10.0, "H2")
     if chosen is None:
         out.put(f"{material.recommended} is a network: its weights mean nothing one by one.")
     else:
         out.put(f"{chosen['name']}: {chosen['title']}, {chosen['source']}. {chosen['reference']}")
-        _table(out, chosen["rows"])
+        most = math.floor((out.at - 3.2) / 0.2)
+        rows = [[str(row[name]) for name in _COLUMNS] for row in chosen["rows"][:most]]
+        out.table([name.capitalize() for name in _COLUMNS.values()], rows, (0.0, 0.75, 1.65, 2.75, 4.3))
     out.skip(0.2)
     origin = PROVENANCE.fill(material)
-    out.put("Provenance", 10.0, bold=True)
+    out.put("Provenance", 10.0, "H2")
     out.put(f"{origin['means']} {origin['rows']}.")
     if origin["command"]:
         out.put(f"To repeat it: {origin['command']}")
@@ -185,12 +246,4 @@ def _last(material: Material) -> Any:
     out.put("Settings: " + ", ".join(f"{k} {v}" for k, v in origin["settings"]))
     out.put("Versions: " + ", ".join(f"{k} {v}" for k, v in origin["versions"]))
     out.put(f"Digest of run.json: {origin['digest']}", 7.0)
-    return page
-
-
-def _table(out: _Writer, rows: Sequence[dict[str, Any]]) -> None:
-    columns = {"plain": 0.0, "value": 0.75, "unit": 1.65, "band": 2.75, "meaning": 4.3}
-    for row in rows[: math.floor((out.at - 3.2) / 0.2)]:
-        out.skip(0.19)
-        for name, left in columns.items():
-            out.words(str(row[name]), 8, left)
+    return out.page

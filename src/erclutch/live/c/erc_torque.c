@@ -117,7 +117,8 @@ static void observe(erc_core *core) {
     double torque = core->torque;
     if (known && motion) {
         torque = by_motion(core);
-    } else if (known) {
+    }
+    if (known && !motion) {
         s->modelled += s->late_share * (core->estimate - s->modelled);
     }
     if (!known || !isfinite(torque) || s->locked) {
@@ -220,9 +221,11 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
     const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
     const double single[5] = {0.0, omega - alpha, 0.0, 0.0, 0.0};
     const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
-    if (still_out_of_reach(core, in, wanted)) {
+    const bool beyond = still_out_of_reach(core, in, wanted);
+    if (beyond) {
         *events |= ERC_UNREACHABLE;
-    } else if (!follow(core, in, wanted)) {
+    }
+    if (!beyond && !follow(core, in, wanted)) {
         search(core, in, wanted, events);
     }
     return core->stages.found;

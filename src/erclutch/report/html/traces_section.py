@@ -8,12 +8,15 @@ import numpy as np
 
 from erclutch.report.html.packed_rows import BUDGET, Packer
 from erclutch.report.html.section import Section
+from erclutch.report.numbers.correlation import noise_of
 from erclutch.report.numbers.number_text import Scale, count
 from erclutch.report.numbers.run_material import Material
+from erclutch.signals.array import Array
 from erclutch.signals.clock import stretches
 
-#: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range.
-_FINE, _RANGE = 1 / 20, 1 / 2000
+#: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range; of each at
+#: most this share of its noise, so that rounding is not seen as steps.
+_FINE, _RANGE, _NOISE = 1 / 20, 1 / 2000, 1 / 2
 _BUCKETS = 3000
 _KNOT = 64
 
@@ -58,13 +61,14 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     finite = [n for n in material.run.names if np.all(np.isfinite(rows.predicted[n]))]
     buckets = _BUCKETS if len(finite) <= 12 else _BUCKETS // 2
     rmse = material.run.entry(material.recommended)["test"]["rmse"][0] or float(np.std(data.effort))
-    packer.add("measured", data.effort, _FINE * rmse, buckets)
+    fine = _resolution(data.effort, _FINE * rmse)
+    packer.add("measured", data.effort, fine, buckets)
     inputs = _inputs(material, packer, buckets)
     limit = 3.0 * float(np.abs(data.effort).max())
     for name in finite:
         estimate = np.clip(rows.predicted[name], -limit, limit)
-        packer.add(f"estimate:{name}", estimate, _FINE * rmse, buckets)
-        packer.add(f"residual:{name}", data.effort - estimate, _FINE * rmse, buckets)
+        packer.add(f"estimate:{name}", estimate, fine, buckets)
+        packer.add(f"residual:{name}", data.effort - estimate, fine, buckets)
     names = list(dict.fromkeys([*(n for n in material.shown if n in finite), *finite]))
     whole = (0, data.rows)
     held = stretches(rows.test)
@@ -78,6 +82,10 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     return packer, inputs
 
 
+def _resolution(values: Array, wanted: float) -> float:
+    return min(wanted, _NOISE * noise_of(values) or wanted)
+
+
 def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, Any]]:
     """Fields and slips as channels; those of a pair in two plots."""
     made: list[dict[str, Any]] = []
@@ -85,7 +93,7 @@ def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, 
     for kind, scale in kinds:
         for i, element in enumerate(material.rows.data.elements):
             values = element.field if kind == "field" else element.slip
-            packer.add(f"{kind}{i}", values, _RANGE * (float(np.ptp(values)) or 1.0), buckets)
+            packer.add(f"{kind}{i}", values, _resolution(values, _RANGE * (float(np.ptp(values)) or 1.0)), buckets)
             label = f"{kind} {material.element_name(i)}".strip()
             made.append(
                 {"channel": f"{kind}{i}", "kind": kind, "label": label, "unit": scale.unit, "factor": scale.factor}

@@ -61,6 +61,12 @@ def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
     ]
 
 
+def noise_of(values: Array) -> float:
+    """Standard deviation of a signal's noise, from the median of its second differences; 0 where most rows repeat."""
+    apart = np.abs(np.diff(values, 2))
+    return 1.4826 * float(np.median(apart)) / 6.0**0.5 if apart.size else 0.0
+
+
 def period_of(rows: RunRows) -> float:
     """Sampling period in s of most of the rows held out."""
     step = np.concatenate([_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)])

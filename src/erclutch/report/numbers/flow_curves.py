@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ class FlowCurves:
         effort: of the law in the settled field, shape (k, n).
         dots: measured (slip, effort) near each field, each (m, 2); for a pair less the law's effort of the other
             clutch.
+        alike: the same of laws that `grouped` found alike.
     """
 
     model: str
@@ -40,6 +41,7 @@ class FlowCurves:
     slip: Array
     effort: Array
     dots: tuple[Array, ...]
+    alike: tuple[FlowCurves, ...] = ()
 
 
 def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
@@ -70,6 +72,23 @@ def flow_curves(rows: RunRows, models: Sequence[TorqueModel], element: int = 0) 
         )
         found.append(FlowCurves(model.name, element, levels, slip, curves, dots))
     return found
+
+
+def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple[FlowCurves, ...], ...]:
+    """Laws whose curves are nowhere further apart than that stand under the first of them, on all elements alike.
+
+    Args:
+        curves: of each element, of each law in the same order.
+        apart: an effort.
+    """
+    first: dict[int, list[int]] = {}
+    for law in range(len(curves[0])):
+        known = (k for k in first if all(np.max(np.abs(own[k].effort - own[law].effort)) <= apart for own in curves))
+        first.setdefault(next(known, law), []).append(law)
+    return tuple(
+        tuple(replace(own[k], alike=tuple(own[j] for j in laws if j != k)) for k, laws in first.items())
+        for own in curves
+    )
 
 
 def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array:

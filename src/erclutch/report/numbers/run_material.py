@@ -21,7 +21,7 @@ from erclutch.report.numbers.correlation import (
 )
 from erclutch.report.numbers.effort_loops import EffortLoop, LoopAreas, effort_loops, loop_areas
 from erclutch.report.numbers.error_map import ErrorMap, error_maps
-from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, law_names
+from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
@@ -225,9 +225,25 @@ class Material:
 
     @cached_property
     def flow_curves(self) -> tuple[tuple[FlowCurves, ...], ...]:
-        """Curves of each element, of each law in its best form."""
+        """Curves of each element, of each law in its best form; laws that are alike in one."""
         laws = [self.laws[name] for name in law_names(self.body)]
-        return tuple(tuple(flow_curves(self.rows, laws, k)) for k in range(len(self.rows.data.elements)))
+        return grouped([flow_curves(self.rows, laws, k) for k in range(len(self.rows.data.elements))], self.unexplained)
+
+    @property
+    def unexplained(self) -> float:
+        """RMSE of the best model on the rows held out: what no model of the run explains; 0 where nobody knows."""
+        errors = [e["test"]["rmse"][0] for e in self.body["ranking"]]
+        return min((error for error in errors if error is not None), default=0.0)
+
+    @property
+    def alike_laws(self) -> str:
+        """Which laws share their flow curves, in words; empty where none do."""
+        found = [(c.model, [other.model for other in c.alike]) for c in self.flow_curves[0] if c.alike]
+        if not found:
+            return ""
+        named = "; ".join(f"{name} stands for {', '.join(others)} too" for name, others in found)
+        limit = self.effort.of(self.unexplained, 2)
+        return f"Curves nowhere further apart than {limit}, the RMSE of the best model, are drawn once: {named}."
 
     def element_name(self, element: int) -> str:
         """CH1 and CH2 for a pair; empty for a single device."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
 
 _MOST = 12  # panels that a page holds
+_LINE = 115  # letters over both columns
 _SHADES = 6  # the last shade of the ramp of fields
 
 
@@ -30,13 +32,16 @@ def describe_flow_curves(material: Material) -> Plot:
     columns = min(2 if len(groups) > 1 else 3, len(drawn))
     return Plot(
         drawn,
-        PlotTable(("model", "element", "field", "slip", "effort"), [row for c in found for row in _rows(c)]),
+        PlotTable(
+            ("model", "element", "field", "slip", "effort"),
+            [row for c in found for law in (c, *c.alike) for row in _rows(law)],
+        ),
         0.35 + 1.35 * math.ceil(len(drawn) / columns),
         PAGE,
         columns,
         badge=material.print_badge,
         legend="shared",
-        legend_title="field",
+        legend_title="\n".join([*textwrap.wrap(material.alike_laws, _LINE, break_on_hyphens=False), "field"]),
     )
 
 
@@ -66,7 +71,8 @@ def _panel(material: Material, found: FlowCurves, y: Axis) -> Panel:
         y,
         marks,
         f"{material.word} over slip of {found.model} at {found.fields.size} fields, with measured rows as dots.",
-        f"{found.model} {material.element_name(found.element)}".strip(),
+        f"{found.model} {material.element_name(found.element)}".strip()
+        + (f" (and {len(found.alike)} alike)" if found.alike else ""),
         chosen=found.model == material.recommended,
         size=(330, 230),
     )

@@ -88,7 +88,8 @@ def _panel(axis: Any, panel: Panel, room: int) -> None:
         axis.set_aspect("equal")
     if panel.title:
         title = panel.title if len(panel.title) <= room else _parted(panel.title, room)
-        axis.set_title(title, loc="left", fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+        side = "right" if any(isinstance(mark, NamedBars) for mark in panel.marks) else "left"  # names take the left
+        axis.set_title(title, loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
 
 
 def _parted(name: str, room: int) -> str:

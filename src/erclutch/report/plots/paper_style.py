@@ -18,6 +18,7 @@ from erclutch.errors import RunError
 from erclutch.export.encode import latex
 from erclutch.files import unwritable, whole_file
 from erclutch.report.plots.plot_description import COLUMN
+from erclutch.signals.array import Array
 
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#000000", "#7F7F7F")
 BLUE, RED, GREEN, ORANGE, PINK, SKY, BLACK, GREY = SERIES
@@ -101,6 +102,23 @@ def new_figure(height: float, width: float = COLUMN) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def settle(figure: Any) -> None:
+    """Lay a figure out for good, rounded: the layout's solver differs in its last digits from call to call."""
+    import numpy as np
+    from matplotlib.transforms import Bbox
+
+    if figure.axes:
+        figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
+    parts = list(figure.subfigs)
+    for part in parts:
+        parts += part.subfigs
+        part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 9))
+    for axes in figure.axes:
+        at: Array = axes.get_position(original=True).get_points()
+        axes.set_position(Bbox(np.round(at, 9)))
+
+
 def save(figure: Any, path: Path) -> Path:
     """Write a figure as its ending says, one of `KINDS`, whole or not at all; call inside `style`.
 
@@ -115,6 +133,7 @@ def save(figure: Any, path: Path) -> Path:
         _save_for_latex(figure, path)
         return path
     dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
+    settle(figure)
     drawn = BytesIO()  # on a full disk the PDF writer itself would fail, and not say why
     figure.savefig(drawn, format=kind, metadata={dated: None} if dated else None)  # no date: the same bytes again
     with placed(path) as partial:
