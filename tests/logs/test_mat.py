@@ -196,10 +196,9 @@ def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     assert build_dataset([first, second]).rows == 2 * first.rows  # two logs, not one log twice
 
 
-@both
-def test_several_efforts_over_one_position_are_logs(tmp_path: Path, save: Save) -> None:
+def test_several_efforts_over_one_position_are_logs(tmp_path: Path) -> None:
     run = {"time": TIME, "speed": SLIP, "F_0A": FORCE, "F_0x5A": 2 * FORCE}
-    path = save(tmp_path / "a.mat", {"run1": run, "run2": run})
+    path = save5(tmp_path / "a.mat", {"run1": run, "run2": run})
     how = {"name_pattern": "F_{field}A", "variable": "all"}
     labels = {"slip": "speed [rad/s]", "effort": "-F_* [N]"}
     logs = read_all(path, ColumnMap.from_labels(labels, **how))
