@@ -140,6 +140,34 @@ def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shell", "ask"),
+    [
+        ("fish", 'source {script}; complete -C "erclutch fi"; complete -C "erclutch export run --precision fl"'),
+        (
+            "zsh",
+            "fpath=({script.parent} $fpath); autoload -Uz compinit; compinit -u; autoload +X _erclutch; functions",
+        ),
+    ],
+)
+def test_other_shells_know_commands_and_choices(shell: str, ask: str, tmp_path: Path) -> None:
+    """fish is asked as a user asks it; zsh completes only in a terminal, so its function is looked at."""
+    if shutil.which(shell) is None:
+        pytest.skip(f"{shell} is not installed")
+    script = tmp_path / "_erclutch"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HOME", str(tmp_path))
+        good("--install-completion", "--shell", shell, "--output", script, cwd=tmp_path)
+        flag = ["-f"] if shell == "zsh" else []
+        done = subprocess.run(
+            [shell, *flag, "-c", ask.format(script=script)], capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 0, done.stderr
+    assert all(word in done.stdout for word in ("fit", "float32")), done.stdout + done.stderr
+    assert not done.stderr
+
+
+@pytest.mark.slow
 def test_demo(tmp_path: Path) -> None:
     for _ in range(2):  # that of an earlier demo is replaced
         said = good("demo", "--seconds", "10", "--out", "kept", cwd=tmp_path)

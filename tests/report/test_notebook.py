@@ -46,6 +46,14 @@ def test_html_is_escaped_and_asks_for_nothing(shown: dict[str, Any]) -> None:
         assert len(drawn) < 100_000, name
 
 
+def test_an_untrusted_notebook_shows_no_leftovers_of_drawings(shown: dict[str, Any]) -> None:
+    """Such a notebook drops styles and drawings, and keeps the text in them: no tick is text."""
+    for value in shown.values():
+        drawings = re.findall(r"<svg.*?</svg>", value._repr_html_(), re.DOTALL)
+        assert not [words for drawn in drawings for words in re.findall(r">([^<]+)<", drawn) if words.strip()]
+        assert not drawings or "trust the notebook" in value._repr_html_()
+
+
 def test_a_line_is_a_line(shown: dict[str, Any]) -> None:
     for name, value in shown.items():
         assert repr(value).startswith(f"{name}(")

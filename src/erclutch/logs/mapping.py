@@ -196,7 +196,11 @@ def beside(log: Path) -> ColumnMap:
     """
     for candidate in (log.with_name(f"{log.name}.toml"), log.with_suffix(".toml"), log.with_name("erclutch.toml")):
         if candidate.is_file():
-            return ColumnMap.from_toml(candidate)
+            try:
+                return ColumnMap.from_toml(candidate)
+            except MappingError as error:
+                remedy = f"{error.remedy}; it is read as it lies beside {log.name}: rename it if it is no mapping"
+                raise MappingError(error.problem, where=error.where, remedy=remedy) from error
     return ColumnMap()
 
 

@@ -6,6 +6,7 @@ theme. Each text in it is escaped: names come from files.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
@@ -39,7 +40,9 @@ _STYLE = Markup(
     ".erclutch .panels{display:flex;flex-wrap:wrap;gap:4px 14px}.erclutch figure{margin:0}"
     ".erclutch figcaption{font-size:12px;opacity:.85}.erclutch svg.plot{width:100%;height:auto}"
     ".erclutch svg.key{width:18px;height:8px;margin:0 4px 0 8px}"
-    ".erclutch svg text{font:10.5px sans-serif;fill:currentColor}"
+    ".erclutch svg span{display:block;font:10.5px sans-serif;white-space:nowrap}.erclutch .untrusted{display:none}"
+    ".erclutch svg span::after{content:attr(data-text)}.erclutch .middle{text-align:center}"
+    ".erclutch .end{text-align:right}"
     ".erclutch svg path{stroke:currentColor;fill:none}.erclutch svg .grid{opacity:.18}"
     ".erclutch svg .zero,.erclutch svg .axis,.erclutch svg .tick{opacity:.55}"
     ".erclutch svg .line{stroke-width:1.6}.erclutch svg .dashed,.erclutch svg .best{stroke-dasharray:6 3}"
@@ -51,6 +54,12 @@ _STYLE = Markup(
     + "".join(f".erclutch svg .level{k}{{stroke:#{colour}}}" for k, colour in enumerate(_RAMP))
     + "".join(f".erclutch svg .mass{k}{{fill-opacity:{0.16 + 0.12 * k:.2f}}}" for k in range(8))
 )
+_UNTRUSTED = "Pictures are shown where the notebook is trusted: run the cell, or trust the notebook."
+_TEXT = re.compile(
+    r'<text (?:class="title" )?x="(?P<x>[-\d.]+)" y="(?P<y>[-\d.]+)"(?: text-anchor="(?P<anchor>\w+)")?>'
+    r"(?P<words>.*?)</text>"
+)
+_ROOM = 300  # width of a text
 
 
 def line(value: Any) -> str:
@@ -62,7 +71,7 @@ def line(value: Any) -> str:
 def html(value: Any) -> str:
     """A value as HTML: name, facts, sentences, the first rows of its table, a picture or two."""
     card = card_of(value)
-    badge = Markup('<span class="badge">{}</span>').format(card.badge) if card.badge else ""
+    badge = Markup(' <span class="badge">{}</span>').format(card.badge) if card.badge else ""
     panels = card.panels()
     size = _SMALL if len(panels) > 2 else _WIDE
     parts = [
@@ -71,6 +80,7 @@ def html(value: Any) -> str:
         *(Markup("<p>{}</p>").format(sentence) for sentence in card.says()),
         Markup("<pre>{}</pre>").format("\n".join(card.lines)) if card.lines else "",
         _table(card.table()),
+        Markup('<p class="untrusted">{}</p>').format(_UNTRUSTED) if panels else "",
         Markup('<div class="panels">{}</div>').format(Markup("").join(_figure(p, size) for p in panels)),
     ]
     return str(Markup('<div class="erclutch"><style>{}</style>{}</div>').format(_STYLE, Markup("").join(parts)))
@@ -100,12 +110,20 @@ def _figure(panel: Panel, size: tuple[int, int]) -> Markup:
     """A panel with the names of its lines below."""
     from erclutch.report.plots.svg_painter import svg
 
-    drawn = svg(replace(panel, size=size))
+    drawn = Markup(_TEXT.sub(_written_by_css, str(svg(replace(panel, size=size)))))
     key = Markup('<svg class="key" viewBox="0 0 18 8"><path class="line {}" d="M0 4H18"/></svg>{}')
     keys = Markup(" ").join(key.format(css, label) for css, label in dict.fromkeys(panel.legend()))
     return Markup('<figure style="flex:0 1 {}px">{}<figcaption>{} {}</figcaption></figure>').format(
         size[0], drawn, panel.title, keys
     )
+
+
+def _written_by_css(text: re.Match[str]) -> str:
+    """A text of a drawing as an attribute: a notebook that is not trusted drops drawings, and keeps what they write."""
+    x, y, anchor, words = float(text["x"]), float(text["y"]), text["anchor"] or "start", text["words"]
+    first = x - _ROOM * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
+    span = f'<span class="{anchor}" data-text="{words}"></span>'
+    return f'<foreignObject x="{first:.1f}" y="{y - 11:.1f}" width="{_ROOM}" height="15">{span}</foreignObject>'
 
 
 @dataclass(frozen=True)
