@@ -10,7 +10,7 @@ import pytest
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, TimeSeriesSplit, cross_val_score
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import FunctionTransformer, StandardScaler
+from sklearn.preprocessing import FunctionTransformer, MinMaxScaler, StandardScaler
 from sklearn.utils.estimator_checks import estimator_checks_generator
 
 from erclutch.errors import SettingError
@@ -115,6 +115,14 @@ def test_standardised_columns_are_told(rows: tuple[np.ndarray, np.ndarray, Any])
     X, y = X[:2000], y[:2000]
     with pytest.warns(UserWarning, match="look standardised"):
         make_pipeline(StandardScaler(), LawRegressor("bingham", "coaxial")).fit(X, y)
+    with pytest.warns(UserWarning, match=r"scaled to 0 \.\. 1"):
+        make_pipeline(MinMaxScaler(), LawRegressor("bingham", "coaxial")).fit(X, y)
+    frame = pd.DataFrame(X, columns=["E1", "E2", "theta_dot", "alpha_dot"])
+    law = LawRegressor("bingham", "coaxial").fit(frame, y)
+    assert law.feature_names_in_.tolist() == list(frame.columns)
+    scaler = StandardScaler().set_output(transform="pandas")  # keeps the names, so only the values give it away
+    with pytest.warns(UserWarning, match="look standardised"):
+        law.predict(scaler.fit_transform(frame))
 
 
 @pytest.mark.slow

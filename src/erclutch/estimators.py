@@ -91,7 +91,7 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             SettingError: an unknown law, device or dynamics; a DataFrame with the names of some columns alone.
 
         Warns:
-            UserWarning: all columns look standardised.
+            UserWarning: all columns look standardised, or scaled to 0 .. 1.
         """
         if self.device not in _COLUMNS:
             raise SettingError(f"device {self.device!r}", remedy="Give single or coaxial")
@@ -115,9 +115,10 @@ class LawRegressor(RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: Any) -> Array:
-        """Effort, shape (n,)."""
+        """Effort, shape (n,); warns as `fit` does."""
         check_is_fitted(self)
         X = validate_data(self, self._by_name(X), dtype=np.float64, reset=False)
+        self._warn_of_scaling(X)
         return self.model_.predict(self._rows(X, np.zeros(X.shape[0])))
 
     def _by_name(self, X: Any) -> Any:
@@ -134,10 +135,13 @@ class LawRegressor(RegressorMixin, BaseEstimator):
 
     def _warn_of_scaling(self, X: Array) -> None:
         own = X[:, : len(_COLUMNS[self.device])]
-        if np.all(np.abs(own.mean(0)) < _CENTRED) and np.all(np.abs(own.std(0) - 1.0) < _SCALED):
+        standard = np.all(np.abs(own.mean(0)) < _CENTRED) and np.all(np.abs(own.std(0) - 1.0) < _SCALED)
+        ranged = np.all(np.abs(own.min(0)) < _CENTRED) and np.all(np.abs(own.max(0) - 1.0) < _CENTRED)
+        if standard or ranged:
+            how = "standardised (mean 0, deviation 1)" if standard else "scaled to 0 .. 1"
             warnings.warn(
-                f"the columns {', '.join(_COLUMNS[self.device])} look standardised (mean 0, deviation 1): a law needs "
-                "field and slip as they were logged; leave the scaler out",
+                f"the columns {', '.join(_COLUMNS[self.device])} look {how}: a law needs field and slip as they were "
+                "logged; leave the scaler out",
                 stacklevel=3,
             )
 

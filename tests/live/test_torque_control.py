@@ -85,6 +85,24 @@ def test_a_clutch_s_gain_is_learned(bingham: Path) -> None:
     assert learned < 0.25 * not_learned
 
 
+@pytest.mark.parametrize("thicker", [1.0, 1.5])
+def test_a_fluid_that_drags_more_on_the_drive_is_known_to_pull_the_output_more(thicker: float, bingham: Path) -> None:
+    """Without a field the output is pulled by half of what the drags differ: what it is more than that is taken off."""
+    first, second, speed, rows = 1e-3, 2e-3, 40.0, 5000
+    pull, known = 0.5 * (second - first) * speed, 0.5 * (first + second)
+    drags = {"drive_drag_1": first, "drive_drag_2": second, "drive_inertia": 0.0, "gain_rate": 1.0}
+    program = torque(0.1, Waveform.SINE, 1.0)
+    core, given = Core(replace(STAGES, observer="motion", programs=(program,), **drags), bingham), samples(rows, speed)
+    frames = np.zeros(rows, FRAME)
+    for k in range(rows):
+        frames[k] = core.step(given[k : k + 1], k)[1]
+        side = -1.0 if frames["field2"][k] > 0.0 else 1.0
+        core.order(Order.MOTOR, float(side * (frames["estimate"][k] - pull) + thicker * known * speed))
+    asked = frames["reference"] - (thicker - 1.0) * pull
+    off = (frames["estimate"] - asked)[-2000:]
+    assert float(np.sqrt(np.mean(off * off))) < 0.15 * pull
+
+
 def test_hand_over_goes_through_zero_with_one_field_at_a_time(bingham: Path) -> None:
     frames = run(Core(replace(STAGES, programs=(torque(0.05, Waveform.SINE, 1.0),)), bingham), samples(2000), 0.9)
     signed = field(frames)[200:]

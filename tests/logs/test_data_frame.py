@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from typing import Any
 
 import numpy as np
@@ -33,6 +35,21 @@ _COLUMNS: dict[str, Any] = {
     "durations": pd.timedelta_range(0, periods=_ROWS, freq="ms"),
     "nothing": [None] * _ROWS,
 }
+
+
+def test_a_recording_made_of_arrays_is_copied_and_sent_to_other_processes() -> None:
+    """What joblib does: the copy holds the same, and nobody can change it either."""
+    time = np.arange(200) * 1e-3
+    columns = {"time [s]": time, "field [V]": np.sin(time), "slip [rad/s]": np.cos(time), "torque [N*m]": time}
+    log = erclutch.read(pd.DataFrame(columns))
+    for again in (pickle.loads(pickle.dumps(log)), copy.deepcopy(log), copy.copy(log)):
+        assert again.units == log.units
+        assert again.notes == log.notes
+        assert np.array_equal(again.signals["effort"], log.signals["effort"])
+        assert type(again.signals) is type(log.signals)
+        assert not any(values.flags.writeable for values in (again.time, *again.signals.values()))
+    data = erclutch.build_dataset(pickle.loads(pickle.dumps(log)))
+    assert np.array_equal(copy.deepcopy(data).effort, data.effort)
 
 
 @settings(max_examples=60, deadline=None)

@@ -169,6 +169,17 @@ def test_windows_are_held_out_and_rank_as_they_say() -> None:
     assert np.mean(np.array(others) <= worst) > 0.9
 
 
+def test_the_lively_window_is_where_field_and_slip_change() -> None:
+    n = 20_000
+    field, slip = np.zeros(n), np.ones(n)
+    field[15_000:15_400:2], slip[16_000:16_100:2] = 0.02, -1.0  # small, or faster than any picture shows
+    field[17_200:17_500] = 1.0
+    slip[17_300:17_600] = -1.0
+    found = windows(rows_of(field, slip, noise(n), {"m": np.zeros(n)}), "m").lively
+    assert found[0] <= 17_200
+    assert found[1] >= 17_600
+
+
 def test_the_error_after_a_switch() -> None:
     n = 40_000
     field = np.where(np.arange(n) // 200 % 2, 2.0, 0.0)

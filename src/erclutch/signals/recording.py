@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+import numpy as np
+
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown
 
@@ -96,6 +98,18 @@ class Recording(Shown):
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
     mapping: tuple[str, str] | None = None
+
+    def __getstate__(self) -> dict[str, object]:
+        """For copies and other processes: views of mappings as mappings."""
+        return {k: dict(v) if isinstance(v, Mapping) else v for k, v in vars(self).items()}  # pyright: ignore[reportUnknownArgumentType]
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Read-only again."""
+        for name, value in state.items():
+            for part in value.values() if isinstance(value, dict) else (value,):  # pyright: ignore[reportUnknownVariableType]
+                if isinstance(part, np.ndarray):
+                    part.setflags(write=False)
+            object.__setattr__(self, name, MappingProxyType(value) if isinstance(value, dict) else value)  # pyright: ignore[reportUnknownArgumentType]
 
     @property
     def rows(self) -> int:

@@ -9,7 +9,6 @@
 
 #define TWO_PI 6.283185307179586
 #define OUT_OF_REACH 16u /* the model's flag */
-#define PULLS 0.05       /* of the spring's torque */
 #define PULLED 10u       /* periods */
 
 /* A trajectory's value, its rate and the rate's rate now. */
@@ -104,8 +103,8 @@ static double turned(const erc_core *core) {
 
 /* Whether the hand goes into the wall. It goes back when it leaves the play, by which shaft and fluid spring back from a
  * push; or when a torque sensor sees it pull for longer than they swing: a brake at rest would hold it like the push. */
-static int goes_in(erc_core *core, double deep, double push) {
-    const int pulls = core->config.observer == ERC_BY_SENSOR && core->torque < -PULLS * push;
+static int goes_in(erc_core *core, double deep) {
+    const int pulls = core->config.observer == ERC_BY_SENSOR && core->torque < -core->config.torque_scale;
     core->pulled = pulls ? core->pulled + 1u : 0u;
     if (deep > core->deepest) {
         core->deepest = deep;
@@ -121,8 +120,8 @@ static int goes_in(erc_core *core, double deep, double push) {
  * torque, the inverse of some models would give a small field. A brake that drags is no torque out of reach. */
 static double wall(erc_core *core, const wanted_t *wanted, uint32_t *events) {
     const double deep = turned(core) - wanted->value, speed = core->theta.speed - core->alpha.speed;
-    const double push = core->config.stiffness * deep, torque = push + core->config.damping * speed;
-    const int into = goes_in(core, deep, push) && deep > 0.0 && torque > 0.0;
+    const double torque = core->config.stiffness * deep + core->config.damping * speed;
+    const int into = goes_in(core, deep) && deep > 0.0 && torque > 0.0;
     core->reference = into ? torque : 0.0;
     const double rate = into ? core->config.stiffness * speed : 0.0;
     uint32_t drags = 0u;

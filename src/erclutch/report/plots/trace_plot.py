@@ -10,7 +10,7 @@ from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot
 
 
 def describe_trace(material: Material, *, start: float | None = None, seconds: float | None = None) -> Plot:
-    """A section: by default a typical one of the rows held out.
+    """A section: by default that of the rows held out in which most happens (`Windows.lively`).
 
     Args:
         material: the run.
@@ -65,9 +65,9 @@ def _table(material: Material, at: slice) -> PlotTable:
 
 def _rows(material: Material, start: float | None, seconds: float | None) -> slice:
     if start is None and seconds is None:
-        return slice(*material.windows.typical)
+        return slice(*material.windows.lively)
     time = material.rows.data.clock.time
-    usual = material.windows.typical
+    usual = material.windows.lively
     first = float(time[usual[0]]) if start is None else start
     length = (usual[1] - usual[0]) * material.period if seconds is None else seconds
     if not length > 0.0:
