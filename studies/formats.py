@@ -282,7 +282,6 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str
     _, status, usage = os.wait4(child, 0)
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
-        # `child_process.run` tells the first.
         told: dict[int, str] = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}
         said = told.get(number, f"crash: signal {number}")
     return said or f"crash: code {status}", usage.ru_maxrss
