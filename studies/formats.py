@@ -3,8 +3,8 @@
     python studies/formats.py mutate [--formats mdf tdms ...] [--count 10000] [--results build/formats]
 
 A process that has imported the reader's library forks a child for each damaged file. The child has the limits of
-`child_process`, and 10 s in all. It runs the function that the reader's own child runs; only the start of Python is
-left out. Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
+`child_process`, and 60 s by the clock. It runs the function that the reader's own child runs; only the start of Python
+is left out. Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
 Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence,
 children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number,
 so the study can be stopped and goes on where it was.
@@ -34,7 +34,7 @@ from erclutch.logs.readers import child_process
 from erclutch.logs.table import Table
 
 Columns = Mapping[str, tuple[str, np.ndarray]]  # name -> unit and samples
-SECONDS, CHUNK = 10, 250
+SECONDS, CHUNK = 60, 250  # by the clock; `child_process` limits processor time
 
 
 def write_mdf(path: Path, columns: Columns, **options: Any) -> None:
@@ -282,7 +282,7 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str
     _, status, usage = os.wait4(child, 0)
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
-        told = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}  # `child_process.run` tells the first
+        told: dict[int, str] = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}
         said = told.get(number, f"crash: signal {number}")
     return said or f"crash: code {status}", usage.ru_maxrss
 

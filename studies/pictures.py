@@ -77,7 +77,12 @@ def draw_app(log: Path, folder: Path) -> None:
             seen.goto(_address(session))
             seen.set_input_files("#file", str(log))
             seen.wait_for_url("**/log/**")
-            for signal, column, unit in (("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
+            for signal, column, unit in (
+                ("time", "t", "s"),
+                ("field", "Y", "V"),
+                ("slip", "V", "cm/s"),
+                ("effort", "F", "N"),
+            ):
                 seen.select_option(f"[name='column.{signal}']", column)
                 seen.fill(f"[name='unit.{signal}']", unit)
             seen.click("text=Read it so")

@@ -19,10 +19,10 @@ from erclutch.arithmetic.precision import FLOAT32, FLOAT64
 from erclutch.arithmetic.record import Record
 from erclutch.export import Check, ExportOptions, export_model, step_of, verify_export
 from erclutch.export.exported_step import NON_FINITE, OUT_OF_REACH, ExportedStep
-from erclutch.export.rounding import ULPS, Errors, _oscillator_error, bound
+from erclutch.export.rounding import ULPS, Errors, _filter_error, _oscillator_error, bound
 from erclutch.export.step_numbers import inverse, inverse_now, named, numbers, reference, run
 from erclutch.export.step_record import feels_next_field, rest_record
-from erclutch.export.step_vectors import ordinary, rows_of, vectors_of
+from erclutch.export.step_vectors import _edges, ordinary, rows_of, vectors_of
 from erclutch.export.target_check import compare, ulps
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
@@ -413,3 +413,31 @@ def test_a_stage_whose_state_has_no_name_in_c_is_refused(
     monkeypatch.setattr(EffortLag, "step", lambda self, memory, signal, q, period: (memory.keep("Größe", signal),))
     with pytest.raises(ExportError, match="no name in C"):
         program(models[AHEAD[0]])
+
+
+@pytest.mark.parametrize("period", [1e-4, 1e-3])
+def test_the_bound_of_a_speed_from_angles(models: dict[str, Model], period: float) -> None:
+    """The filter in float32 against float64, over angles within half a turn."""
+    step = step_of(models["bingham, single"], ExportOptions("m", "float32", period, "angles"))
+    filter_ = step.filter
+    assert filter_ is not None
+    angles = np.random.default_rng(0).uniform(-np.pi, np.pi, 2000).astype(np.float32)
+
+    def speeds(kind: type) -> Array:
+        g, h, t = kind(filter_.g), kind(filter_.h), kind(period)
+        at, speed, out = kind(angles[0]), kind(0), [0.0]
+        for angle in angles[1:]:
+            ahead = at + t * speed
+            off = kind(angle) - ahead
+            at, speed = ahead + g * off, speed + h * off / t
+            out.append(float(speed))
+        return np.array(out)
+
+    worst = float(np.max(np.abs(speeds(np.float32) - speeds(np.float64))))
+    assert worst <= _filter_error(step, FLOAT32) <= 100.0 * worst
+
+
+def test_edges_have_both_zeros_and_both_infinities(models: dict[str, Model]) -> None:
+    for column in _edges(step_of(models["hem+rise-fall, coaxial"], ExportOptions("m", "float32", PERIOD))):
+        assert set(np.signbit(column[column == 0.0])) == {False, True}
+        assert set(column[np.isinf(column)]) == {-np.inf, np.inf}

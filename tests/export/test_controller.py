@@ -199,3 +199,24 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
     (tmp_path / "m.c").write_text(source.replace("return value < low ? low : high;", "return value;"), encoding="ascii")
     spoilt = proof.analysed(tmp_path, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2")
     assert not all(spoilt.shown["first"])
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
+@pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])
+def test_the_controller_in_an_fmu(options: ExportOptions, models: Mapping[str, Any], tmp_path: Path) -> None:
+    """The C's bits through FMPy; a setting is a parameter, and a setting that cannot be leaves the fields at zero."""
+    fmpy = pytest.importorskip("fmpy", reason="pip install fmpy")
+    folder = export_model(models["bingham+rise-fall, coaxial"], tmp_path / "out", "controller-fmu", options)
+    (check,) = verify_export(folder)
+    assert check.passed
+    assert check.count == 512
+    program = step_of(models["bingham+rise-fall, coaxial"], options)
+    wanted = np.array([(t, 0.5 * program.scale) for t in (0.0, 1.0)], [("time", float), ("wanted", float)])
+    for limit, most in ((None, program.field.range[1]), (0.25, 0.25), (-1.0, 0.0)):
+        given = {} if limit is None else {"field_limit": limit}
+        given |= {"theta_dot": 10.0}
+        found = fmpy.simulate_fmu(str(folder / "m_fmi3.fmu"), stop_time=0.1, start_values=given, input=wanted)
+        top = float(np.max(np.maximum(found["field1"], found["field2"])))
+        assert top == pytest.approx(min(most, top), rel=1e-6), limit
+        assert (top > 0.0) == (limit is None or limit > 0.0), limit

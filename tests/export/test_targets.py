@@ -55,7 +55,7 @@ def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callabl
 
 
 def test_every_target_is_tested() -> None:
-    assert set(names("erclutch.targets")) == {"c", "python", "controller", *WRAPPERS}
+    assert set(names("erclutch.targets")) == {"c", "python", "controller", "controller-fmu", *WRAPPERS}
 
 
 @pytest.mark.slow
@@ -486,7 +486,7 @@ int main(int count, char **words)
             putchar('a');
             OF_STATE(Set)(c, saved);
             erc_advance(MEMORY(c), 9.0 * ERC_PERIOD, 1.0);
-            erc_get(MEMORY(c), REF_EFFORT, &effort);
+            erc_get(MEMORY(c), REF_OUTPUT, &effort);
             OF_STATE(Free)(c, &saved);
         }}
         else {{ putchar('r'); }}

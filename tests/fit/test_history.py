@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -100,3 +102,14 @@ def test_a_richer_stage_of_the_family_takes_the_place_of_a_simpler_one() -> None
     assert found is not None
     assert found.stage == "dahl-2/field"
     assert history(data, dynamics="lag+dahl-2/field+inertia") is None
+
+
+def test_the_share_is_of_what_field_and_slip_leave() -> None:
+    """A large viscous effort, which they explain, changes nothing."""
+    data = made(3, memory=0.6)
+    plain = history(data)
+    large = history(replace(data, effort=data.effort + 30.0 * data.elements[0].slip))
+    assert plain is not None
+    assert large is not None
+    assert large.stage == plain.stage
+    assert large.share == pytest.approx(plain.share, abs=0.02)

@@ -9,6 +9,7 @@ import pytest
 from erclutch.live.c_build import build
 from erclutch.live.layout import FRAME, HEADER
 from erclutch.live.ring import RingReader
+from erclutch.signals.speed import Derivative, live
 
 HERE = Path(__file__).parent
 
@@ -57,3 +58,29 @@ def bingham() -> Path:
 def brake() -> Path:
     """The hand-written model of a single device, compiled."""
     return build("brake.so", [HERE / "bingham.c"], shared=True, flags=("-DSINGLE",))
+
+
+def _as_filtered(rate: Any) -> Any:
+    follows = live(Derivative("kalman"), 1e-3)
+    follows.position, follows.speed = 0.0, float(rate[0])
+    way = np.cumsum(0.5e-3 * (rate[1:] + rate[:-1]))
+    return np.append(rate[0], [follows.step(float(x)) for x in way])
+
+
+def _asks(frame: Any, model: Any, wanted: float, near: float) -> bool:
+    speeds = float(frame["theta_dot"]), float(frame["alpha_dot"])
+    if abs(model.steady((float(frame["field1"]), float(frame["field2"]), *speeds)) - wanted) <= near:
+        return True
+    return abs(float(frame["field1"] - frame["field2"]) - model.inverse((0.0, 0.0, *speeds), wanted)) < 1e-9
+
+
+@pytest.fixture
+def asks() -> Any:
+    """Whether a frame's field is what a model of the pair needs for a torque, within a torque, or its inverse."""
+    return _asks
+
+
+@pytest.fixture
+def as_filtered() -> Any:
+    """Makes a reference's rate as late as the filter of the output's speed is."""
+    return _as_filtered

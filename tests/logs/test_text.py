@@ -107,6 +107,15 @@ def test_a_long_text_tells_how_much_was_read(tmp_path: Path) -> None:
     assert 0 < parts[0] < parts[-1] == told[-1][1]
 
 
+def test_ctrl_c_ends_the_reading_of_a_long_text(tmp_path: Path) -> None:
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "log.csv").write_text("t,a\n" + "1,2\n" * 1000)
+    with pytest.raises(KeyboardInterrupt):
+        read_table(tmp_path / "log.csv", told=stop)
+
+
 def test_labels_split_into_name_and_unit() -> None:
     assert split_label("V [cm/s]") == ("V", "cm/s")
     assert split_label("Force (N)") == ("Force", "N")

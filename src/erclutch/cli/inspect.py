@@ -50,18 +50,11 @@ def inspect(
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
-    from erclutch.logs import read_table, recordings_in
     from erclutch.logs.mapping_file import write_mapping as write_text
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
-    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
-    with terminal.progress("reading") as bar:
-        raw = read_table(
-            log,
-            variable=variable,
-            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
-        )
+    raw = _table(log, reading)
     text, missing, choices = reading.mapping_text(raw, log)
     recording, more, problem = None, list["Recording"](), None
     try:
@@ -77,10 +70,7 @@ def inspect(
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
-        said = {
-            signal: dict(asdict(choice), file_unit=raw.units.get(str(choice.column)))
-            for signal, choice in choices.items()
-        }
+        said = {name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in choices.items()}
         more_json = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
         _print_json(raw, recording, problem, reading, more_json)
         return int(recording is None)
@@ -97,6 +87,19 @@ def inspect(
     for path in drawn:
         terminal.say(f"drawn: {path}")
     return 0
+
+
+def _table(log: Path, reading: LogOptions) -> Table:
+    """The log as it is; of a file that holds several recordings and all are wanted, the first."""
+    from erclutch.logs import read_table, recordings_in
+
+    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
+    with terminal.progress("reading") as bar:
+        return read_table(
+            log,
+            variable=variable,
+            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
+        )
 
 
 def _read_so_far(done: int, size: int) -> str:

@@ -34,7 +34,7 @@ _RUNS_AWAY = 3.0
 _AROUND = 5  # rows: that and the two on either side; a step is none of its spikes
 _SPIKE, _SPIKE_SHARE, _FEW_SPIKES = 30.0, 0.25, 0.005  # of the usual distance; of the range; of all rows
 #: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
-_USUAL = {"m/s": (1e-5, 20.0), "rad/s": (1e-4, 2e3), "N": (1e-3, 2e6), "N*m": (1e-6, 1e5)}
+_USUAL = {"m/s": (1e-5, 20.0), "rad/s": (1e-4, 2e3), "N": (1e-3, 1e6), "N*m": (1e-6, 1e5)}
 _STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the other side
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
 from erclutch.export.c.c_printer import table
@@ -65,26 +66,33 @@ def write_core(program: ExportedStep, folder: Path) -> list[Path]:
     """The .c and .h alone; returns the files to compile.
 
     Raises:
+        ExportError: see `texts`.
+    """
+    for text, kind in zip(texts(program), "ch", strict=True):
+        (folder / f"{program.name}.{kind}").write_text(text, encoding="ascii")
+    return [folder / f"{program.name}.c"]
+
+
+def texts(program: ExportedStep) -> tuple[str, str]:
+    """The .c and .h: the model's, and the controller after it.
+
+    Raises:
         ExportError: a model of positions, or with inputs that the controller does not know.
     """
     if program.filter is not None or program.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
         raise ExportError(problem, where=program.model.name, remedy="Export a model without further inputs, of speeds")
-    n = program.name
-    parts = {name: _body(f"c/erc_{name}.c") for name in ("torque", "interlock")}
-    text = _read("target_c/controller.c")
-    for name, part in parts.items():
-        text = text.replace(f"@{name.upper()}@", _static(part))
+    code = _read("target_c/controller.c")
+    for name in ("torque", "interlock"):
+        code = code.replace(f"@{name.upper()}@", _static(_body(f"c/erc_{name}.c")))
     for key, value in _places(program).items():
-        text = text.replace(f"@{key}@", value)
-    code = [source(program, frozenset({"exp", "tanh"})), _worded(program, text)]
-    (folder / f"{n}.c").write_text("\n".join(code), encoding="ascii")
-    declared = _worded(program, _declared(program))
-    closing = "#ifdef __cplusplus\n}\n"
-    before, found, after = header(program).rpartition(closing)
+        code = code.replace(f"@{key}@", value)
+    plain = header(program).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    before, found, after = plain.rpartition("#ifdef __cplusplus\n}\n")
     assert found
-    (folder / f"{n}.h").write_text(f"{before}{declared}\n{found}{after}", encoding="ascii")
-    return [folder / f"{n}.c"]
+    own = source(program, frozenset({"exp", "tanh"}))
+    declared = _worded(program, _declared(program))
+    return f"{own}\n{_worded(program, code)}", f"{before}{declared}\n{found}{after}"
 
 
 # --- the loop's C in the words of the model's file -------------------------------------------------------------------
@@ -180,7 +188,6 @@ def _declared(program: ExportedStep) -> str:
         [
             "/* --- control --- */",
             "",
-            "#include <stdbool.h>",
             "",
             *macros,
             f"#define NAME_DEVICE NAME_{device}",
@@ -230,23 +237,20 @@ def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
     torque = 0.9 * wanted + 0.02 * program.scale * rng.standard_normal(_ROWS)
     torque[100:120] = np.nan
     rate = np.asarray(np.gradient(wanted), np.float64) / (program.period or 1e-3)
-    rows: Array = np.column_stack([wanted, rate, speed, output, 0.0 * k, torque, 0.1 * program.scale * np.sign(speed)])
+    motor = 0.1 * program.scale * np.sign(speed)
+    rows = np.array([wanted, rate, speed, output, 0.0 * k, torque, motor], np.float64).T.copy()
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0)
     for at in rng.choice(_ROWS, odd, replace=False):
         rows[at, rng.integers(len(INPUTS))] = values[rng.integers(len(values))]
     return rows
 
 
-def _check_source(program: ExportedStep, rows: Array, printed: str = "") -> str:
+def _check_source(program: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
     """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
     n, p = program.name, program.precision
-    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
     expected = [line.split() for line in printed.splitlines()] or [["0"] * (len(OUTPUTS) + 1)] * len(rows)
     bits = [[*(f"0x{word}{p.bits_suffix}" for word in words[:-1]), f"{words[-1]}u"] for words in expected]
     answers = table(p.c_bits, "answers", ["{" + ", ".join(row) + "}" for row in bits], 1, f"[{len(OUTPUTS) + 1}]")
-    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
-    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
-    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
     return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
    With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
 #include <inttypes.h>
@@ -263,24 +267,35 @@ static int is_same({n}_real x, word expected)
     return bits_of(x) == expected;
 }}
 
-int main(void)
+{_main(program, len(rows), plain)}"""
+
+
+def _main(program: ExportedStep, rows: int, plain: bool) -> str:
+    """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
+    n, p = program.name, program.precision
+    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
+    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
+    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
+    every, turns = (rows, "") if plain else (rows // 4, f"settings.observer = 1u + (i / {rows // 4}u) % 3u;")
+    told = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
+    tuned = "" if plain else "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in told.items())
+    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
+    return f"""int main(void)
 {{
     static {n}_controller controller;
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
     unsigned bad = 0u;
     unsigned i;
-    settings.gain_rate = ({n}_real)2;
-    settings.integral_rate = ({n}_real)5;
-    settings.drive_inertia = ({n}_real)1 / ({n}_real)4096;
-    for (i = 0u; i < {len(rows)}u; i++)
+{tuned}
+    for (i = 0u; i < {rows}u; i++)
     {{
         {n}_input input;
         {n}_output output;
         uint32_t flags;
         int good;
-        if (i % {len(rows) // 4}u == 0u)
+        if (i % {every}u == 0u)
         {{
-            settings.observer = 1u + (i / {len(rows) // 4}u) % 3u;
+            {turns}
             (void){n}_control_reset(&controller, &settings);
         }}
 {given}
@@ -293,20 +308,30 @@ int main(void)
         bad += good ? 0u : 1u;
     }}
 #ifndef PRINT
-    printf("{n}: %u samples through the controller, %u not to the bit\\n", {len(rows)}u, bad);
+    printf("{n}: %u samples through the controller, %u not to the bit\\n", {rows}u, bad);
 #endif
     return bad == 0u ? 0 : 1;
 }}
 """
 
 
-def _printed(compiler: Compiler, folder: Path, work: Path, program: ExportedStep, rows: Array, *flags: str) -> str:
+def answers(program: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
+    """Bits of each sample's outputs and its flags, by the default settings, shape (n, 4); the C lies in the folder."""
+    lines = _printed(native(), folder, folder, program, rows, plain=True).splitlines()
+    return np.array(
+        [[*(int(word, 16) for word in line.split()[:-1]), int(line.split()[-1])] for line in lines], np.uint64
+    )
+
+
+def _printed(
+    compiler: Compiler, folder: Path, work: Path, program: ExportedStep, rows: Array, *, plain: bool = False
+) -> str:
     """What the controller makes of the samples, by a compiler."""
     bench, n = work / "bench.c", program.name
-    text = _check_source(program, rows).replace("return bad == 0u ? 0 : 1;", "return 0;")
+    text = _check_source(program, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
-    compiler.build([bench, folder / f"{n}.c"], work / "bench", "-DPRINT", f"-I{folder}", *(flags or ("-O2",)), *static)
+    compiler.build([bench, folder / f"{n}.c"], work / "bench", "-DPRINT", f"-I{folder}", "-O2", *static)
     return run([*compiler.runner, str(work / "bench")], f"{n} compiled by {compiler.name} failed", "Export it again")
 
 

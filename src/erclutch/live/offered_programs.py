@@ -119,11 +119,12 @@ def _impedance(rig: RigParameters, motor: float) -> LoopProgram:
 
 
 def _wall(motor: float) -> LoopProgram:
-    """The motor is the hand: it pushes into the wall and goes back, in turns."""
+    """The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again."""
     rows = 2000
-    push = motor * np.sin(2.0 * math.pi * np.arange(rows) / rows)
+    swing: Array = np.sin(2.0 * math.pi * np.arange(rows) / rows)
+    push: Array = motor * np.where(swing > 0.0, swing, 0.4 * swing)
     table = np.column_stack([np.full(rows, _WALL), np.zeros(rows), push])
-    meaning = f"wall {_WALL:g} rad ahead; the motor pushes and pulls with {motor:g} N m"
+    meaning = f"wall {_WALL:g} rad ahead; the motor pushes with {motor:g} N m and pulls with {0.4 * motor:g}"
     return LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, repeat=True, relative=True, meaning=meaning)
 
 

@@ -132,7 +132,7 @@ class LoopSettings:
         torque_lag: by which the measured torque is later than the estimate, in s.
         observer_bandwidth: in Hz. integral_rate: of the error of the torque, in 1/s; 0 for none.
         gain_rate: forgetting in 1/s of the share of its model's torque that each clutch gives; 0: it is not learned.
-        torque_scale: torque in N m from which that share is learned.
+        torque_scale: torque in N m from which that share is learned, and which a pull has that a wall lets go of.
         least_slip: slip in rad/s below which both sides run at one speed.
         drive_inertia, drive_friction: of motor and housings, in kg m2 and N m.
         drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.

@@ -138,19 +138,18 @@ def describe_impedance(runs: Sequence[HandRun]) -> Plot:
     panels: list[Panel] = []
     names, columns = ["frequency"], [at]
     for what, asked, most in (("stiffness", STIFFNESS, 10.0), ("damping", DAMPING, 40.0)):
-        marks: list[Line | ReferenceLine] = [ReferenceLine(1.0)]
         kept = at <= most
-        for number, model in enumerate(INVERSES):
-            for knows in KNOWN:
+        for knows in KNOWN:
+            marks: list[Line | ReferenceLine] = [ReferenceLine(1.0)]
+            for number, model in enumerate(INVERSES):
                 felt = [run.figures[what] for run in runs if (run.model, run.knows) == (model, knows)]
                 share: Array = np.mean(np.array(felt, np.float64), axis=0) / asked
-                label, dashed = f"{model}, {knows}", knows == KNOWN[0]
-                marks.append(Line(at[kept], share[kept], f"series{number}", label, dashed=dashed, marked=True))
-                names.append(f"{what} over asked, {label}")
+                marks.append(Line(at[kept], share[kept], f"series{number}", model, marked=True))
+                names.append(f"{what} over asked, {model}, {knows}")
                 columns.append(share)
-        panels.append(Panel(x, Axis(f"{what} felt over asked", "", 0.0, 2.5), marks, title=what))
+            panels.append(Panel(x, Axis(f"{what} felt over asked", "", 0.0, 1.5), marks, title=knows))
     table = PlotTable(names, np.column_stack(columns).tolist())
-    return Plot(panels, table, 2.8, PAGE, columns=2, badge="TWIN", legend="shared")
+    return Plot(panels, table, 4.4, PAGE, columns=2, badge="TWIN", legend="shared")
 
 
 # --- wall -------------------------------------------------------------------------------------------------------------

@@ -82,13 +82,15 @@ class Points:
         Raises:
             RunError: the file cannot be written; what a task raises.
         """
+        kept = [key for key in tasks if key in self._known]
         new = [key for key in tasks if key not in self._known]
-        with saying_kept(lambda: f"{sum(key in self._known for key in tasks)} of {len(tasks)} points are kept"):
-            for done, (index, result) in enumerate(finished(pool, function, [tasks[key] for key in new]), start=1):
+        with saying_kept(kept, len(tasks), "points are kept"):
+            for index, result in finished(pool, function, [tasks[key] for key in new]):
                 if isinstance(result, Exception):
                     raise result
                 self._keep(new[index], result)
-                report(len(tasks) - len(new) + done, new[index])
+                kept.append(new[index])
+                report(len(kept), new[index])
         return [self._known[key] for key in tasks]
 
     def _keep(self, key: str, value: Any) -> None:

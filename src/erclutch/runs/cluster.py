@@ -15,7 +15,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -154,12 +154,12 @@ def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, 
 
 
 @contextmanager
-def saying_kept(what: Callable[[], str]) -> Generator[None]:
-    """Where a cluster goes away, the error also says what of the work is kept."""
+def saying_kept(found: Sized, count: int, what: str) -> Generator[None]:
+    """Where a cluster goes away, the error also says how many of the results were found then, and what of them is."""
     try:
         yield
     except WorkerLostError as error:
-        error.problem = f"{error.problem}; {what()}"
+        error.problem = f"{error.problem}; {len(found)} of {count} {what}"
         raise
 
 

@@ -185,8 +185,7 @@ def fit_many(
     found = {task.name: kept for task in tasks if (kept := _kept(folder, task)) is not None}
     taken, left = len(found), [task for task in tasks if task.name not in found]
     if left:
-        kept = f"logs are done and kept in {folder}"
-        with saying_kept(lambda: f"{len(found)} of {len(tasks)} {kept}"), task_pool(cluster, workers) as pool:
+        with saying_kept(found, len(tasks), f"logs are done and kept in {folder}"), task_pool(cluster, workers) as pool:
             for index, result in finished(pool, fit_device, left):
                 task = left[index]
                 if isinstance(result, Exception):  # its process died: it is tried again at the next start

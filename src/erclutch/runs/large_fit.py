@@ -175,7 +175,7 @@ def fit_large(
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
-    with saying_kept(lambda: "nothing of this fit is kept"), tasks_on(cluster, workers) as tasks:
+    with saying_kept((), len(logs), "logs are kept: the fit begins anew"), tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
             seconds = _read(logs, how, device, rows, tasks, report)
             findings, left_out, fitted = _fitted(rows, settings, tasks, report)

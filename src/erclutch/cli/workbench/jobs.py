@@ -181,8 +181,10 @@ def start(words: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
     surroundings |= {"ERCLUTCH_PROGRESS": "lines"}
     command = [sys.executable, "-P", "-m", "erclutch.cli.workbench.jobs", *words]  # -P: no module out of the folder
     pipe = subprocess.PIPE
+    # A group of its own, so that Ctrl-C at the server reaches it through the server alone; not a session of its own, to
+    # which Linux would give processor time beside that of all others.
     return subprocess.Popen(
-        command, cwd=folder, env=surroundings, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
+        command, cwd=folder, env=surroundings, stdin=pipe, stdout=pipe, stderr=pipe, process_group=0
     )
 
 

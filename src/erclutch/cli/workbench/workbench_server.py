@@ -164,7 +164,7 @@ class Workbench:
         chosen = actions.chosen_of(form)
         words = ["inspect", name, *chosen.words(), "--json"]
         state = await run_in_threadpool(self._space.state, name)
-        here = f"{request.url.path}?{request.url.query}"
+        here = f"{request.url.path}?{request.url.query}".rstrip("?")
         job = self.jobs.look(f"Look at {name}", words, state, here)
         await asyncio.to_thread(job.join, _SHORT)
         if job.state == "running":
@@ -174,16 +174,15 @@ class Workbench:
         except ValueError:
             problem = _last_line(job) or f"erclutch inspect ended with code {job.code}"
             return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
-        more = await run_in_threadpool(self._about_log, name, form)
+        shown = await run_in_threadpool(self._about_log, name, form)
         signals = _signals(found, chosen)
-        problem = found["problem"] and actions.on_page(found["problem"])
-        checks = sum(bool(signal["check"]) for signal in signals)
-        return self._page(
-            "log", title=name, name=name, found=found, chosen=chosen, signals=signals, form=form, problem=problem,
-            sketches={column: _polyline(about["sketch"]) for column, about in found["columns"].items()}, checks=checks,
-            findings=[actions.on_page(text) for text in found["findings"]], reading=actions.READING,
-            fitting=actions.FITTING, **more, **_lines({**form, "run": more["run"]}, name),
-        )  # fmt: skip
+        shown |= {"checks": any(signal["check"] for signal in signals)}
+        shown |= {"warned": any(text.startswith("warning") for text in found["findings"])}
+        shown |= {"sketches": {column: _polyline(about["sketch"]) for column, about in found["columns"].items()}}
+        shown |= {"findings": [actions.on_page(text) for text in found["findings"]], "signals": signals}
+        shown |= {"problem": found["problem"] and actions.on_page(found["problem"]), "found": found, "chosen": chosen}
+        shown |= {"reading": actions.READING, "fitting": actions.FITTING, "form": form}
+        return self._page("log", title=name, name=name, **shown, **_lines({**form, "run": shown["run"]}, name))
 
     def _about_log(self, name: str, form: _Form) -> dict[str, Any]:
         """What the page of a log offers besides: other logs, models, mapping files, how an older log was read."""

@@ -3,22 +3,90 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
-from erclutch.export.c.c_source import FLAGS
+from erclutch.export.c.c_source import FLAGS, header, source
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import has_memory
 
 _BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
 
 
-def description(program: ExportedStep, version: int, identifier: str, token: str, files: list[str]) -> Element:
+@dataclass(frozen=True)
+class Port:
+    """A variable of an FMU.
+
+    Attributes:
+        name, unit: as in the model; an unknown unit is left out.
+        limits: smallest and largest value, None where there are none.
+        start: value ahead of the first sample.
+        meaning: for people.
+    """
+
+    name: str
+    unit: str
+    limits: tuple[float, float] | None
+    start: float = 0.0
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What an FMU shows of the C inside.
+
+    Attributes:
+        inputs, outputs, parameters: its variables, in the order of their value references.
+        variability: of the parameters, fixed or tunable.
+        sampled: whether the C has a memory, and so a period.
+        flags: sum of all flags that can be raised, and what they mean.
+        code: the C's .c and .h.
+        binding: what binds ``core.h`` to them: ``erc_reset``, ``erc_step``, ``erc_use`` and their types.
+    """
+
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    parameters: tuple[Port, ...]
+    variability: str
+    sampled: bool
+    flags: tuple[int, str]
+    code: tuple[str, str]
+    binding: str
+
+
+def interface(program: ExportedStep) -> Interface:
+    """That of a model's step."""
+    n, inputs = program.name, list[Port]()
+    for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
+        covered = ranges(program, i)
+        start = min(max(0.0, covered[0]), covered[1]) if covered else 0.0
+        inputs.append(Port(name, unit, covered, start))
+    low, high = program.limits
+    effort = Port("effort", program.model.units.effort or "1", (min(low, 0.0), max(high, 0.0)))
+    text = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
+    residual = () if program.model.correction is None else (Port("residual", "1", None, 1.0, text),)
+    binding = f"""#define erc_reset {n}_reset
+#define erc_step {n}_step
+#define erc_use(state, parameter) {f"{n}_use_residual(state, (parameter)[0] != 0.0)" if residual else "((void)(state))"}
+typedef {n}_state erc_state;
+typedef {n}_real erc_real;
+"""
+    code = (source(program), header(program))
+    return Interface(
+        tuple(inputs), (effort,), residual, "tunable", has_memory(program), (31, flags_text()), code, binding
+    )
+
+
+def description(
+    program: ExportedStep, face: Interface, version: int, identifier: str, token: str, files: list[str]
+) -> Element:
     """The tree of modelDescription.xml.
 
     Args:
         program: what is exported.
+        face: its variables.
         version: of FMI, 2 or 3.
         identifier: the modelIdentifier.
         token: GUID or instantiation token.
@@ -37,15 +105,16 @@ def description(program: ExportedStep, version: int, identifier: str, token: str
     if version == 2:
         _interface2(root, identifier, files)
     else:
-        _interfaces3(root, identifier, program)
-    units = sorted({u for u in (*program.units, program.model.units.effort or "1") if _unit_of(u)})
+        _interfaces3(root, identifier, program, face)
+    ports = (*face.inputs, *face.outputs, *face.parameters)
+    units = sorted({port.unit for port in ports if _unit_of(port.unit)})
     if units:
         SubElement(root, "UnitDefinitions").extend(_unit_element(unit) for unit in units)
     SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
     if program.period is not None:
         SubElement(root, "DefaultExperiment", {"stepSize": repr(float(program.period))})
-    _variables(program, version, SubElement(root, "ModelVariables"))
-    _structure(program, version, SubElement(root, "ModelStructure"))
+    _variables(face, version, SubElement(root, "ModelVariables"))
+    _structure(face, version, SubElement(root, "ModelStructure"))
     return root
 
 
@@ -60,20 +129,20 @@ def _interface2(root: Element, identifier: str, files: list[str]) -> None:
     SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
 
 
-def _interfaces3(root: Element, identifier: str, program: ExportedStep) -> None:
+def _interfaces3(root: Element, identifier: str, program: ExportedStep, face: Interface) -> None:
     common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     SubElement(root, "ModelExchange", common)
     simulation = {**common, "canHandleVariableCommunicationStepSize": "true"}
-    if has_memory(program) and program.period is not None:
+    if face.sampled and program.period is not None:
         simulation["fixedInternalStepSize"] = repr(float(program.period))
     SubElement(root, "CoSimulation", simulation)
 
 
-def _variables(program: ExportedStep, version: int, group: Element) -> None:
+def _variables(face: Interface, version: int, group: Element) -> None:
     if version == 3:
         time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
         SubElement(group, "Float64", time)
-    for whole, entry, values in _signals(program):
+    for whole, entry, values in _signals(face):
         if version == 2:
             variable = SubElement(group, "ScalarVariable", entry)
             SubElement(variable, "Integer" if whole else "Real", values)
@@ -81,39 +150,41 @@ def _variables(program: ExportedStep, version: int, group: Element) -> None:
             SubElement(group, "UInt32" if whole else "Float64", {**entry, **values})
 
 
-def _signals(program: ExportedStep) -> Iterator[tuple[bool, dict[str, str], dict[str, str]]]:
-    """Inputs, effort and flags: whether it is a whole number, what it is, and its unit and limits."""
-    for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
-        entry = {"name": name, "valueReference": str(i + 1), "causality": "input", "variability": "continuous"}
-        covered = ranges(program, i)
-        start = min(max(0.0, covered[0]), covered[1]) if covered else 0.0
-        yield False, entry, {**_unit_of(unit), **_limits(covered), "start": repr(float(start))}
-    count, output = len(program.inputs), {"causality": "output", "initial": "calculated"}
-    variability = "discrete" if has_memory(program) else "continuous"
-    effort = {"name": "effort", "valueReference": str(count + 1), **output, "variability": variability}
-    low, high = program.limits
-    limits = _limits((min(low, 0.0), max(high, 0.0)))
-    yield False, effort, {**_unit_of(program.model.units.effort or "1"), **limits}
-    flags = {"name": "flags", "valueReference": str(count + 2), **output, "variability": "discrete"}
-    yield True, {**flags, "description": flags_text()}, {"min": "0", "max": "31"}
-    if program.model.correction is not None:
-        residual = {"name": "residual", "valueReference": str(count + 3), "causality": "parameter"}
-        text = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
-        yield False, {**residual, "variability": "tunable", "description": text}, {"start": "1.0"}
+def _signals(face: Interface) -> Iterator[tuple[bool, dict[str, str], dict[str, str]]]:
+    """All variables: whether each is a whole number, what it is, and its unit and limits."""
+    discrete = "discrete" if face.sampled else "continuous"
+    output = {"causality": "output", "initial": "calculated"}
+    kinds = (
+        [(port, {"causality": "input", "variability": "continuous"}) for port in face.inputs],
+        [(port, {**output, "variability": discrete}) for port in face.outputs],
+        [(None, {**output, "variability": "discrete"})],
+        [(port, {"causality": "parameter", "variability": face.variability}) for port in face.parameters],
+    )
+    for reference, (port, kind) in enumerate((entry for entries in kinds for entry in entries), start=1):
+        if port is None:
+            most, text = face.flags
+            entry = {"name": "flags", "valueReference": str(reference), **kind, "description": text}
+            yield True, entry, {"min": "0", "max": str(most)}
+            continue
+        entry = {"name": port.name, "valueReference": str(reference), **kind}
+        values = {**_unit_of(port.unit), **_limits(port.limits)}
+        if kind["causality"] != "output":
+            values["start"] = repr(float(port.start))
+        yield False, {**entry, **({"description": port.meaning} if port.meaning else {})}, values
 
 
 def _limits(covered: tuple[float, float] | None) -> dict[str, str]:
     return {} if covered is None else {"min": repr(float(covered[0])), "max": repr(float(covered[1]))}
 
 
-def _structure(program: ExportedStep, version: int, structure: Element) -> None:
-    count = len(program.inputs)
+def _structure(face: Interface, version: int, structure: Element) -> None:
+    count = len(face.inputs)
     every = " ".join(str(i + 1) for i in range(count))
     for tag in ("Output", "InitialUnknown"):
         # In model exchange a sampled output changes at an event, with the inputs of that event.
-        on = "" if version == 2 and tag == "Output" and has_memory(program) else every
+        on = "" if version == 2 and tag == "Output" and face.sampled else every
         group = SubElement(structure, f"{tag}s") if version == 2 else structure
-        for reference in (str(count + 1), str(count + 2)):
+        for reference in (str(count + 1 + i) for i in range(len(face.outputs) + 1)):
             if version == 2:
                 SubElement(group, "Unknown", {"index": reference, "dependencies": on})
             else:

@@ -14,13 +14,23 @@ from erclutch.errors import ExportError
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.fmu.fmu_archive import archive_path, identifier
 from erclutch.export.fmu.fmu_binaries import check_binary
+from erclutch.export.fmu.fmu_description import Interface, interface
 from erclutch.export.step_record import has_memory
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, to_the_bit
 
 
 def check_fmu(program: ExportedStep, folder: Path, version: int, kinds: Sequence[str]) -> Iterator[Check]:
-    """Every kind of simulation, step by step through the interface.
+    """Every kind of simulation of a model over its test vectors."""
+    vectors = vectors_of(program)
+    for where, outputs, flags in simulated(program, interface(program), folder, version, kinds, vectors.rows):
+        yield to_the_bit(program, vectors, where, outputs[:, 0], flags)
+
+
+def simulated(
+    program: ExportedStep, face: Interface, folder: Path, version: int, kinds: Sequence[str], rows: NDArray[Any]
+) -> Iterator[tuple[str, NDArray[Any], NDArray[Any]]]:
+    """Each kind of simulation, step by step through the interface: its name, the outputs of all rows, their flags.
 
     Raises:
         ExportError: FMPy is not installed, or finds a fault in the FMU.
@@ -35,27 +45,25 @@ def check_fmu(program: ExportedStep, folder: Path, version: int, kinds: Sequence
     problems = validate_fmu(str(path))
     if problems:
         raise ExportError(f"FMPy finds: {'; '.join(problems)}", where=str(path), remedy="Export the model again")
-    vectors = vectors_of(program)
     description, place = fmpy.read_model_description(str(path)), fmpy.extract(str(path))
     try:
         for kind in kinds:
-            effort, flags = _simulated(program, description, place, vectors.rows, version, kind)
             where = f"FMI {version}.0 {kind}, FMPy {fmpy.__version__}"
-            yield to_the_bit(program, vectors, where, effort, flags)
+            yield where, *_stepped(program, face, _begun(program, description, place, version, kind), rows, kind)
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
 
-def _simulated(
-    program: ExportedStep, description: Any, place: str, rows: NDArray[Any], version: int, kind: str
+def _stepped(
+    program: ExportedStep, face: Interface, fmu: Any, rows: NDArray[Any], kind: str
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Effort and flags of each row: after a communication step, or at an event of model exchange."""
-    fmu, exchange = _begun(program, description, place, version, kind), kind == "ModelExchange"
-    step, count = program.period or 1e-3, len(program.inputs)
-    write = fmu.setReal if version == 2 else fmu.setFloat64
-    read = fmu.getReal if version == 2 else fmu.getFloat64
-    whole = fmu.getInteger if version == 2 else fmu.getUInt32
-    effort, flags = np.zeros(len(rows)), np.zeros(len(rows), np.uint32)
+    """Outputs and flags of each row: after a communication step, or at an event of model exchange."""
+    exchange, old = kind == "ModelExchange", hasattr(fmu, "setReal")
+    step, count = program.period or 1e-3, len(face.inputs)
+    write, read = (fmu.setReal, fmu.getReal) if old else (fmu.setFloat64, fmu.getFloat64)
+    whole = fmu.getInteger if old else fmu.getUInt32
+    references = [count + 1 + i for i in range(len(face.outputs))]
+    outputs, flags = np.zeros((len(rows), len(references))), np.zeros(len(rows), np.uint32)
     for k, row in enumerate(rows):
         if exchange and k:
             fmu.setTime(k * step)
@@ -65,12 +73,12 @@ def _simulated(
             _event(program, fmu, k, step)
         else:
             fmu.doStep(currentCommunicationPoint=k * step, communicationStepSize=step)
-        effort[k], flags[k] = read([count + 1])[0], whole([count + 2])[0]
+        outputs[k], flags[k] = read(references), whole([references[-1] + 1])[0]
         if exchange:
             fmu.enterContinuousTimeMode()
     fmu.terminate()
     fmu.freeInstance()
-    return effort, flags
+    return outputs, flags
 
 
 def _begun(program: ExportedStep, description: Any, place: str, version: int, kind: str) -> Any:

@@ -9,7 +9,6 @@
 
 #define TWO_PI 6.283185307179586
 #define OUT_OF_REACH 16u /* the model's flag */
-#define PULLS 0.05       /* of the spring's torque */
 #define PULLED 10u       /* periods */
 
 /* A trajectory's value, its rate and the rate's rate now. */
@@ -57,13 +56,29 @@ static double tracking(const erc_core *core, const wanted_t *wanted) {
     return config->k_p * (wanted->value - core->alpha.measured) + config->k_d * (wanted->rate - core->alpha.speed);
 }
 
+/* The rate of the reference less that of the output. The output's is late by its filter: without as late a reference an
+ * output that follows exactly would look too slow whenever it speeds up. */
+static double rate_off(erc_core *core, double rate) {
+    erc_followed *f = &core->followed;
+    if (!f->begun) {
+        *f = (erc_followed){0.0, rate, 0.0, rate, 1};
+    } else {
+        f->at += 0.5 * core->dt * (rate + f->rate);
+        f->rate = rate;
+        const double predicted = f->position + core->dt * f->speed;
+        f->position = predicted + core->config.filter_g * (f->at - predicted);
+        f->speed += core->config.filter_h * (f->at - predicted) / core->dt;
+    }
+    return f->speed - core->alpha.speed;
+}
+
 /* Computed torque: what the output's inertia and friction take on the trajectory, and what brings the output back to it
  * as a mass on a critically damped spring. The integral stands still while the field can do no more. */
 static double computed_torque(erc_core *core, const wanted_t *wanted, uint32_t *events) {
     const erc_config *config = &core->config;
     const double stiff = TWO_PI * config->track_bandwidth;
     const double off = wanted->value - core->alpha.measured;
-    const double back = stiff * (2.0 * (wanted->rate - core->alpha.speed) + stiff * (off + core->tracking_integral));
+    const double back = stiff * (2.0 * rate_off(core, wanted->rate) + stiff * (off + core->tracking_integral));
     const double torque =
         config->output_inertia * (wanted->second_rate + back) + config->output_friction * tanh(wanted->rate);
     const double field = erc_torque_field(core, torque, 0.0, events);
@@ -76,7 +91,7 @@ static double computed_torque(erc_core *core, const wanted_t *wanted, uint32_t *
 /* A spring and a damper between the output and its reference. The spring's rate goes along, so that the stages' lead makes
  * good what the command's lag takes off the damping. */
 static double impedance(erc_core *core, const wanted_t *wanted, uint32_t *events) {
-    const double stiff = core->config.stiffness, rate = wanted->rate - core->alpha.speed;
+    const double stiff = core->config.stiffness, rate = rate_off(core, wanted->rate);
     const double torque = stiff * (wanted->value - core->alpha.measured) + core->config.damping * rate;
     return erc_torque_field(core, torque, stiff * rate, events);
 }
@@ -88,8 +103,8 @@ static double turned(const erc_core *core) {
 
 /* Whether the hand goes into the wall. It goes back when it leaves the play, by which shaft and fluid spring back from a
  * push; or when a torque sensor sees it pull for longer than they swing: a brake at rest would hold it like the push. */
-static int goes_in(erc_core *core, double deep, double push) {
-    const int pulls = core->config.observer == ERC_BY_SENSOR && core->torque < -PULLS * push;
+static int goes_in(erc_core *core, double deep) {
+    const int pulls = core->config.observer == ERC_BY_SENSOR && core->torque < -core->config.torque_scale;
     core->pulled = pulls ? core->pulled + 1u : 0u;
     if (deep > core->deepest) {
         core->deepest = deep;
@@ -105,8 +120,8 @@ static int goes_in(erc_core *core, double deep, double push) {
  * torque, the inverse of some models would give a small field. A brake that drags is no torque out of reach. */
 static double wall(erc_core *core, const wanted_t *wanted, uint32_t *events) {
     const double deep = turned(core) - wanted->value, speed = core->theta.speed - core->alpha.speed;
-    const double push = core->config.stiffness * deep, torque = push + core->config.damping * speed;
-    const int into = goes_in(core, deep, push) && deep > 0.0 && torque > 0.0;
+    const double torque = core->config.stiffness * deep + core->config.damping * speed;
+    const int into = goes_in(core, deep) && deep > 0.0 && torque > 0.0;
     core->reference = into ? torque : 0.0;
     const double rate = into ? core->config.stiffness * speed : 0.0;
     uint32_t drags = 0u;
@@ -159,6 +174,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->program_tick = tick;
     core->integral = 0.0;
     core->tracking_integral = 0.0;
+    core->followed.begun = 0;
     erc_torque_start(core);
     core->mirrored = 1.0;
     core->last_wave = 0.0;

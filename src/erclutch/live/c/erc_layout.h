@@ -33,7 +33,7 @@ enum {
     ERC_BAD_PACKET = 1u << 4,          /* a packet of wrong size, checksum, version or session was dropped */
     ERC_STALE_PACKET = 1u << 5,        /* a duplicated or reordered packet was dropped */
     ERC_CLOCK_JUMP = 1u << 6,          /* the rig's time stamps jumped */
-    ERC_OVERRUN = 1u << 7,             /* a deadline was missed by a period or more */
+    ERC_OVERRUN = 1u << 7,             /* the step before came late: one deadline or more was missed */
     ERC_HOLD = 1u << 8,                /* the last command was held for want of a sample */
     ERC_DEGRADE = 1u << 9,             /* the command was reduced for want of samples */
     ERC_TRIP = 1u << 10,               /* fields went to zero and stay there until a reset */

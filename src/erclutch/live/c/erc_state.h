@@ -38,6 +38,12 @@ typedef struct {
     uint64_t step;                  /* the last one */
 } erc_stages;
 
+/* The rate of a reference through the filter of the output's speed, so that both are late by the same. */
+typedef struct {
+    double at, rate, position, speed; /* at: the rate's integral, which the filter follows */
+    int begun;
+} erc_followed;
+
 typedef struct {
     erc_config config;
     const erc_row *table;
@@ -52,6 +58,7 @@ typedef struct {
     uint64_t step, program_tick;
     uint32_t program;
     erc_stages stages;
+    erc_followed followed;
     double tracking_integral, deepest; /* rad; of a wall: the upper end of its play */
     uint32_t inward, pulled;           /* the hand goes into the wall; periods that it pulled */
     double base, motor, integral, estimate, reference;

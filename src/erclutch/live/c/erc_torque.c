@@ -15,6 +15,7 @@
 #define FIRST_GAIN 0.001  /* how far off gain and drag may be at first: squared, in their scales */
 #define FIRST_DRAG 1.0
 #define MOST_SPREAD 1000.0
+#define THICKEST 3.0      /* of the drag that the log has */
 #define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
 #define AT_END 0.9        /* of the field limit: the model may end a little earlier */
 #define SECANTS 4u        /* at most, before the inverse begins anew */
@@ -30,14 +31,27 @@ static double share(double rate, double dt) {
     return 1.0 - exp(-rate * dt);
 }
 
+/* Drag of both clutches on the drive, as the log has it. */
+static double known_drag(const erc_core *core) {
+    const double first = core->config.drive_drag_1, second = core->config.drive_drag_2;
+    return core->config.device == ERC_SINGLE ? first : 0.5 * (first + second);
+}
+
+/* What the clutches pull the output with while neither has a field: they pull it in turn ways, and the drive in one. So
+ * it is half of what one drags more on the drive than the other. */
+static double without_field(const erc_core *core) {
+    const bool pair = core->config.observer == ERC_BY_MOTION && core->config.device != ERC_SINGLE;
+    const double apart = core->config.drive_drag_2 - core->config.drive_drag_1;
+    return pair ? 0.5 * apart * core->stages.slow_speed : 0.0;
+}
+
 void erc_torque_start(erc_core *core) {
     const erc_share first = {1.0, 0.0, {FIRST_GAIN, 0.0, FIRST_DRAG}};
     static const erc_stages none;
     erc_stages s = none;
     s.side = s.way = 1.0;
     s.learned[0] = s.learned[1] = first;
-    s.learned[0].drag = core->config.drive_drag_1;
-    s.learned[1].drag = core->config.drive_drag_2;
+    s.learned[0].drag = s.learned[1].drag = known_drag(core);
     s.fast = share(TWO_PI * core->config.observer_bandwidth, core->dt);
     s.late_share = core->config.torque_lag > 0.0 ? share(1.0 / core->config.torque_lag, core->dt) : 1.0;
     s.per_period = share(core->config.integral_rate, core->dt);
@@ -68,7 +82,7 @@ static double by_motion(erc_core *core) {
     const double passed = motor - config->drive_friction * tanh(omega);
     s->reaction += slow * (passed - s->reaction) - rate * config->drive_inertia * (omega - s->speed);
     s->speed = omega;
-    s->late += s->late_share * (s->side * core->estimate - s->late);
+    s->late += s->late_share * (s->side * (core->estimate - without_field(core)) - s->late);
     s->modelled += slow * (s->late - s->modelled);
     s->slow_speed += slow * (omega - s->slow_speed);
     return s->reaction;
@@ -87,6 +101,12 @@ static void learn(erc_share *of, double model, double speed, double off, double 
     of->spread[2] = (of->spread[2] - to_speed * to_speed * per) * more;
 }
 
+/* A fluid that drags so much more on the drive also pulls the output so much more without a field. */
+static double by_warmth(const erc_core *core, const erc_share *learned) {
+    const double known = known_drag(core);
+    return known > 0.0 ? without_field(core) * (bounded(learned->drag / known, 0.0, THICKEST) - 1.0) : 0.0;
+}
+
 /* What the device gives beyond its model: a share of the torque of each clutch, and the rest by a filter. Without a
  * measured torque, and where both sides run at one speed, the rest fades. */
 static void observe(erc_core *core) {
@@ -97,7 +117,8 @@ static void observe(erc_core *core) {
     double torque = core->torque;
     if (known && motion) {
         torque = by_motion(core);
-    } else if (known) {
+    }
+    if (known && !motion) {
         s->modelled += s->late_share * (core->estimate - s->modelled);
     }
     if (!known || !isfinite(torque) || s->locked) {
@@ -111,7 +132,7 @@ static void observe(erc_core *core) {
         learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
               config->torque_scale);
     }
-    s->rest += motion ? 0.0 : s->fast * (off - s->rest);
+    s->rest += s->fast * ((motion ? by_warmth(core, learned) : off) - s->rest);
 }
 
 /* A motor speed at which the sign of the slip is known. Where both sides run at one speed a clutch passes on whatever is
@@ -200,9 +221,11 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
     const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
     const double single[5] = {0.0, omega - alpha, 0.0, 0.0, 0.0};
     const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
-    if (still_out_of_reach(core, in, wanted)) {
+    const bool beyond = still_out_of_reach(core, in, wanted);
+    if (beyond) {
         *events |= ERC_UNREACHABLE;
-    } else if (!follow(core, in, wanted)) {
+    }
+    if (!beyond && !follow(core, in, wanted)) {
         search(core, in, wanted, events);
     }
     return core->stages.found;
@@ -240,9 +263,10 @@ double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *ev
     erc_stages *s = &core->stages;
     begin_anew(core);
     observe(core);
-    double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral;
-    ask /= s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
-    const double field = inverse(core, ask, events);
+    const double zero = without_field(core); /* the gain is the field's alone */
+    const double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral - zero;
+    const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
+    const double field = inverse(core, ask / gain + zero, events);
     integrate(core, wanted, *events);
     return handed_over(core, field);
 }

@@ -134,10 +134,15 @@ class _Told(io.BytesIO):
     def __init__(self, data: bytes, told: Callable[[int, int], None]) -> None:
         super().__init__(data)
         self._told, self._total = told, len(data)
+        self.interrupted = False
 
     def read(self, size: int | None = -1, /) -> bytes:
         data = super().read(size)
-        self._told(self.tell(), self._total)
+        try:
+            self._told(self.tell(), self._total)
+        except KeyboardInterrupt:
+            self.interrupted = True  # pandas makes an error of its own of it
+            raise
         return data
 
 
@@ -149,10 +154,11 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
     exact = tuple(int(part) for part in pd.__version__.split(".")[:2]) >= (3, 1)
     options: dict[str, Any] = {} if exact else {"float_precision": "round_trip"}
     width = len(dialect.names) + dialect.trailing + 1
+    source = _Told(body.encode("utf-8", "replace"), told)
     try:
         read_csv: Any = pd.read_csv  # its overloads do not take a mapping of options
         frame: pd.DataFrame = read_csv(
-            _Told(body.encode("utf-8", "replace"), told),
+            source,
             sep=dialect.delimiter or r"\s+",
             decimal=dialect.decimal,
             header=None,
@@ -165,6 +171,8 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
         )
         return frame
     except Exception as error:  # ParserError, but also MemoryError, OverflowError and others on hostile text
+        if source.interrupted:
+            raise KeyboardInterrupt from error
         _refuse_ragged(body, dialect)
         problem = f"the rows cannot be read as a table ({type(error).__name__}: {str(error).strip()[:120]})"
         raise LogError(problem, remedy="Check the quotes and delimiters of the file") from error

@@ -10,6 +10,7 @@ import os
 import shutil
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -133,8 +134,10 @@ def save(figure: Any, path: Path) -> Path:
         return path
     dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
     settle(figure)
-    with placed(path) as partial:  # without a date the same data give the same bytes
-        figure.savefig(partial, format=kind, metadata={dated: None} if dated else None)
+    drawn = BytesIO()  # on a full disk the PDF writer itself would fail, and not say why
+    figure.savefig(drawn, format=kind, metadata={dated: None} if dated else None)  # no date: the same bytes again
+    with placed(path) as partial:
+        partial.write_bytes(drawn.getvalue())
     return path
 
 

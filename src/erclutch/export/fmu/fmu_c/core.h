@@ -13,11 +13,11 @@
 
 #include "model.h"
 
-/* Value references: 0 the time, then the inputs, then these. */
+/* Value references: 0 the time, then the inputs, the outputs, the flags, the parameters. */
 #define REF_TIME 0u
-#define REF_EFFORT (ERC_INPUTS + 1u)
-#define REF_FLAGS (ERC_INPUTS + 2u)
-#define REF_RESIDUAL (ERC_INPUTS + 3u)
+#define REF_OUTPUT (ERC_INPUTS + 1u)
+#define REF_FLAGS (REF_OUTPUT + ERC_OUTPUTS)
+#define REF_PARAMETER (REF_FLAGS + 1u)
 
 /* More periods than this in one communication step are a mistake. */
 #define MOST_SAMPLES 1e9
@@ -27,7 +27,8 @@ typedef struct
 {
     erc_state state;
     double input[ERC_INPUTS];
-    double effort;
+    double output[ERC_OUTPUTS];
+    double parameter[ERC_PARAMETERS + 1u];
     double time;
     double start;
     uint64_t samples;
@@ -58,22 +59,28 @@ static uint64_t erc_seal(const void *bytes)
 
 static void erc_clear(erc_memory *m)
 {
+    static const double defaults[ERC_PARAMETERS + 1u] = {ERC_DEFAULTS};
     memset(m, 0, sizeof *m);
+    memcpy(m->parameter, defaults, sizeof defaults);
     erc_reset(&m->state);
+    erc_use(&m->state, m->parameter);
     m->stale = 1u;
 }
 
 static void erc_sample(erc_memory *m, erc_state *state)
 {
     erc_real in[ERC_INPUTS];
-    erc_real effort;
+    erc_real out[ERC_OUTPUTS];
     uint32_t i;
     for (i = 0u; i < ERC_INPUTS; i++)
     {
         in[i] = (erc_real)m->input[i];
     }
-    m->flags = erc_step(state, in, &effort);
-    m->effort = (double)effort;
+    m->flags = erc_step(state, in, out);
+    for (i = 0u; i < ERC_OUTPUTS; i++)
+    {
+        m->output[i] = (double)out[i];
+    }
     m->stale = 0u;
 }
 
@@ -107,19 +114,20 @@ static int erc_advance(erc_memory *m, double time, double lead)
 static int erc_get(erc_memory *m, uint32_t reference, double *value)
 {
     erc_refresh(m);
-#if ERC_RESIDUAL
-    if (reference == REF_RESIDUAL)
-    {
-        *value = (m->state.residual_off == 0u) ? 1.0 : 0.0;
-        return 1;
-    }
-#endif
-    *value = (reference == REF_TIME) ? m->time : m->effort;
+    *value = m->time;
     if (reference - 1u < ERC_INPUTS)
     {
         *value = m->input[reference - 1u];
     }
-    return reference <= REF_EFFORT;
+    if (reference - REF_OUTPUT < ERC_OUTPUTS)
+    {
+        *value = m->output[reference - REF_OUTPUT];
+    }
+    if (reference >= REF_PARAMETER && reference - REF_PARAMETER < ERC_PARAMETERS)
+    {
+        *value = m->parameter[reference - REF_PARAMETER];
+    }
+    return reference < REF_PARAMETER + ERC_PARAMETERS && reference != REF_FLAGS;
 }
 
 static int erc_get_flags(erc_memory *m, uint32_t reference, uint32_t *value)
@@ -131,19 +139,20 @@ static int erc_get_flags(erc_memory *m, uint32_t reference, uint32_t *value)
 
 static int erc_set(erc_memory *m, uint32_t reference, double value)
 {
-#if ERC_RESIDUAL
-    if (reference == REF_RESIDUAL)
+    const int parameter = reference >= REF_PARAMETER && reference - REF_PARAMETER < ERC_PARAMETERS;
+    if (parameter)
     {
-        erc_use_residual(&m->state, value != 0.0);
-        m->stale = 1u;
-        return 1;
+        m->parameter[reference - REF_PARAMETER] = value;
+        erc_use(&m->state, m->parameter);
     }
-#endif
-    if (reference == REF_TIME || reference > ERC_INPUTS)
+    else if (reference - 1u < ERC_INPUTS)
+    {
+        m->input[reference - 1u] = value;
+    }
+    else
     {
         return 0;
     }
-    m->input[reference - 1u] = value;
     m->stale = 1u;
     return 1;
 }
