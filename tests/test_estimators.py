@@ -119,7 +119,7 @@ def test_standardised_columns_are_told(rows: tuple[np.ndarray, np.ndarray, Any])
         make_pipeline(MinMaxScaler(), LawRegressor("bingham", "coaxial")).fit(X, y)
     frame = pd.DataFrame(X, columns=["E1", "E2", "theta_dot", "alpha_dot"])
     law = LawRegressor("bingham", "coaxial").fit(frame, y)
-    assert law.feature_names_in_.tolist() == list(frame.columns)
+    assert vars(law)["feature_names_in_"].tolist() == list(frame.columns)
     scaler = StandardScaler().set_output(transform="pandas")  # keeps the names, so only the values give it away
     with pytest.warns(UserWarning, match="look standardised"):
         law.predict(scaler.fit_transform(frame))

@@ -43,26 +43,27 @@ class _TaggedFile(_backend.PdfFile):
     def __init__(self, path: Path, about: Mapping[str, Any]) -> None:
         self.tree: Any = None
         self.marked: list[list[int]] = []  # of each page the elements of its contents
-        super().__init__(path, metadata=about)
+        super().__init__(path, metadata=about)  # pyright: ignore[reportUnknownMemberType]
         self.fh.write(f"%/Creator ({about['Creator']})\n".encode())  # where `may_write_report` looks for it
 
     def writeObject(self, object: Any, contents: Any) -> None:
-        kind = contents.get("Type") if isinstance(contents, dict) else None  # pyright: ignore[reportUnknownMemberType,reportUnknownVariableType]
+        entries: Any = contents
+        kind = entries.get("Type") if hasattr(entries, "get") else None
         if kind == Name("Catalog"):
             self.tree = self.reserveObject("structure")
-            contents |= {"MarkInfo": {"Marked": True}, "Lang": "en", "StructTreeRoot": self.tree}
-            contents |= {"ViewerPreferences": {"DisplayDocTitle": True}}
+            entries |= {"MarkInfo": {"Marked": True}, "Lang": "en", "StructTreeRoot": self.tree}
+            entries |= {"ViewerPreferences": {"DisplayDocTitle": True}}
         elif kind == Name("Page"):
-            contents |= {"StructParents": len(self.marked), "Tabs": Name("S")}
+            entries |= {"StructParents": len(self.marked), "Tabs": Name("S")}
             self.marked.append([])
-        super().writeObject(object, contents)
+        super().writeObject(object, contents)  # pyright: ignore[reportUnknownMemberType]
 
 
 class _TaggedRenderer(_backend.RendererPdf):
     """The renderer of one page: at each moment it draws one element, or an artifact."""
 
     def __init__(self, pages: TaggedPages, height: float, width: float) -> None:
-        super().__init__(pages.file, _DPI, height, width)
+        super().__init__(pages.file, _DPI, height, width)  # pyright: ignore[reportUnknownMemberType]
         self._pages, self._open = pages, [None]
         self._begin()
 
@@ -75,7 +76,7 @@ class _TaggedRenderer(_backend.RendererPdf):
         self._end_and_begin(self._open[-2], opens=False)
 
     def finalize(self) -> None:
-        super().finalize()
+        super().finalize()  # pyright: ignore[reportUnknownMemberType]
         self.file.write(b"EMC\n")
 
     def _end_and_begin(self, gid: Any, *, opens: bool) -> None:
