@@ -236,7 +236,7 @@ def _read(path: Path, root: Path) -> None:
 def test_every_target_of_a_hostile_model(
     to: str, plain: TorqueModel, tmp_path: Path, need: Callable[..., None]
 ) -> None:
-    """Made without a file, so that nothing is refused. Only the units attack a controller: it takes no further inputs."""
+    """Made without a file, so that nothing is refused. A controller takes no further inputs: there the units attack."""
     need("gcc", "g++")
     every = " ".join(ATTACKS)
     further = () if to.startswith("controller") else ("field", *ATTACKS)
