@@ -85,7 +85,8 @@ def test_the_effort_alone_tells() -> None:
     found = effort_finding(made(0, memory=1.0))
     assert found is not None
     assert (found.level, found.subject) == ("note", HISTORY)
-    assert "--lag lag+dahl/field" in found.remedy
+    assert "dahl/field" in found.message
+    assert "--lag auto" in found.remedy
     assert effort_finding(made(0)) is None
 
 

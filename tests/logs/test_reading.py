@@ -52,6 +52,7 @@ def test_a_run_scales_the_sensor_of_another_log_as_its_own(log: Path, tmp_path: 
     recordings = reading.read([log])
     result = erclutch.compare(reading.dataset(recordings), Settings(("quadratic",), lag="none"))
     erclutch.write_run(tmp_path / "run", result, recordings, reading=reading.to_dict())
+    assert erclutch.predict(tmp_path / "run", str(log)).equals(erclutch.predict(tmp_path / "run", log))
     rmse = erclutch.score(tmp_path / "run", log)["rmse"][0]
     predicted = result.entries[0].outcome.model.predict(result.data)
     assert rmse == pytest.approx(float(np.sqrt(np.mean((result.data.effort - predicted) ** 2))), rel=1e-9)

@@ -135,7 +135,7 @@ def at_rest(comparison: Comparison) -> str:
     unit = comparison.data.units.effort.replace("?", "")
     moving, overall = (number(v, zeros=True) for v in (float(np.sqrt(np.mean(error**2))), chosen.test.rmse.value))
     return (
-        f"{share:.0%} of the rows held out are at rest, where effort and errors are small: over those in motion "
+        f"{share:.0%} of the rows held out are at rest. Over those in motion "
         f"{chosen.name} errs by {moving} {unit}, not {overall}."
     )
 

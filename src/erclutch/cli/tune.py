@@ -81,7 +81,7 @@ def tune(
 
     Args:
         run: Folder that erclutch fit --out wrote.
-        model: Which model; it must have a lag. Default: the best of the run with a lag.
+        model: Which model; it must have a lag. Default: the recommended one, or the best with a lag.
         bandwidth: Wanted of motion in Hz: computed torque, impedance, and equation 23.
         torque_bandwidth: Wanted of the observer of torque control in Hz.
         inertia: Of the moved side in kg m2. Default: from the run where its output moves, else from the rig file.
@@ -119,7 +119,8 @@ def _model(run: Run, name: str | None) -> Model:
     if name is None and not lagging:
         problem = "no model of the run has a lag, so its margins cannot be told"
         raise SettingError(problem, where=str(run.folder), remedy="Fit the log with --lag rise-fall")
-    model = run.model(name or lagging[0])
+    recommended = str(run.body["recommended"])
+    model = run.model(name or (recommended if recommended in lagging else lagging[0]))
     if not model.times:
         remedy = f"Choose one of {', '.join(lagging)}" if lagging else "Fit the log with --lag rise-fall"
         raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)

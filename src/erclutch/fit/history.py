@@ -110,7 +110,7 @@ def effort_finding(data: Dataset) -> Finding | None:
         f"the effort depends on where the slip came from: a memory of the slip ({found.stage}) would take about "
         f"{found.share:.0%} off the error of any model of field and slip alone"
     )
-    return Finding("note", HISTORY, message, f"Fit with memory too, such as --lag {with_stage('lag', found.stage)}")
+    return Finding("note", HISTORY, message, "erclutch fit tries memories by itself (--lag auto, the default)")
 
 
 def _candidates(dynamics: str) -> Iterator[str]:

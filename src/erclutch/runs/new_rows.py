@@ -227,7 +227,7 @@ def _read(
         return data, np.arange(data.rows), data.clock.time
     if data.rows < recording.rows:  # lone rows between gaps
         kept = np.concatenate([kept[a:b] for a, b in recording.segments if b - a >= 2])
-    return data, kept, log.index if hasattr(log, "index") else range(table.rows)
+    return data, kept, range(table.rows) if isinstance(log, str | Path) else log.index
 
 
 def _map_of(log: _Log, file: str | Path | None) -> ColumnMap | None:

@@ -10,6 +10,7 @@ import numpy as np
 from erclutch.export.exported_step import c_name
 from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
 from erclutch.report.html.parameters_section import negative_gains
+from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number, percent, span
 from erclutch.report.numbers.run_material import Material
@@ -137,8 +138,8 @@ def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     still, usual, rmse = _moving(material)
     if still >= MANY_AT_REST and rmse:
         yield (
-            f"{percent(still, 2)} of the rows held out are at rest ({percent(usual, 2)} of the training rows), where "
-            f"effort and errors are small: over those in motion the RMSE is {rmse}."
+            f"{percent(still, 2)} of the rows held out are at rest ({percent(usual, 2)} of the training rows). "
+            f"Over those in motion the RMSE is {rmse}."
         )
     if train is not None and test is not None and test >= 1.25 * train:
         yield (
@@ -175,7 +176,8 @@ def _next(material: Material) -> list[dict[str, str]]:
         steps.append((text, "erclutch fit LOG --lag auto"))
     if not body["settings"]["blocks"]:
         text = "Ranking on the rows held out flatters the winner a little: cross-validate."
-        steps.append((text, "erclutch fit LOG --blocks 5"))
+        again = "" if body.get("recalibration") else command_of(body)
+        steps.append((text, f"{again or 'erclutch fit LOG'} --blocks 5"))
     if float(np.mean([m.empty_share for m in material.error_maps])) > 0.5:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
@@ -184,8 +186,8 @@ def _next(material: Material) -> list[dict[str, str]]:
     name = c_name(material.recommended)
     text = f"Take {material.recommended} to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
-    code = f'erclutch.read_run("{material.run.folder.name}").model().predict(rows)'
-    steps.append(("Use the model in Python.", code))
+    code = f'erclutch.predict("{material.run.folder.name}", "LOG")'
+    steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
 
 
