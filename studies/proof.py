@@ -110,6 +110,17 @@ def proved_controller(step: ExportedStep, folder: Path) -> Proof:
     )
 
 
+def _any_real(kind: str) -> str:
+    """C that makes a number of any bits."""
+    return f"""static {kind} any_real(void)
+{{
+    union {{ uint64_t bits; {kind} real; }} both;
+    both.bits = source;
+    return both.real;
+}}
+"""
+
+
 def limits_driver(step: ExportedStep) -> str:
     """C that asks the interlock of the exported file for any bits, under settings that a reset lets through."""
     n, p = step.name, step.precision
@@ -118,13 +129,7 @@ def limits_driver(step: ExportedStep) -> str:
     return f"""#include "{n}.c"
 #include "__fc_builtin.h"
 volatile uint64_t source;
-static {n}_real any_real(void)
-{{
-    union {{ uint64_t bits; {n}_real real; }} both;
-    both.bits = source;
-    return both.real;
-}}
-int main(void)
+{_any_real(f"{n}_real")}int main(void)
 {{
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
     {n}_real field = 0, ask[3], out[3];
@@ -166,13 +171,7 @@ def controller_driver(step: ExportedStep) -> str:
     return f"""#include "{n}.h"
 volatile uint64_t source;
 static uint32_t any(void) {{ return (uint32_t)source; }}
-static {n}_real any_real(void)
-{{
-    union {{ uint64_t bits; {n}_real real; }} both;
-    both.bits = source;
-    return both.real;
-}}
-int main(void)
+{_any_real(f"{n}_real")}int main(void)
 {{
     static {n}_controller controller;
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
@@ -238,13 +237,7 @@ def driver(step: ExportedStep) -> str:
     return f"""#include "{step.name}.h"
 volatile uint64_t source;
 static uint32_t any(void) {{ return (uint32_t)source; }}
-static {n}real any_real(void)
-{{
-    union {{ uint64_t bits; {n}real real; }} both;
-    both.bits = source;
-    return both.real;
-}}
-int main(void)
+{_any_real(f"{n}real")}int main(void)
 {{
     {n}state state;
     {n}real input[{N}INPUTS], wanted, found;
