@@ -9,7 +9,7 @@ import tempfile
 import time
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from erclutch.live.session_figures import SessionFigures
     from erclutch.live.settings import LoopProgram, LoopSettings
     from erclutch.rig.twin.parameters import RigParameters
+    from erclutch.signals.channels import Channel
     from erclutch.signals.device import DeviceName
 
 _RIG = Group("Rig", sort_key=0)
@@ -33,10 +34,11 @@ _CONTROL = Group("Control", sort_key=1)
 _LOOP = Group("Loop", sort_key=1)
 _Observer = Literal["off", "none", "sensor", "motion"]
 _POLL = 0.05  # s
+_PERIOD = 1e-3  # s
 _PATIENCE = 3.0  # s
 #: A replay's fields, and the jumps of its angles, are what they were.
 _AS_RECORDED = {
-    **dict.fromkeys(("field_limit", "motor_limit", "rise_rate", "fall_rate"), 1e9),
+    **dict.fromkeys(("motor_limit", "rise_rate", "fall_rate"), 1e9),
     **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
 }
 _TWINS = ("twin", "twin-brake")
@@ -171,7 +173,7 @@ def live(
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
-        chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
+        chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
         asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
         asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
         for option, (needs_model, needs_sensor) in asked.items():
@@ -181,7 +183,8 @@ def live(
                 _has_sensor(what, option)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
-        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
+        note, channels = settings.programs[0].name, _channels(what, device, chosen)
+        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note, channels)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
@@ -218,13 +221,16 @@ def _rig(
     from erclutch.live.session import ServedRig
     from erclutch.models.load import load_model
     from erclutch.rig.rig_plugins import hardware, udp_rig
+    from erclutch.signals.channels import NamedChannels
+    from erclutch.signals.device import Units
 
     if rig.rig in ("twin", "twin-brake"):
         brake = rig.rig == "twin-brake" or (model is not None and load_model(model).structure.device == "single")
         spec: dict[str, Any] = {"kind": "twin", "seed": rig.seed, "single": brake, "locked": brake}
         if rig.rig_file is not None:
             spec["rig_file"] = str(rig.rig_file.resolve())
-        return ServedRig("twin-brake" if brake else "twin", "TWIN", spec), None
+        named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
+        return ServedRig("twin-brake" if brake else "twin", "TWIN", spec, named), None
     if rig.rig == "replay":
         return _replay(rig, reading, folder)
     if rig.rig == "udp":
@@ -238,23 +244,51 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
 
     from erclutch.live.offered_programs import recorded
     from erclutch.live.session import ServedRig
-    from erclutch.rig.playback import angles_of, fields_of
+    from erclutch.rig.playback import angles_of, at_period, fields_of
+    from erclutch.signals.channels import NamedChannels
+    from erclutch.signals.device import EFFORT_OF, Units
+    from erclutch.signals.units import UNKNOWN
 
     if rig.log is None:
         raise SettingError("--rig replay needs a recording", remedy="Give --log FILE")
     log = reading.read((rig.log,))[0]
-    np.save(folder / "angles.npy", angles_of(log))
-    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": log.period}
-    return ServedRig(log.name, "RECORDING", spec), recorded(fields_of(log))
+    np.save(folder / "angles.npy", at_period(log, angles_of(log), _PERIOD, held=False))
+    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": _PERIOD}
+    effort = log.units.get(EFFORT_OF[reading.device], UNKNOWN)
+    field = log.units.get("field" if reading.device == "single" else "E1", UNKNOWN)
+    speed = {"rad": "rad/s", "m": "m/s"}.get(log.units.get("position", ""), UNKNOWN)
+    slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
+    sensor = EFFORT_OF[reading.device] in log.signals
+    named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
+    return ServedRig(log.name, "RECORDING", spec, named), recorded(at_period(log, fields_of(log), _PERIOD, held=True))
+
+
+def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[Channel, ...]:
+    """What the numbers of the session are called: units as the rig says, else as the model has them."""
+    from erclutch.signals.channels import channels_of
+    from erclutch.signals.units import UNKNOWN
+
+    units, named = model and model.units, rig.named
+    if named is None:
+        return channels_of(device, units)
+    known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
+    merged = replace(units or named.units, **known)
+    return named.of(channels_of(device, merged, motor=named.motor))
 
 
 def _model(
-    path: Path | None, rig: RigOptions, parameters: RigParameters, output: Console, device: DeviceName, adapt: bool
+    path: Path | None,
+    rig: RigOptions,
+    what: RigChoice,
+    parameters: RigParameters,
+    output: Console,
+    device: DeviceName,
+    adapt: bool,
 ) -> LiveModel | None:
     from erclutch.live.live_model import live_model
 
     if path is not None:
-        return live_model(path, device, adapt=adapt, effort="N*m" if rig.rig in _TWINS else None)
+        return live_model(path, device, adapt=adapt, units=what.named and what.named.units)
     if rig.rig not in _TWINS:
         return None
     from erclutch.cli.twin_model import twin_model
@@ -264,15 +298,7 @@ def _model(
 
 def _has_sensor(rig: RigChoice, option: str) -> None:
     """Refuse an option where it is known that nothing measures the torque."""
-    import numpy as np
-
-    from erclutch.live.session import ServedRig
-    from erclutch.rig.rig_plugins import RigDevice
-
-    silent = isinstance(rig, RigDevice) and bool(rig.channels) and "torque" not in rig.channels
-    if isinstance(rig, ServedRig) and rig.spec["kind"] == "replay":
-        silent = not np.isfinite(np.load(rig.spec["angles"])[:, 2]).any()
-    if silent:
+    if rig.named is not None and not rig.named.sensor:
         raise SettingError(
             f"{option} needs a torque sensor, and this rig has none", where=rig.name, remedy=f"Leave {option} out"
         )
@@ -297,7 +323,8 @@ def _settings(
     common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
-        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED)
+        largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or limit)
     programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
@@ -417,12 +444,9 @@ def _observers(
 
 
 def _introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
-    from erclutch.rig.rig_plugins import RigDevice
-
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
-    if isinstance(session.rig, RigDevice) and session.rig.channels:
-        listed = ", ".join(f"{name} = {meaning}" for name, meaning in session.rig.channels.items())
-        output.print(f"channels: {listed}", markup=False, soft_wrap=True)
+    listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
+    output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
