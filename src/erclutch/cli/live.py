@@ -315,22 +315,18 @@ def _settings(
     from erclutch.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
     from erclutch.signals.speed import Derivative
 
-    limit = parameters.value("supply.command_limit")
-    if control.field_limit is not None and not 0 < control.field_limit <= limit:
-        raise SettingError(f"--field-limit {control.field_limit:g}", remedy=f"Give at most the supply's {limit:g}")
     names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
     gains = {name: getattr(control, name) for name in names}
     common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
-        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or limit)
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or 1.0)
     programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
     stroke = shaft_angle(parameters, 0.9)
-    limits = {"field_limit": control.field_limit or limit, "stroke": stroke}
-    return rig_settings(parameters, starting_with(programs, first), **common, **limits)
+    return rig_settings(parameters, starting_with(programs, first), **common, stroke=stroke)
 
 
 def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
@@ -393,15 +389,27 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 def _for_rig(
     settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
 ) -> LoopSettings:
-    """The settings as tuned, with the field limit of a plug-in's rig; a single device has no stroke that ends."""
+    """The settings as tuned, within the rig's supply; a single device has no stroke that ends.
+
+    The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.
+
+    Raises:
+        SettingError: a field limit that is none, or beyond the supply's.
+    """
     from erclutch.rig.rig_plugins import RigDevice
 
-    settings = replace(settings, **tuned)
-    if isinstance(rig, RigDevice):
-        largest = rig.field_limit or settings.field_limit
-        share = largest / settings.field_limit
+    settings, asked = replace(settings, **tuned), control.field_limit
+    if rig.origin != "RECORDING":
+        most = settings.field_limit
+        if isinstance(rig, RigDevice):
+            most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
+        if asked is not None and not 0 < asked <= min(most, 1e9):
+            raise SettingError(
+                f"--field-limit {asked:g}", remedy=f"Give a number above 0, at most the supply's {most:g}"
+            )
+        share = (asked if most == math.inf and asked else most) / settings.field_limit
         rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
-        settings = replace(settings, field_limit=control.field_limit or largest, **rates)
+        settings = replace(settings, field_limit=asked or most, **rates)
     return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if device == "single" else settings
 
 
@@ -447,6 +455,10 @@ def _introduce(output: Console, session: Session, observers: Observers | None, m
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
     listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
     output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
+    if session.origin == "HARDWARE":
+        output.print(
+            f"field: at most {session.settings.field_limit:g}, in the unit above (--field-limit)", markup=False
+        )
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:

@@ -140,7 +140,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
     @property
     def origin(self) -> str:
         """TWIN, RECORDING or HARDWARE."""
-        return self.rig.origin if isinstance(self.rig, ServedRig) else "HARDWARE"
+        return self.rig.origin
 
     def _start(self) -> None:
         config, table = config_of(self.settings)

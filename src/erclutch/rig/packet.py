@@ -22,7 +22,7 @@ WATCHDOG, FAULT = 1, 2
 LAST = 1
 
 #: Numbers of the devices in packets.
-DEVICES: dict[DeviceName, int] = {"coaxial": 0, "single": 1}
+NUMBERS: dict[DeviceName, int] = {"coaxial": 0, "single": 1}
 _BODY = struct.Struct("<IIQQdddII4x")
 _CRC = struct.Struct("<I")
 

@@ -54,7 +54,7 @@ def at_period(log: Recording, values: Array, period: float, *, held: bool) -> Ar
         period: of the loop in s.
         held: the last row holds (commands); else they are drawn out in lines between rows (positions).
     """
-    if abs(log.period / period - 1.0) < 1e-6:
+    if abs(log.period / period - 1.0) < 1e-4:
         return values
     at = np.arange(int((len(values) - 1) * log.period / period) + 1) * (period / log.period)
     if held:

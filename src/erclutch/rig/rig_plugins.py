@@ -11,6 +11,7 @@ import ipaddress
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from erclutch import registry
 from erclutch.errors import SettingError
@@ -38,6 +39,7 @@ class RigDevice:
         SettingError: an unknown device or channel, another unit than SI, or a limit that is none.
     """
 
+    origin: ClassVar[str] = "HARDWARE"
     device: DeviceName = "coaxial"
     channels: Mapping[str, str] = field(default_factory=dict[str, str])
     field_limit: float | None = None

@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 from erclutch.rig.interface import RigCommand, SteppedRig
 from erclutch.rig.packet import (
-    DEVICES,
     FAULT,
     LAST,
+    NUMBERS,
     SIZE,
     WATCHDOG,
     CommandPacket,
@@ -64,7 +64,7 @@ class RigServer:
     ) -> None:
         self.rig = rig
         self.counts: Counter[str] = Counter()
-        self._session, self._device = session, DEVICES[device]
+        self._session, self._device = session, NUMBERS[device]
         self._turns = 2.0 * math.pi / lead
         self._watch = watch
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
