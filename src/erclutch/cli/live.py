@@ -42,7 +42,9 @@ _AS_RECORDED = {
     **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
 }
 _TWINS = ("twin", "twin-brake")
-_NO_SAMPLE = "no sample came from the rig. Is it on, at this address, with this --session number?"
+_NO_SAMPLE = (
+    "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
+)
 
 
 @Parameter(name="*")
@@ -98,7 +100,7 @@ class ControlOptions:
     tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
     """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
-    """Largest field. Default: that of the supply (0.5 is 2000 V)."""
+    """Largest field, in the unit of the rig. Default: that of the supply (the TWIN's 0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
     """Range of the motor's encoder in rad, if its angle starts again at zero."""
     alpha_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -456,9 +458,7 @@ def _introduce(output: Console, session: Session, observers: Observers | None, m
     listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
     output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
     if session.origin == "HARDWARE":
-        output.print(
-            f"field: at most {session.settings.field_limit:g}, in the unit above (--field-limit)", markup=False
-        )
+        output.print(f"largest field: {session.settings.field_limit:g}", markup=False)
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
@@ -485,11 +485,18 @@ def _follow(session: Session, watch: SessionFigures, told: list[int], output: Co
             output.print("the rig answers", markup=False)
         if not answers and time.monotonic() > warn_at:
             warn_at = math.inf
-            output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
+            output.print(_no_sample(session), style="red", markup=False, soft_wrap=True)
         time.sleep(_POLL)
     session.order(Order.STOP)  # told to, or the rig is gone
     session.wait(2.0)
     look(said)
+
+
+def _no_sample(session: Session) -> str:
+    from erclutch.rig.packet import NUMBERS
+
+    device = session.settings.device
+    return _NO_SAMPLE.format(device, NUMBERS[device])
 
 
 def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
@@ -540,6 +547,6 @@ def _ended(
         _show(session, watch, notes, output)
     if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
         return 0
-    reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
+    reason = _no_sample(session) if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
     Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
     return 3
