@@ -21,7 +21,11 @@ CHROMIUM = Path("/usr/bin/chromium")
 # Nothing but the page: no GPU, and none of the browser's own traffic.
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 _FLAGS += ["--disable-component-update", "--disable-sync"]
-PROGRAMS = [("tracking", "a sine", "rad"), ("step", "a step of the field", "N m"), ("<b>rest</b>", "zero field", "")]
+PROGRAMS = [
+    ("tracking", "a sine", "position"),
+    ("step", "a step of the field", "effort"),
+    ("<b>rest</b>", "zero field", ""),
+]
 
 #: How many pixels of each chart have a colour.
 _INK = """() => [...document.querySelectorAll(".chart canvas")].map(canvas => {
