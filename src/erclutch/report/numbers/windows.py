@@ -18,7 +18,7 @@ class Windows:
 
     Attributes:
         typical: a section with the median error of all sections of that length in which the slip's RMS is at least half of
-            its mean.
+            its upper quartile.
         worst: the one with the largest.
         lively: the one with the largest sum of two shares: its change of field over that of the section in which the
             field changes most, and its reversals of slip over those of the section with the most. The rule looks at
@@ -45,7 +45,7 @@ def windows(rows: RunRows, model: str) -> Windows:
     errors = squares[starts + width] - squares[starts]
     order = np.argsort(errors, kind="stable")
     motion = np.sqrt(power[starts + width] - power[starts])
-    moving = order[(motion >= motion.mean() / 2.0)[order]]
+    moving = order[(motion >= np.quantile(motion, 0.75) / 2.0)[order]]
     typical, worst = int(starts[moving[moving.size // 2]]), int(starts[order[-1]])
     happens = np.array([_happens(rows, start, width) for start in starts])
     lively = int(starts[np.argmax((happens / np.maximum(happens.max(axis=0), 1e-300)).sum(axis=1))])
