@@ -17,8 +17,8 @@ class Windows:
     """Rows [start, stop) of sections of the rows held out.
 
     Attributes:
-        typical: a section with the median error of all sections of that length in which the slip's RMS is at least half of
-            its upper quartile.
+        typical: a section with the median error of all sections of that length in motion: the RMS of the slip is at
+            least half of its upper quartile.
         worst: the one with the largest.
         lively: the one with the largest sum of two shares: its change of field over that of the section in which the
             field changes most, and its reversals of slip over those of the section with the most. The rule looks at
