@@ -107,5 +107,5 @@ def test_names_become_places(positions: bool) -> None:
     assert (found.further, found._positions, found._period, found.samples) == ([0.0, 0.0], positions, 0.01, 0)
     assert of(None)._period is None
     assert of(0.01 / (1.0 + 0.9e-6)) is not None
-    with pytest.raises(ValueError, match="the timestep 0.01 s is longer than the model's period 0.00999"):
+    with pytest.raises(ValueError, match=r"the timestep .* is longer than the model"):
         of(0.01 / (1.0 + 1.1e-5))
