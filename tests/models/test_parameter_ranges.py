@@ -24,8 +24,10 @@ def lines() -> Iterator[str]:
             for p in (*law.stimulus_shape, *law.shape):
                 scan = " .. ".join(f"{x:.12g}" for x in p.scanned)
                 yield f"{device} {name}: {p.name} {p.lower:.12g} .. {p.upper:.12g}, {scan}, {p.scale}, {p.dimension}"
+                if p.viscous_over_yield:
+                    yield f"{device} {name}: {p.name} is a ratio of viscous to yield effort"
             for g in law.gains:
-                yield f"{device} {name}: {g.name} {g.nonnegative} {g.dimension}"
+                yield f"{device} {name}: {g.name} {g.nonnegative} {g.part} {g.dimension}"
     stages = {stage.name: stage for stage in (*shown_stages(), *map(stage_named, RICHER))}
     for name, stage in stages.items():
         for p in stage.parameters(1e-3):
