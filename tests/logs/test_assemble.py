@@ -219,3 +219,17 @@ def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     (run,), _, _ = clocks_of(table(PLAIN), ColumnMap(rate=50.0))
     assert run[1].period == pytest.approx(0.02)
     assert ColumnChoice("t").source == "given"
+
+
+def test_rows_that_repeat_the_row_before_are_told_from_rows_with_other_values() -> None:
+    twice = np.r_[0:20, 19, 20:40, 39, 40:60]
+    columns = {name: values[twice].copy() for name, values in PLAIN.items()}
+    columns["effort"][41] += 1.0
+    columns["Sample Number"] = np.arange(62.0)
+    columns["hole"] = np.full(62, np.nan)
+    found = made(columns)
+    assert found.rows == N
+    assert any(
+        note.startswith("1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other")
+        for note in found.notes
+    )
