@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from erclutch.live.session_figures import SessionFigures
     from erclutch.live.settings import LoopProgram, LoopSettings
     from erclutch.rig.twin.parameters import RigParameters
-    from erclutch.signals.channels import Channel
+    from erclutch.signals.channels import LiveChannel
     from erclutch.signals.device import DeviceName
 
 _RIG = Group("Rig", sort_key=0)
@@ -176,13 +176,7 @@ def live(
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
-        asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
-        asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
-        for option, (needs_model, needs_sensor) in asked.items():
-            if needs_model and chosen is None:
-                raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
-            if needs_sensor:
-                _has_sensor(what, option)
+        _require_what_is_needed(control, what, chosen, adapt)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
         note, channels = settings.programs[0].name, _channels(what, device, chosen)
@@ -265,7 +259,7 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
     return ServedRig(log.name, "RECORDING", spec, named), recorded(at_period(log, fields_of(log), _PERIOD, held=True))
 
 
-def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[Channel, ...]:
+def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
     """What the numbers of the session are called: units as the rig says, else as the model has them."""
     from erclutch.signals.channels import channels_of
     from erclutch.signals.units import UNKNOWN
@@ -298,12 +292,16 @@ def _model(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def _has_sensor(rig: RigChoice, option: str) -> None:
-    """Refuse an option where it is known that nothing measures the torque."""
-    if rig.named is not None and not rig.named.sensor:
-        raise SettingError(
-            f"{option} needs a torque sensor, and this rig has none", where=rig.name, remedy=f"Leave {option} out"
-        )
+def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> None:
+    """Refuse options without the model that they need, or where it is known that nothing measures the torque."""
+    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    for option, (needs_model, needs_sensor) in asked.items():
+        if needs_model and model is None:
+            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+        if needs_sensor and rig.named is not None and not rig.named.sensor:
+            problem = f"{option} needs a torque sensor, and this rig has none"
+            raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
 
 
 def _settings(
