@@ -177,10 +177,10 @@ def live(
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
         _require_what_is_needed(control, what, chosen, adapt)
-        settings = _settings(parameters, control, device, chosen is not None, program, rig)
+        channels = _channels(what, device, chosen)
+        settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
-        note, channels = settings.programs[0].name, _channels(what, device, chosen)
-        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note, channels)
+        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
@@ -309,6 +309,7 @@ def _settings(
     control: ControlOptions,
     device: DeviceName,
     model: bool,
+    channels: Sequence[LiveChannel],
     replay: LoopProgram | None,
     rig: RigOptions,
 ) -> LoopSettings:
@@ -322,7 +323,12 @@ def _settings(
     if replay is not None:
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
         return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or 1.0)
-    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
+    # Torques of the programs are those of the rig file: a force needs programs of its own.
+    turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
+    drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
+    programs = standard_programs(
+        parameters, model=model and turns, motor=control.motor, seed=rig.seed, device=device, drive=drive
+    )
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
     stroke = shaft_angle(parameters, 0.9)
@@ -404,9 +410,8 @@ def _for_rig(
         if isinstance(rig, RigDevice):
             most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
         if asked is not None and not 0 < asked <= min(most, 1e9):
-            raise SettingError(
-                f"--field-limit {asked:g}", remedy=f"Give a number above 0, at most the supply's {most:g}"
-            )
+            remedy = "Give a number above 0" + (f", at most the supply's {most:g}" if most < math.inf else "")
+            raise SettingError(f"--field-limit {asked:g}", remedy=remedy)
         share = (asked if most == math.inf and asked else most) / settings.field_limit
         rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
         settings = replace(settings, field_limit=asked or most, **rates)

@@ -42,7 +42,7 @@ class LiveChannel:
     def __str__(self) -> str:
         """Name, label and unit, as in ``field = coil current [A]``."""
         called = self.name if self.label == self.name else f"{self.name} = {self.label}"
-        return f"{called} [{self.unit or '1'}]" if self.unit != units_module.UNKNOWN else f"{called}, unit unknown"
+        return f"{called} [{self.unit or '1'}]"
 
 
 _Row = tuple[str, str, str, str]
