@@ -494,6 +494,10 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--priority", "100"), "--priority 100"),
         (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
         (("--no-model", "--field-limit", "2"), "--field-limit 2"),
+        (
+            ("--no-model", "--rig", "udp", "--address", "127.0.0.1:9", "--field-limit", "0.6"),
+            "at most the supply's 0.5",
+        ),
         (("--model", "none.json"), "none.json"),
         (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
         (("--no-model", "--stiffness", "nan"), "stiffness is nan"),
