@@ -550,7 +550,7 @@ def running(
         ring = make_ring(folder / "ring", RingInfo(capacity=8192))
         library = compiled_model(model)
         spy = Spy()
-        server = RigServer(spy, session=42, lead=0.01)
+        server = RigServer(spy, session=42, lead=0.01, device=chosen().device)
         stop = threading.Event()
         thread = threading.Thread(target=serve, args=(server, stop), daemon=True)
         thread.start()
