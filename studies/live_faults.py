@@ -781,7 +781,7 @@ def rig_killed(times: int) -> Finding:
         for _ in range(3 * times):  # as above
             if len(waits) == times:
                 break
-            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42}
+            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42, "device": chosen().device}
             rig, port = start_rig(spec)
             with running(port=port) as now, contextlib.suppress(NeverReadyError):
                 now.ready()
