@@ -50,6 +50,7 @@ from erclutch.rig.rig_plugins import LibraryRig, UdpRig, udp_rig
 from erclutch.rig.rig_server import WATCHDOG_TIME, RigEnd, RigServer
 from erclutch.rig.twin.parameters import load_rig
 from erclutch.rig.twin.twin import Twin
+from erclutch.signals.channels import channels_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import elements_of
 
@@ -197,6 +198,19 @@ def test_library_rig_and_its_fault() -> None:
         frames = reader.read()
         assert (frames["field1"][10:190] > 0.4).all()
         assert frames["field1"][-1] == 0.0
+    words = {"position": "stroke [m]", "field": "current [A]", "effort": "force [N]"}
+    one = LibraryRig("mine", library, "200", device="single", channels=words)
+    assert one.named is not None
+    channels = one.named.of(channels_of("single", one.named.units, motor=one.named.motor))
+    settings = LoopSettings("single", programs=(LoopProgram("on", Mode.FIELDS, amplitude=0.4),), late_trip=5.0)
+    with Session(one, settings, None, SessionOptions(channels=channels)) as session:
+        reader = session.reader()
+        _until(lambda: reader.state is State.TRIPPED)
+        frames = reader.read()
+    assert [str(c) for c in reader.info.channels[:3]] == ["position = stroke [m]", "slip [m/s]", "field = current [A]"]
+    assert (frames["field"][10:190] == 0.4).all()
+    assert frames["slip"][150] == pytest.approx(40.0, rel=1e-3)
+    assert np.nanmax(frames["effort"]) == 0.1
     with pytest.raises(LiveError, match="no such device: 0"):
         Session(LibraryRig("mine", library, "0"), LoopSettings(), None)
 
@@ -480,6 +494,10 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--priority", "100"), "--priority 100"),
         (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
         (("--no-model", "--field-limit", "2"), "--field-limit 2"),
+        (
+            ("--no-model", "--rig", "udp", "--address", "127.0.0.1:9", "--field-limit", "0.6"),
+            "at most the supply's 0.5",
+        ),
         (("--model", "none.json"), "none.json"),
         (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
         (("--no-model", "--stiffness", "nan"), "stiffness is nan"),

@@ -25,7 +25,7 @@ def test_the_words_of_a_rig() -> None:
     texts = [str(channel) for channel in found.of(channels_of("single", found.units, motor=found.motor))]
     assert texts[0] == "position = flywheel angle [rad]"
     assert texts[2:4] == ["field = coil current [A]", "drive = motor [N*m]"]
-    assert texts[4] == "estimate, unit unknown"  # no sensor: no effort
+    assert texts[4] == "estimate [?]"  # no sensor: no effort
 
 
 @settings(deadline=None)  # the first unit that is no common one loads pint

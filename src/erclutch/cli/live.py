@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from erclutch.live.session_figures import SessionFigures
     from erclutch.live.settings import LoopProgram, LoopSettings
     from erclutch.rig.twin.parameters import RigParameters
-    from erclutch.signals.channels import Channel
+    from erclutch.signals.channels import LiveChannel
     from erclutch.signals.device import DeviceName
 
 _RIG = Group("Rig", sort_key=0)
@@ -176,17 +176,11 @@ def live(
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
-        asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
-        asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
-        for option, (needs_model, needs_sensor) in asked.items():
-            if needs_model and chosen is None:
-                raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
-            if needs_sensor:
-                _has_sensor(what, option)
-        settings = _settings(parameters, control, device, chosen is not None, program, rig)
+        _require_what_is_needed(control, what, chosen, adapt)
+        channels = _channels(what, device, chosen)
+        settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
-        note, channels = settings.programs[0].name, _channels(what, device, chosen)
-        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note, channels)
+        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
@@ -265,7 +259,7 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
     return ServedRig(log.name, "RECORDING", spec, named), recorded(at_period(log, fields_of(log), _PERIOD, held=True))
 
 
-def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[Channel, ...]:
+def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
     """What the numbers of the session are called: units as the rig says, else as the model has them."""
     from erclutch.signals.channels import channels_of
     from erclutch.signals.units import UNKNOWN
@@ -298,12 +292,16 @@ def _model(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def _has_sensor(rig: RigChoice, option: str) -> None:
-    """Refuse an option where it is known that nothing measures the torque."""
-    if rig.named is not None and not rig.named.sensor:
-        raise SettingError(
-            f"{option} needs a torque sensor, and this rig has none", where=rig.name, remedy=f"Leave {option} out"
-        )
+def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> None:
+    """Refuse options without the model that they need, or where it is known that nothing measures the torque."""
+    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    for option, (needs_model, needs_sensor) in asked.items():
+        if needs_model and model is None:
+            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+        if needs_sensor and rig.named is not None and not rig.named.sensor:
+            problem = f"{option} needs a torque sensor, and this rig has none"
+            raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
 
 
 def _settings(
@@ -311,6 +309,7 @@ def _settings(
     control: ControlOptions,
     device: DeviceName,
     model: bool,
+    channels: Sequence[LiveChannel],
     replay: LoopProgram | None,
     rig: RigOptions,
 ) -> LoopSettings:
@@ -324,7 +323,12 @@ def _settings(
     if replay is not None:
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
         return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or 1.0)
-    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
+    # Torques of the programs are those of the rig file: a force needs programs of its own.
+    turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
+    drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
+    programs = standard_programs(
+        parameters, model=model and turns, motor=control.motor, seed=rig.seed, device=device, drive=drive
+    )
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
     stroke = shaft_angle(parameters, 0.9)
@@ -406,9 +410,8 @@ def _for_rig(
         if isinstance(rig, RigDevice):
             most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
         if asked is not None and not 0 < asked <= min(most, 1e9):
-            raise SettingError(
-                f"--field-limit {asked:g}", remedy=f"Give a number above 0, at most the supply's {most:g}"
-            )
+            remedy = "Give a number above 0" + (f", at most the supply's {most:g}" if most < math.inf else "")
+            raise SettingError(f"--field-limit {asked:g}", remedy=remedy)
         share = (asked if most == math.inf and asked else most) / settings.field_limit
         rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
         settings = replace(settings, field_limit=asked or most, **rates)

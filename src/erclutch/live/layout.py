@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.signals.channels import Channel
+from erclutch.signals.channels import LiveChannel
 
 _HEADER = (Path(__file__).parent / "c" / "erc_layout.h").read_text(encoding="utf-8")
 _TYPES = {"uint64_t": "<u8", "uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
@@ -71,7 +71,7 @@ EVENTS: tuple[tuple[str, str], ...] = tuple(
 EVENT_BITS: dict[str, int] = {name: 1 << i for i, (name, _) in enumerate(EVENTS)}
 
 
-def frames_of(channels: Sequence[Channel]) -> np.dtype[Any]:
+def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
     """A frame as a device has it: the bytes of `FRAME`, its numbers under the names of the channels.
 
     Raises:

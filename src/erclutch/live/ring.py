@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError
 from erclutch.live.layout import CONSTANTS, EVENTS, FRAME, HEADER, frames_of
-from erclutch.signals.channels import ROLES, Channel, channels_of
+from erclutch.signals.channels import ROLES, LiveChannel, channels_of
 from erclutch.signals.units import is_written_well
 
 #: 65.5 s at 1 kHz, 7.3 MB.
@@ -73,7 +73,7 @@ class RingInfo:
     start_unix_ns: int = 0
     note: str = ""
     capacity: int = CAPACITY
-    channels: tuple[Channel, ...] = channels_of("coaxial")
+    channels: tuple[LiveChannel, ...] = channels_of("coaxial")
 
 
 _TEXTS = ("rig", "origin", "model", "digest", "note")
@@ -172,7 +172,7 @@ class RingReader:
         texts = {name: bytes(header[name]).decode(errors="replace") for name in _TEXTS}
         return RingInfo(**texts, **{name: header[name].item() for name in _NUMBERS}, channels=self._channels(header))
 
-    def _channels(self, header: Any) -> tuple[Channel, ...]:
+    def _channels(self, header: Any) -> tuple[LiveChannel, ...]:
         """The table of channels.
 
         Raises:
@@ -181,7 +181,7 @@ class RingReader:
         count, table = int(header["channels"]), header["channel"]
         if count <= len(table):
             texts = ([bytes(text).decode(errors="replace") for text in each] for each in table[:count])
-            found = tuple(Channel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
+            found = tuple(LiveChannel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
             names = [channel.name for channel in found]
             sound = all(_NAME.fullmatch(c.name) and c.role in ROLES and is_written_well(c.unit) for c in found)
             if sound and not {*names} & {*_FIXED}:

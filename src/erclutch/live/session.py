@@ -26,7 +26,7 @@ from erclutch.live.ring import RingInfo, RingReader, make_ring, ring_folder
 from erclutch.live.settings import LoopSettings, config_of
 from erclutch.rig.rig_plugins import LibraryRig, UdpRig
 from erclutch.rig.rig_process import start_rig
-from erclutch.signals.channels import Channel, NamedChannels, channels_of
+from erclutch.signals.channels import LiveChannel, NamedChannels, channels_of
 from erclutch.signals.device import Units
 
 #: The loop has so long to get its first sample.
@@ -94,7 +94,7 @@ class SessionOptions:
     priority: int = 80
     cpu: int | None = None
     note: str = ""
-    channels: tuple[Channel, ...] = ()
+    channels: tuple[LiveChannel, ...] = ()
 
 
 class Session(contextlib.AbstractContextManager["Session"]):

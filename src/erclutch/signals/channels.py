@@ -22,7 +22,7 @@ _POSITIONS = {"rad/s": "rad", "m/s": "m", "1/s": ""}
 
 
 @dataclass(frozen=True)
-class Channel:
+class LiveChannel:
     """One number of each frame.
 
     Attributes:
@@ -42,7 +42,7 @@ class Channel:
     def __str__(self) -> str:
         """Name, label and unit, as in ``field = coil current [A]``."""
         called = self.name if self.label == self.name else f"{self.name} = {self.label}"
-        return f"{called} [{self.unit or '1'}]" if self.unit != units_module.UNKNOWN else f"{called}, unit unknown"
+        return f"{called} [{self.unit or '1'}]"
 
 
 _Row = tuple[str, str, str, str]
@@ -75,7 +75,7 @@ _USUAL: Mapping[DeviceName, Units] = {"single": Units("?", "?", "?"), "coaxial":
 _WIRED = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
 
 
-def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool = True) -> tuple[Channel, ...]:
+def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool = True) -> tuple[LiveChannel, ...]:
     """What the frames of a device hold, in their order.
 
     Args:
@@ -94,7 +94,7 @@ def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool =
         "reference": "",
     }
     rows = (row for row in _ROWS[device] if motor or row[2] != "motor")
-    return tuple(Channel(name, slot, role, of[role], label) for name, slot, role, label in rows)
+    return tuple(LiveChannel(name, slot, role, of[role], label) for name, slot, role, label in rows)
 
 
 def wired(device: DeviceName) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ class NamedChannels:
     motor: bool
     sensor: bool
 
-    def of(self, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+    def of(self, channels: tuple[LiveChannel, ...]) -> tuple[LiveChannel, ...]:
         """The same channels under these labels, without an effort that nothing measures."""
         kept = (c for c in channels if self.sensor or c.role != "effort")
         return tuple(replace(c, label=self.labels.get(c.name, c.label)) for c in kept)

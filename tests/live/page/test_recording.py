@@ -89,6 +89,9 @@ def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_w
         "effort": "N",
     }
     assert np.array_equal(log.signals["slip"], frames["theta_dot"])
+    found = recover(tmp_path / "a.mcap")
+    assert (found.messages, found.coaxial) == (60, False)
+    assert read(found.path, device="single").units == log.units
 
 
 _TABLE = HEADER.fields["channel"][1]

@@ -144,7 +144,9 @@ def _packed(info: RingInfo) -> np.dtype[Any]:
 def description(info: RingInfo) -> tuple[kinds.Schema, kinds.Channel]:
     """Schema and channel of the frames: fields, units, and where they come from."""
     types = {"u8": "uint64", "f8": "float64", "u4": "uint32", "i4": "int32"}
-    frame, units = _packed(info), {c.name: c.unit for c in info.channels if c.unit not in ("", UNKNOWN)}
+    plain = {"": "-"}  # a number without a dimension, said: no unit would mean an unknown one
+    frame = _packed(info)
+    units = {c.name: plain.get(c.unit, c.unit) for c in info.channels if c.unit != UNKNOWN and c.role != "reference"}
     units |= {name: "ns" for name in frame.names or () if name.endswith("_ns")}
     lines = [f"{types[frame[n].str[1:]]} {n}" + (f"  # {units[n]}" if n in units else "") for n in frame.names or ()]
     named_units = {f"{UNIT_KEY}{name}": unit for name, unit in units.items()}
