@@ -532,6 +532,7 @@ def test_packets_of_another_device_are_dropped() -> None:
                     wire.sendto(pack_sensors(SensorPacket(3, 1, 0, 0.1, 0.0, 0.2, 0, device)), sender)
                 assert reader.sensor_seq == (1 if device == 1 else 0)
             frames = session.reader().read()
+    assert frames.dtype.names is not None
     assert frames.dtype.names[2:5] == ("position", "slip", "field")
     assert frames["position"][-1] == pytest.approx(0.1)
 

@@ -39,7 +39,7 @@ def test_gaps_of_five_periods_are_bridged_and_longer_ones_cut() -> None:
 
 def holed(seed: int = 1) -> Track:
     values = wave(300, seed)
-    return Track(0.5 + 0.01 * np.arange(300), values, 0.01, ((0, 100), (140, 300)))
+    return Track(0.5 + 0.01 * np.arange(300.0), values, 0.01, ((0, 100), (140, 300)))
 
 
 def test_means_are_those_of_the_straight_lines() -> None:
@@ -160,7 +160,7 @@ def test_weights_follow_what_agrees() -> None:
 
 def test_where_the_autocorrelation_falls_to_a_half() -> None:
     values = np.repeat(np.random.default_rng(5).normal(size=400), 20)
-    track = Track(0.01 * np.arange(8000), values, 0.01, ((0, 8000),))
+    track = Track(0.01 * np.arange(8000.0), values, 0.01, ((0, 8000),))
     assert cm._width(track, 0.01, 80.0) == pytest.approx(0.1, abs=0.02)
 
 
@@ -169,7 +169,7 @@ def pair(offset: float = 0.123, drift: float = 80e-6, noise: float = 0.2, seed: 
     fine = lfilter([1.0], [1.0, -1.9, 0.9025], np.random.default_rng(seed).normal(size=42_000))
     fine /= np.std(fine)
     rng = np.random.default_rng(seed + 1)
-    a = 0.01 * np.arange(3000)
+    a = 0.01 * np.arange(3000.0)
     on_a = (a - offset) / (1.0 + drift)
     true = 0.001 * np.arange(42_000) - 5.0
     one = np.interp(a, true, fine) + noise * rng.normal(size=3000)

@@ -12,7 +12,7 @@ from erclutch.signals.recording import Recording
 
 
 def damper(rows: int, period: float) -> Recording:
-    t = period * np.arange(rows)
+    t = period * np.arange(float(rows))
     signals = {"field": np.where(t < 0.02, -0.4, 2.2), "slip": np.full(rows, 0.3), "effort": 900.0 * t}
     units = {"field": "V", "slip": "m/s", "effort": "N"}
     return Recording("a", signals, units, t, period, ((0, rows),), True, "")

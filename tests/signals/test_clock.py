@@ -49,7 +49,7 @@ def test_a_recording_is_copied_whole_and_stays_read_only() -> None:
         assert not again.time.flags.writeable
         assert again.units == {"slip": "m/s"}
         with pytest.raises(TypeError):
-            again.signals["slip"] = time
+            again.signals["slip"] = time  # pyright: ignore[reportIndexIssue]
 
 
 @pytest.mark.parametrize("device", ["single", "coaxial"])
@@ -67,7 +67,7 @@ def test_a_speed_depends_on_no_row_beyond_its_reach(derivative: Derivative, rows
     far = reach(derivative, 1e-3)
     assert rows in (None, far)
     n = 2 * far + 200
-    clock = Clock(np.arange(n) * 1e-3, (Span(0, n, 1e-3),))
+    clock = Clock(np.arange(float(n)) * 1e-3, (Span(0, n, 1e-3),))
     x = np.zeros(n)
     x[100 + far // 2] = 1.0
     effect = np.abs(differentiate(x, clock, derivative))

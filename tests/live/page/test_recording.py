@@ -94,6 +94,7 @@ def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_w
     assert read(found.path, device="single").units == log.units
 
 
+assert HEADER.fields is not None
 _TABLE = HEADER.fields["channel"][1]
 
 
