@@ -261,14 +261,14 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
 
 def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
     """What the numbers of the session are called: units as the rig says, else as the model has them."""
-    from erclutch.signals.channels import channels_of
+    from erclutch.signals.channels import USUAL, channels_of
     from erclutch.signals.units import UNKNOWN
 
     units, named = model and model.units, rig.named
     if named is None:
         return channels_of(device, units)
     known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
-    merged = replace(units or named.units, **known)
+    merged = replace(units or USUAL[device], **known)
     return named.of(channels_of(device, merged, motor=named.motor))
 
 

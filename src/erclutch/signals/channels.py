@@ -70,7 +70,7 @@ _ROWS: Mapping[DeviceName, tuple[_Row, ...]] = {
     ),
 }
 #: The pair turns; nothing is known of a single device until its model, log or rig says it.
-_USUAL: Mapping[DeviceName, Units] = {"single": Units("?", "?", "?"), "coaxial": Units("N*m", "", "rad/s")}
+USUAL: Mapping[DeviceName, Units] = {"single": Units("?", "?", "?"), "coaxial": Units("N*m", "", "rad/s")}
 #: Slots that a rig sends or is sent; a frame has the others besides.
 _WIRED = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
 
@@ -83,7 +83,7 @@ def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool =
         units: of effort, field and slip; None: those of the pair in SI, unknown ones of a single device.
         motor: whether the rig has a drive that the loop commands.
     """
-    known = units or _USUAL[device]
+    known = units or USUAL[device]
     of: Mapping[str, str] = {
         "position": _POSITIONS.get(known.slip, "?"),
         "speed": known.slip,
