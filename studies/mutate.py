@@ -149,7 +149,7 @@ def _values(node: ast.AST) -> Iterator[tuple[str, Callable[[], None]]]:
         yield f"{value} -> {other}", _setter(node, "value", other)
     if isinstance(node, ast.If | ast.IfExp):
         yield "condition negated", _setter(node, "test", ast.UnaryOp(ast.Not(), node.test))
-    if isinstance(node, ast.Return) and node.value is not None:
+    if isinstance(node, ast.Return) and not (node.value is None or ast.unparse(node.value) == "None"):
         yield "None returned", _setter(node, "value", ast.Constant(None))
 
 

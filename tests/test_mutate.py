@@ -26,6 +26,7 @@ def mutants(folder: Path, source: str, suffix: str = ".py") -> list[str]:
         ("x = a and not b", {"x = a or not b"}),
         ("x = -a * 0.5", {"x = +a * 0.5", "x = -a / 0.5", "x = -a * 1.0"}),
         ("def f():\n    return x", {"def f():\n    return None"}),
+        ("def f():\n    return None", set()),
         ("if a:\n    f(a)", {"if not a:\n    f(a)", "if a:\n    pass"}),
         ("x += y", {"pass", "x -= y"}),
         ("if a:\n    raise E(f'{a + 1}')", {"if not a:\n    raise E(f'{a + 1}')", "if a:\n    pass"}),

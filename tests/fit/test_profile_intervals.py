@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
+from scipy.stats import t as student
 
 from erclutch.fit.intervals import uncertainty
+from erclutch.fit.laws import profile_intervals
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends
 from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem
 from erclutch.fit.levenberg_marquardt import minimise
@@ -109,3 +112,23 @@ def test_a_law_without_a_residual_has_intervals_without_width() -> None:
     assert high[0] == pytest.approx(1.0)
     assert np.all(low <= found.point)
     assert np.all(high >= found.point)
+
+
+def test_the_rise_at_the_ends_is_students_for_independent_rows() -> None:
+    rng = np.random.default_rng(0)
+    found: Any = SimpleNamespace(slopes=rng.normal(size=(12, 3)), residual=rng.normal(size=12))
+    expected = student.ppf(0.975, 9) ** 2 * (found.residual @ found.residual) / 9
+    np.testing.assert_allclose(profile_intervals._limits(found, False), expected, rtol=2e-3)
+    found.slopes[:, 1] = 0.0  # not identified: it counts as the middle one of the others
+    np.testing.assert_allclose(profile_intervals._limits(found, False), expected, rtol=2e-3)
+
+
+def test_the_next_value_to_try() -> None:
+    to: Any = profile_intervals._next
+    assert to(1.0, 0.5, 2.0, 1.5, 0.0) == pytest.approx(1.5)
+    assert to(1.0, 0.9, 2.0, 1.9, 0.0) == pytest.approx(1.1)
+    assert to(1.0, 0.99, 2.0, 1.99, 0.0) == pytest.approx(1.05)  # not nearer than a twentieth to either end
+    assert to(1.0, 0.0, 2.0, 1.01, 0.0) == pytest.approx(1.95)
+    assert to(1.0, 0.5, 2.0, np.inf, 0.0) == pytest.approx(2.1)
+    assert to(1.0, 0.05, 2.0, np.inf, 0.0) == pytest.approx(4.0)  # at most four times as far
+    assert to(3.0, 0.5, 2.0, np.inf, 2.0) == pytest.approx(4.1)

@@ -178,3 +178,17 @@ def test_what_is_wrong_in_a_task_is_named_with_its_part(tmp_path: Path) -> None:
         os.truncate(data.stem(0).with_name("00000-1.f8"), 800)
         with pytest.raises(RunError, match=r"00000-1\.f8: kept rows are missing"):
             list(data.blocks)
+
+
+def test_a_task_knows_its_own_parts_alone(tmp_path: Path, small: None) -> None:
+    paths = [write(tmp_path / f"{k}.parquet", 12_000 + 1000 * k, ()) for k in range(3)]
+    with on_disk(*paths) as data:
+        ends = np.cumsum([0, 12_000, 13_000, 14_000]).tolist()
+        assert data.rows == ends[-1]
+        for first, last in ((0, 0), (0, 1), (1, 1), (1, 2), (2, 2)):
+            some = data.only(ends[first], ends[last + 1])
+            assert len(some._parts) == last - first + 1
+            assert some._starts.tolist() == ends[first : last + 2]
+            assert some._spans[:, 0].tolist() == ends[first : last + 1]
+            assert data.only(ends[first] + 1, ends[last + 1] - 1)._starts.tolist() == ends[first : last + 2]
+        assert len(data.only(ends[1] - 1, ends[1] + 1)._parts) == 2
