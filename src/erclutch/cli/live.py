@@ -137,6 +137,7 @@ def live(
     no_model: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
     explain: Annotated[bool, Parameter(negative=())] = False,
+    explain_page: Path | None = None,
     rig: RigOptions = _DEFAULTS[0],
     control: ControlOptions = _DEFAULTS[1],
     loop: LoopOptions = _DEFAULTS[2],
@@ -149,6 +150,7 @@ def live(
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
+        explain_page: Only write an HTML page that plays events to the loop's own C, without a network.
         rig: What is driven.
         control: What is done.
         loop: How the loop runs.
@@ -161,8 +163,13 @@ def live(
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import load_rig
 
-    if explain:
-        return _explained(terminal.console())
+    if explain_page is not None:
+        from erclutch.live.state_explorer import write_explorer
+
+        write_explorer(explain_page)
+        terminal.say(str(explain_page))
+    if explain or explain_page is not None:
+        return _explained(terminal.console()) if explain else 0
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     _checked(loop)
