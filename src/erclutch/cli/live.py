@@ -84,15 +84,19 @@ class ControlOptions:
     nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in --rig-file."""
     observer_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
-    torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 2.0e-3
+    torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 1.5e-3
     """Lead of the wanted torque in s: dead time and lag from command to torque, with --observer."""
     track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
-    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
-    and friction stand in --rig-file."""
+    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. It needs --tuned or
+    --output-inertia."""
     stiffness: Annotated[float, Parameter(group=_CONTROL)] = 0.1
     """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
     damping: Annotated[float, Parameter(group=_CONTROL)] = 4.0e-3
     """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
+    output_inertia: Annotated[float | None, Parameter(group=_CONTROL)] = None
+    """Inertia that the model's torque moves, in kg m2, for --track-bandwidth; erclutch tune finds it."""
+    output_friction: Annotated[float, Parameter(group=_CONTROL)] = 0.0
+    """Dry friction of the output in N m, for --track-bandwidth."""
     tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
     """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
@@ -176,6 +180,7 @@ def live(
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
+        _knows_inertia(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
@@ -317,8 +322,7 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
     """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
     found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
     if control.track_bandwidth:
-        found["output_inertia"] = sum(parameters.value(f"screw.{part}_inertia") for part in ("rotor", "load"))
-        found["output_friction"] = parameters.value("screw.coulomb")
+        found |= {name: getattr(control, name) for name in ("output_inertia", "output_friction")}
     if control.observer == "off":
         return found
     found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
@@ -357,6 +361,12 @@ def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     options = {name: value for name, value in body.items() if hasattr(control, name)}
     default = {name: value for name, value in options.items() if getattr(control, name) == getattr(_DEFAULTS[1], name)}
     return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+
+
+def _knows_inertia(control: ControlOptions) -> None:
+    if control.track_bandwidth and control.output_inertia is None:
+        remedy = "Run erclutch tune RUN and give its control.toml to --tuned, or give --output-inertia in kg m2"
+        raise SettingError("--track-bandwidth without the inertia that the model's torque moves", remedy=remedy)
 
 
 def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
