@@ -263,7 +263,7 @@ static void integrate(erc_core *core, double wanted, uint32_t events) {
 static double handed_over(erc_core *core, double field) {
     const double limit = core->config.field_limit, most = limit / (double)EASE;
     erc_stages *s = &core->stages;
-    if (field * s->side < 0.0 && (fabs(field) < HAND_OVER * limit || core->field * s->side > 0.0)) {
+    if (field * s->side < 0.0 && fabs(field) < HAND_OVER * limit) {
         field = 0.0;
     }
     if (s->ease > 0u) {
