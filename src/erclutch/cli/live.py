@@ -167,13 +167,8 @@ def live(
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import load_rig
 
-    if explain_page is not None:
-        from erclutch.live.state_explorer import write_explorer
-
-        write_explorer(explain_page)
-        terminal.say(str(explain_page))
     if explain or explain_page is not None:
-        return _explained(terminal.console()) if explain else 0
+        return _explained(terminal.console(), explain, explain_page)
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     _checked(loop)
@@ -184,13 +179,7 @@ def live(
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
-        asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
-        asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
-        for option, (needs_model, needs_sensor) in asked.items():
-            if needs_model and chosen is None:
-                raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
-            if needs_sensor:
-                _has_sensor(what, option)
+        _has_what_it_needs(control, adapt, chosen, what)
         settings = _settings(parameters, control, device, chosen is not None, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
@@ -205,10 +194,26 @@ def live(
         return _ended(session, watch, observers, code, None if loop.json else output)
 
 
-def _explained(output: Console) -> int:
+def _has_what_it_needs(control: ControlOptions, adapt: bool, model: LiveModel | None, rig: RigChoice) -> None:
+    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    for option, (needs_model, needs_sensor) in asked.items():
+        if needs_model and model is None:
+            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+        if needs_sensor:
+            _has_sensor(rig, option)
+
+
+def _explained(output: Console, table: bool, page: Path | None) -> int:
     from erclutch.cli import terminal
     from erclutch.live.explained_states import transitions
+    from erclutch.live.state_explorer import write_explorer
 
+    if page is not None:
+        write_explorer(page)
+        terminal.say(str(page))
+    if not table:
+        return 0
     found = list(transitions())
     for state in dict.fromkeys(line.state for line in found):
         rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
