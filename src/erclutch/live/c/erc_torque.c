@@ -180,11 +180,10 @@ static bool follow(erc_core *core, const double *in, double wanted, uint32_t *ev
         const double there = erc_at_rest(core, in, next) - wanted;
         met = fabs(there) <= enough;
         at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0;
-        if (i == 0u) {
-            first = there;
-        } else if (!at_end) { /* both are of this period; else a step of the torque */
+        if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
             slope = fabs(there) < fabs(miss) ? (there - miss) / (next - at) : 0.0;
         }
+        first = i == 0u ? there : first;
         at = next;
         miss = there;
     }
