@@ -13,6 +13,7 @@ so the study can be stopped and goes on where it was.
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
 import os
 import resource
@@ -20,6 +21,7 @@ import signal
 import sys
 import tempfile
 import time
+import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -169,6 +171,55 @@ def write_mcap(path: Path, columns: Columns) -> None:
         writer.finish()
 
 
+def write_text(path: Path, columns: Columns, separator: str = ",", names: bool = True) -> None:
+    """Rows of numbers, with names and units or without, by hand."""
+    head = [separator.join(f"{name} [{unit}]" for name, (unit, _) in columns.items())] if names else []
+    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
+    text = "\n".join([*head, *(separator.join(map(repr, row)) for row in rows)]) + "\n"
+    path.write_bytes(gzip.compress(text.encode(), mtime=0) if path.suffix == ".gz" else text.encode())
+
+
+def write_daq(path: Path, columns: Columns) -> None:
+    """An export of a data logger: a block of facts, a row of names, dates, remarks behind the first and last row."""
+    names = [f"{name} ({unit})" for name, (unit, _) in columns.items() if name != "time"]
+    head = ["Device: logger", "Rate: 1000 Hz", "", ", ".join(["Sample", "Date/Time", *names, "Events"])]
+    rows = [
+        f"{k}, 05/25/2022 05:50:06.{k:03d} PM, " + ", ".join(repr(float(values[k])) for _, values in signals)
+        for signals in [[pair for name, pair in columns.items() if name != "time"]]
+        for k in range(len(columns["time"][1]))
+    ]
+    rows[0], rows[-1] = rows[0] + ", DAQ Start", rows[-1] + ", DAQ Pause, DAQ Stop"
+    path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+
+
+def write_mat(path: Path, columns: Columns) -> None:
+    """MATLAB 5 by SciPy, packed: a vector a signal."""
+    from scipy.io import savemat
+
+    savemat(path, {name: values for name, (_, values) in columns.items()}, do_compression=True)
+
+
+def write_mat73(path: Path, columns: Columns) -> None:
+    """MATLAB 7.3 by h5py: MATLAB's 512 bytes before an HDF5 file whose data sets say their class."""
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, (_, values) in columns.items():
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(b"double")
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def write_parquet(path: Path, columns: Columns, checksums: bool = False) -> None:
+    """Parquet by pyarrow: units as metadata of the fields."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in columns.items()]
+    table = pa.table([values for _, values in columns.values()], schema=pa.schema(fields))
+    parquet.write_table(table, path, write_page_checksum=checksums)
+
+
 #: Name of the format -> reader, name of the file or folder, its writer.
 FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
     "mdf": ("mdf", "a.mf4", write_mdf),
@@ -184,6 +235,14 @@ FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
     "lvm": ("lvm", "a.lvm", write_lvm),
     "jsonl": ("jsonl", "a.jsonl", write_jsonl),
     "mcap": ("mcap", "a.mcap", write_mcap),
+    "csv": ("text", "a.csv", write_text),
+    "white space": ("text", "a.txt", lambda path, columns: write_text(path, columns, "  ", names=False)),
+    "daq": ("text", "daq.csv", write_daq),
+    "csv gz": ("text", "a.csv.gz", write_text),
+    "mat 5": ("mat", "a.mat", write_mat),
+    "mat 7.3": ("mat", "b.mat", write_mat73),
+    "parquet": ("parquet", "a.parquet", write_parquet),
+    "parquet checked": ("parquet", "b.parquet", lambda path, columns: write_parquet(path, columns, checksums=True)),
 }
 
 
@@ -221,9 +280,11 @@ def finder(reader: str) -> Callable[[str], Table]:
     if hasattr(module, "find"):
         return lambda path: module.find(path, None)
 
+    own = next(getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name))
+
     def read(path: str) -> Table:
         try:
-            return module._read(LogSource(Path(path), Path(path).read_bytes(), ""))
+            return own(LogSource(Path(path), Path(path).read_bytes(), ""))
         except (LogError, MemoryError):
             raise
         except Exception as error:  # here no `child_process.serve` makes an error of it
@@ -301,7 +362,7 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
         for number in range(first, first + CHUNK):
             part = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
             for each in parts:
-                seed = (sorted(FORMATS).index(name), number)
+                seed = (zlib.crc32(name.encode()), number)
                 each.write_bytes(mutated(data[each], seed) if each == part else data[each])
             said, memory = in_child(find, log, whole)
             found[said], peak = found[said] + 1, max(peak, memory)

@@ -41,7 +41,7 @@ int main(int count, char **words) {
     erc_core_init(&core, &config, 0, 0);
     const clock_t start = clock();
     for (uint64_t k = 0; k < STEPS; k++) {
-        erc_sample sample = {k + 1u, (k + 1u) * 1000000u, 0.04 * (double)k, 5.0, 0.1, 0u};
+        erc_sample sample = {k + 1u, (k + 1u) * 1000000u, 0.04 * (double)k, 5.0, 0.1, 0u, 0u};
         erc_core_step(&core, &sample, 1u, k, 0u, 0u, &command, &frame);
     }
     printf("%g", 1e9 * (double)(clock() - start) / CLOCKS_PER_SEC / STEPS);

@@ -550,7 +550,7 @@ def running(
         ring = make_ring(folder / "ring", RingInfo(capacity=8192))
         library = compiled_model(model)
         spy = Spy()
-        server = RigServer(spy, session=42, lead=0.01)
+        server = RigServer(spy, session=42, lead=0.01, device=chosen().device)
         stop = threading.Event()
         thread = threading.Thread(target=serve, args=(server, stop), daemon=True)
         thread.start()
@@ -781,7 +781,7 @@ def rig_killed(times: int) -> Finding:
         for _ in range(3 * times):  # as above
             if len(waits) == times:
                 break
-            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42}
+            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42, "device": chosen().device}
             rig, port = start_rig(spec)
             with running(port=port) as now, contextlib.suppress(NeverReadyError):
                 now.ready()

@@ -1,18 +1,24 @@
 """How many small defects the tests of a room see: a seeded sample of mutants of the core.
 
-    python studies/mutate.py [--seed 1] [--count 40] [--rooms arithmetic models ...] [--results build/mutants.jsonl]
+    python studies/mutate.py [--seed 1] [--count 40] [--rooms arithmetic models ...] [--slow]
+        [--results build/mutants.jsonl]
 
-A mutant is the package with one operator, number, condition or statement changed. The fast tests of its room run on a
-copy of the project until the first one fails. A mutant that no test kills is a survivor. Somebody reads the survivors:
-a survivor that changes nothing that the package promises gets an entry, with the reason, in
-`studies/mutants_judged.toml`. An outcome is kept in the results file as soon as it is known, so a run goes on where it
-was stopped. Remove the file after a change of the sources or the tests.
+A mutant is the package with one operator, number, condition or statement changed, in a copy of the project. The tests
+of its room that call the changed function run until the first one fails: the fast tests, with `--slow` then the slow
+tests of the same files. Where no test of the room imports the module, tests of other rooms that do count too. Which
+test calls what is seen once for each test file (`studies/mutate_calls.py`) and kept beside the results.
+
+A mutant that no test kills is a survivor. Somebody reads the survivors: a survivor that changes nothing that the
+package promises gets an entry, with the reason, in `studies/mutants_judged.toml`. An outcome is kept in the results
+file as soon as it is known, so a run goes on where it was stopped. Remove the file after a change of the sources or the
+tests.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import hashlib
 import json
 import os
 import random
@@ -42,6 +48,8 @@ CORE = {
     "export": "export/**/*.py",
     "live": "live/c/*.c",
 }
+#: By test file and function: its tests that call the function.
+Calls = dict[str, dict[str, list[str]]]
 #: A mutant that computes for longer is taken for an endless loop, and so for killed.
 CPU_SECONDS = 240
 
@@ -204,65 +212,130 @@ def sample(root: Path, rooms: list[str], seed: int, count: int) -> list[dict[str
     return drawn[:count]
 
 
-def _limited() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+def files_of(root: Path, room: str, module: Path) -> list[str]:
+    """Test files of the room, those that import the module first.
+
+    Where no test of the room imports the module, the tests of other rooms that do join them.
+    """
+    dotted = ".".join(module.relative_to(root / PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+    imported = re.compile(rf"erclutch\.{re.escape(dotted)} import ")
+    tests = root / "tests"
+    direct = [path for path in sorted(tests.rglob("test_*.py")) if imported.search(path.read_text(encoding="utf-8"))]
+    own = sorted((tests / room).rglob("test_*.py"))
+    first = [path for path in direct if path in own] or direct
+    return [str(path.relative_to(root)) for path in (*first, *(path for path in own if path not in first))]
 
 
-def outcome(copy: Path, room: str, stem: str) -> str:
-    """What the fast tests of a room say: `survived`, or the first failure. Files that name the module go first."""
-    tests = sorted((copy / "tests" / room).rglob("test_*.py"), key=lambda path: stem not in path.read_text("utf-8"))
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *map(str, tests)]
-    surroundings = {**os.environ, "PYTHONPATH": str(copy / "src"), "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(
-            command, cwd=copy, env=surroundings, capture_output=True, text=True, timeout=1200, preexec_fn=_limited
-        )
-    except subprocess.TimeoutExpired:
-        return "killed: out of time"
-    if done.returncode == 0:
+def function_at(node: ast.AST, line: int, above: str = "") -> str:
+    """Qualified name of the innermost function that holds a line; empty outside of functions."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt) and child.lineno <= line <= (child.end_lineno or 0):
+            if isinstance(child, ast.ClassDef):
+                return function_at(child, line, f"{above}{child.name}.")
+            if isinstance(child, ast.FunctionDef) and line > child.lineno:
+                return function_at(child, line, f"{above}{child.name}.<locals>.") or above + child.name
+            return function_at(child, line, above)
+    return ""
+
+
+def tests_of(root: Path, mutant: dict[str, Any], calls: Calls) -> list[str]:
+    """The tests that call the function of a mutant; where none is seen to, all tests of the room."""
+    module = root / PACKAGE / mutant["file"]
+    files = files_of(root, mutant["room"], module)
+    if module.suffix == ".c":
+        return files
+    place = f"{mutant['file']}:{function_at(ast.parse(module.read_text(encoding='utf-8')), mutant['line'])}"
+    found: list[str] = []
+    for file in files:
+        tests = calls[file].get(place, [])
+        found += [file] if file in tests else tests  # a file by itself: while a test of it was set up
+    return found or files
+
+
+def outcome(copy: Path, tests: list[str], marks: str, seconds: int = CPU_SECONDS, *options: str) -> str:
+    """What these tests with these marks say: `survived`, or the first failure."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "-m", marks]
+    surroundings = {**os.environ, "PYTHONPATH": f"{copy / 'src'}:{copy}", "OPENBLAS_NUM_THREADS": "1"}
+    surroundings |= {"MUTATE_SOURCE": str(copy / PACKAGE), "MUTATE_CALLS": str(copy / "calls.json")}
+    done = subprocess.run(
+        [*command, *options, *tests],
+        cwd=copy, env=surroundings, capture_output=True, text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)),
+    )  # fmt: skip
+    if done.returncode in (0, 5):  # 5: none of them has these marks
         return "survived"
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
     return f"killed: {failed[1] if failed else 'no test began, or out of time'}"
 
 
 def copied(folder: Path) -> Path:
-    """The files that git knows, as they are now."""
-    names = subprocess.run(["git", "ls-files"], cwd=HERE, capture_output=True, text=True, check=True).stdout
-    for name in names.splitlines():
+    """The files that git does not ignore, as they are now, beside the same public recordings."""
+    if (shared := HERE.parent / "shared").is_dir():
+        (folder / "shared").symlink_to(shared.resolve())
+    folder /= "project"
+    listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
+    for name in subprocess.run(listed, cwd=HERE, capture_output=True, text=True, check=True).stdout.splitlines():
         if (HERE / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(HERE / name, folder / name)
     return folder
 
 
-def run(wanted: list[dict[str, Any]], results: Path) -> list[dict[str, Any]]:
+def called(copy: Path, kept: Path, rooms: list[str]) -> Calls:
+    """By test file: which tests call which function. Files that are new or changed run once, without a mutant.
+
+    The tests must pass. What is found is kept in a file for the next time.
+    """
+    modules = [(room, path) for room in rooms for path in (copy / PACKAGE).glob(CORE[room]) if path.suffix == ".py"]
+    files = sorted({file for room, path in modules for file in files_of(copy, room, path)})
+    digests = {file: hashlib.sha256((copy / file).read_bytes()).hexdigest() for file in files}
+    known = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    for number, file in enumerate(files, 1):
+        if file not in known or known[file][0] != digests[file]:
+            print(f"{number} of {len(files)}: {file} without a mutant", flush=True)
+            said = outcome(copy, [file], "not slow", 3600, "-p", "studies.mutate_calls")
+            if said != "survived":
+                raise SystemExit(f"a test fails without any mutant, {said}")
+            known[file] = digests[file], json.loads((copy / "calls.json").read_text("utf-8")).get(file, {})
+            kept.write_text(json.dumps(known), encoding="utf-8")
+    return {file: known[file][1] for file in files}
+
+
+def run(wanted: list[dict[str, Any]], results: Path, rooms: list[str], stages: tuple[str, ...]) -> list[dict[str, Any]]:
     """Outcomes of all wanted mutants, those that are known from before included."""
     known = [json.loads(line) for line in results.read_text("utf-8").splitlines()] if results.exists() else []
-    have = {(entry["file"], entry["number"]): entry for entry in known}
+    have = {(entry["file"], entry["number"], entry["tests"]): entry for entry in known}
     results.parent.mkdir(parents=True, exist_ok=True)
+    outcomes: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as folder, results.open("a", encoding="utf-8") as kept:
         copy = copied(Path(folder))
-        for room in sorted({mutant["room"] for mutant in wanted if (mutant["file"], mutant["number"]) not in have}):
-            if (room, None) in have:
-                continue
-            if (said := outcome(copy, room, "")) != "survived":
-                raise SystemExit(f"tests/{room} fail without any mutant, {said}")
-            have[room, None] = {"file": room, "number": None}
-            kept.write(json.dumps(have[room, None]) + "\n")
-            kept.flush()
+        calls = called(copy, results.with_name("mutants.calls.json"), rooms)
         for mutant in wanted:
-            key = mutant["file"], mutant["number"]
-            if key in have:
-                continue
-            path = copy / PACKAGE / mutant["file"]
-            original = path.read_text(encoding="utf-8")
-            path.write_text(mutated(path, mutant["number"]), encoding="utf-8")
-            have[key] = {**mutant, "outcome": outcome(copy, mutant["room"], path.stem)}
-            path.write_text(original, encoding="utf-8")
-            kept.write(json.dumps(have[key]) + "\n")
-            kept.flush()
-            print(f"{mutant['file']}:{mutant['line']}: {mutant['what']}: {have[key]['outcome']}", flush=True)
-    return [have[mutant["file"], mutant["number"]] for mutant in wanted]
+            found: dict[str, Any] = {}
+            for marks in stages:
+                if found.get("outcome", "survived") == "survived":
+                    key = mutant["file"], mutant["number"], marks
+                    if key not in have:
+                        have[key] = {**mutant, "tests": marks, "outcome": judged_by_tests(copy, mutant, calls, marks)}
+                        print("{file}:{line}: {what}: {outcome} ({tests})".format(**have[key]), flush=True)
+                        kept.write(json.dumps(have[key]) + "\n")
+                        kept.flush()
+                    found = have[key]
+            outcomes.append(found)
+    return outcomes
+
+
+def judged_by_tests(copy: Path, mutant: dict[str, Any], calls: Calls, marks: str) -> str:
+    """The outcome of a mutant. The copy is as before afterwards."""
+    path = copy / PACKAGE / mutant["file"]
+    original, tests = path.read_text(encoding="utf-8"), tests_of(copy, mutant, calls)
+    if marks == "slow":
+        tests = list(dict.fromkeys(test.partition("::")[0] for test in tests))
+    path.write_text(mutated(path, mutant["number"]), encoding="utf-8")
+    try:
+        return outcome(copy, tests, marks)
+    finally:
+        path.write_text(original, encoding="utf-8")
 
 
 def summary(outcomes: list[dict[str, Any]], judged: list[dict[str, str]]) -> str:
@@ -288,9 +361,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--rooms", nargs="+", choices=list(CORE), default=list(CORE))
+    parser.add_argument("--slow", action="store_true", help="try the slow tests too")
     parser.add_argument("--results", type=Path, default=HERE / "build" / "mutants.jsonl")
     asked = parser.parse_args()
-    outcomes = run(sample(HERE, asked.rooms, asked.seed, asked.count), asked.results)
+    wanted = sample(HERE, asked.rooms, asked.seed, asked.count)
+    outcomes = run(wanted, asked.results, asked.rooms, ("not slow", "slow")[: 1 + asked.slow])
     judged = tomllib.loads(JUDGED.read_text(encoding="utf-8"))["mutant"] if JUDGED.exists() else []
     print(summary(outcomes, judged))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,33 @@ def test_a_longer_sample_begins_with_the_shorter_one() -> None:
     assert study.sample(ROOT, ["signals", "live"], seed=3, count=8) == long[:8]
     assert long != study.sample(ROOT, ["signals", "live"], seed=4, count=20)
     assert {mutant["room"] for mutant in long} == {"signals", "live"}
+
+
+def test_the_tests_that_call_a_function_meet_its_mutants() -> None:
+    text = "class A:\n    def f(self):\n        def g():\n            return 1\n        return g\n\n\n"
+    text += "def h(x=2):\n    return x\n"
+    found = [study.function_at(ast.parse(text), line) for line in range(1, 10)]
+    assert found == ["", "", "A.f", "A.f.<locals>.g", "A.f", "", "", "", "h"]
+    mutant = {"room": "signals", "file": "signals/clock.py", "line": 1}
+    line = next(
+        n
+        for n, code in enumerate((ROOT / study.PACKAGE / mutant["file"]).read_text().splitlines(), 1)
+        if "edges[::2]" in code
+    )
+    files = study.files_of(ROOT, "signals", ROOT / study.PACKAGE / mutant["file"])
+    assert {"tests/signals/test_device.py", "tests/signals/test_differentiate.py"} <= set(files)
+    seen = {file: {"signals/clock.py:stretches": [f"{file}::test_a"]} if file == files[0] else {} for file in files}
+    assert study.tests_of(ROOT, {**mutant, "line": line}, seen) == [f"{files[0]}::test_a"]
+    assert study.tests_of(ROOT, mutant, seen) == files
+
+
+def test_where_no_test_of_the_room_imports_a_module_others_that_do_count() -> None:
+    files = study.files_of(ROOT, "fit", ROOT / study.PACKAGE / "fit/networks/exchange.py")
+    assert files[0] == "tests/models/networks/test_exchange.py"
+    assert files[-1].startswith("tests/fit/")
+    files = study.files_of(ROOT, "fit", ROOT / study.PACKAGE / "fit/history.py")
+    assert files[0] == "tests/fit/test_history.py"
+    assert all(file.startswith("tests/fit/") for file in files)
 
 
 def test_a_judged_survivor_counts_neither_way() -> None:

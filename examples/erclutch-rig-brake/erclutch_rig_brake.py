@@ -17,12 +17,12 @@ from erclutch.rig.rig_server import RigServer
 
 PERIOD = 1e-3  # s
 INERTIA = 2e-3  # kg m^2
-#: What the three numbers of a sample and of a command are on this rig. It has no second axis and no second field.
+#: What the channels of a single device are on this rig. Names and units go into frames, recordings and the page.
 CHANNELS = {
-    "theta": "flywheel angle [rad]",
-    "torque": "brake torque [N m]",
-    "field1": "coil current [A]",
-    "motor_torque": "motor torque [N m]",
+    "position": "flywheel angle [rad]",
+    "effort": "brake torque [N m]",
+    "field": "coil current [A]",
+    "drive": "motor torque [N m]",
 }
 LARGEST_CURRENT = 1.0  # A
 
@@ -83,7 +83,7 @@ def _simulated(session: int) -> str:
 
 def main(session: str, parent: str) -> None:
     """Serve the brake until the process that started it is gone."""
-    server = RigServer(Brake(), session=int(session), lead=2.0 * math.pi)
+    server = RigServer(Brake(), session=int(session), lead=2.0 * math.pi, device="single")
     print(server.port, flush=True)
     server.run(lambda: os.getppid() != int(parent))
 

@@ -23,6 +23,7 @@
 
 #define PERIOD_NS 1000000u
 #define WATCHDOG_NS 15000000u
+#define DEVICE ERC_COAXIAL /* ERC_SINGLE: one brake, clutch or damper; then field1, theta and torque are all that it has */
 
 static uint64_t now_ns(void) {
     struct timespec now;
@@ -79,7 +80,7 @@ int main(int count, char **words) {
             const ssize_t bytes = recvfrom(port, packet, sizeof packet, 0, (struct sockaddr *)&loop, &size);
             /* While the watchdog holds, a loop that was started anew may count from one again. */
             if (bytes > 0 && erc_get_command(packet, (size_t)bytes, session, &received) &&
-                (watchdog || received.seq > last)) {
+                received.device == DEVICE && (watchdog || received.seq > last)) {
                 command = received;
                 last = received.seq;
                 heard = now_ns();
@@ -101,7 +102,8 @@ int main(int count, char **words) {
             watchdog = 1;
         }
         pass_a_period(&command);
-        const erc_sample sample = {++seq, now_ns(), theta, alpha, torque, watchdog ? ERC_STATUS_WATCHDOG : 0u};
+        const uint32_t status = watchdog ? ERC_STATUS_WATCHDOG : 0u;
+        const erc_sample sample = {++seq, now_ns(), theta, alpha, torque, status, DEVICE};
         erc_put_sample(packet, session, &sample);
         (void)sendto(port, packet, ERC_PACKET_SIZE, 0, (struct sockaddr *)&loop, size);
         due = now_ns() + (taken ? PERIOD_NS * 3u / 2u : PERIOD_NS);

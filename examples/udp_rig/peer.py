@@ -20,7 +20,8 @@ import time
 import zlib
 
 PERIOD, WATCHDOG = 0.001, 0.015
-BODY = struct.Struct("<IIQQdddI8x")  # and a CRC-32 of these 60 bytes
+BODY = struct.Struct("<IIQQdddII4x")  # and a CRC-32 of these 60 bytes
+DEVICE = 0  # 0: the coaxial pair; 1: one brake, clutch or damper, which has field1, theta and torque alone
 SENSORS, COMMAND = 0x31535245, 0x31435245
 
 
@@ -45,8 +46,8 @@ def command_in(data: bytes, session: int) -> tuple[int, float, float, float, int
     """Number, fields, motor torque and flags of a packet; None if it is not whole, or not for us."""
     if len(data) != 64 or struct.unpack_from("<I", data, 60)[0] != zlib.crc32(data[:60]):
         return None
-    magic, of, seq, _, field1, field2, motor, flags = BODY.unpack_from(data)
-    return (seq, field1, field2, motor, flags) if (magic, of) == (COMMAND, session) else None
+    magic, of, seq, _, field1, field2, motor, flags, device = BODY.unpack_from(data)
+    return (seq, field1, field2, motor, flags) if (magic, of, device) == (COMMAND, session, DEVICE) else None
 
 
 def main(port: int, session: int) -> None:
@@ -78,7 +79,7 @@ def main(port: int, session: int) -> None:
             seq += 1
             now = time.monotonic_ns()
             values = (device.theta, device.alpha, device.torque)
-            body = BODY.pack(SENSORS, session, seq, now, *values, 1 if watchdog else 0)
+            body = BODY.pack(SENSORS, session, seq, now, *values, 1 if watchdog else 0, DEVICE)
             wire.sendto(body + struct.pack("<I", zlib.crc32(body)), loop)
             due = time.monotonic() + (1.5 if taken else 1.0) * PERIOD
 

@@ -140,6 +140,7 @@ MODELS: dict[str, Model] = {
         _with_gaps(law_model("bingham", "single")),
         law_model("bingham", "coaxial", "rise-fall"),
         law_model("bingham/critical", "coaxial"),
+        law_model("bingham/saturating", "single"),
         law_model("bingham/forward", "coaxial"),
         law_model("casson", "single", "lag"),
         law_model("casson/square", "coaxial"),

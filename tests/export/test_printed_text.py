@@ -6,11 +6,13 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from erclutch.export.c.c_printer import table
 from erclutch.export.exported_step import ExportOptions
 from erclutch.export.matlab_function import step_function
+from erclutch.export.step_numbers import band_of
 from erclutch.export.step_record import step_of, step_record
 from erclutch.export.targets import mujoco
 from erclutch.export.targets.c import check_source
@@ -53,3 +55,8 @@ def test_a_control_of_mujoco_has_some_width(models: dict[str, Model]) -> None:
 def test_the_check_prints_words_of_its_precision(models: dict[str, Model], precision: Any, word: str) -> None:
     printed = check_source(step_of(models["bingham, single"], ExportOptions(precision=precision)))
     assert set(re.findall(r"PRIx\d+", printed)) - {"PRIx8"} == {word}
+
+
+def test_a_step_without_alarms_has_no_band(models: dict[str, Model]) -> None:
+    program = step_of(models["bingham, single"])
+    assert band_of(program, np.zeros((4, program.signals))).shape == (0, 2)

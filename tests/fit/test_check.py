@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from erclutch.errors import CheckError
 from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, Finding, check, sensor_findings, steady_command
 from erclutch.logs.dataset import Dataset, hold_out
+from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import NO_FIELD
@@ -280,3 +281,165 @@ def test_a_position_that_drifts_is_said() -> None:
 @pytest.mark.parametrize("rate", [0.0, 0.3, 30.0])
 def test_a_swing_or_a_turning_device_does_not_drift(rate: float) -> None:
     assert not [f for f in findings(swinging(rate)) if f.subject == "drift"]
+
+
+# --- each limit from both sides ---------------------------------------------------------------------------------------
+
+
+def subjects(data: Dataset, test: float = 0.3) -> list[str]:
+    return [f.subject for f in findings(data, test)]
+
+
+def test_fifty_rows_are_enough() -> None:
+    data = good(72)
+    test = np.arange(72) >= 50
+    assert check(data, test) is not None
+    test[49] = True
+    with pytest.raises(CheckError, match="49 rows to train on, at least 50"):
+        check(data, test)
+
+
+@pytest.mark.parametrize(("rows", "said"), [(20, False), (21, True)])
+@pytest.mark.parametrize("end", [5.0, -5.0])
+def test_half_a_percent_of_the_rows_at_an_end_are_no_saturation(rows: int, said: bool, end: float) -> None:
+    data = good()
+    effort = data.effort.copy()
+    effort[100 : 100 + 8 * rows : 8] = end
+    assert any("may be saturated" in f.message for f in sensor_findings(changed(data, effort=effort))) == said
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "least", "most"),
+    [
+        ("slip", "m/s", 1e-5, 20.0),
+        ("slip", "rad/s", 1e-4, 2e3),
+        ("effort", "N", 1e-3, 1e6),
+        ("effort", "N*m", 1e-6, 1e5),
+    ],
+)
+def test_magnitudes_of_devices(name: str, unit: str, least: float, most: float) -> None:
+    data = good()
+    for size, said in ((0.99 * least, "below"), (1.01 * least, ""), (0.99 * most, ""), (1.01 * most, "above")):
+        wave = size * np.where(np.arange(N) % 2, 1.0, -1.0)
+        wave[::50] *= 0.5  # 2 % of smaller ones: the largest 1 % are at the size
+        wave[7] *= 100.0  # one that does not count
+        units = Units("N*m", "V", unit) if name == "slip" else Units(unit, "V", "rad/s")
+        new = replace(changed(data, **{name: wave}), units=units)
+        found = [f for f in sensor_findings(new) if f.subject == name and "such devices have" in f.message]
+        assert [said in f.message for f in found] == [True] * bool(said)
+    zero = changed(data, **{name: np.zeros(N)})
+    assert not [f for f in sensor_findings(zero) if "such devices have" in f.message]
+
+
+@pytest.mark.parametrize(("rate", "said"), [(0.55, False), (0.59, True)])
+def test_a_drift_is_three_swings(rate: float, said: bool) -> None:
+    assert ("drift" in subjects(swinging(rate))) == said
+    assert ("drift" in subjects(swinging(-rate))) == said
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.19, False), (0.22, True)])
+def test_a_fifth_of_the_rows_the_other_way_are_to_and_fro(share: float, said: bool) -> None:
+    data = good()
+    for turn in (1.0, -1.0):
+        slip = turn * np.where(np.arange(N) % 100 < 100 * share, -1.0, 2.0)
+        assert ("drift" in subjects(changed(data, slip=slip, effort=slip))) == said
+
+
+@pytest.mark.parametrize(("levels", "said"), [(2, False), (3, True), (64, True), (65, False)])
+def test_an_encoder_has_few_levels(levels: int, said: bool) -> None:
+    data = good()
+    slip = np.floor((data.elements[0].slip + 20.0) / 40.0 * levels) - levels / 2 + 0.25
+    assert np.unique(slip).size == levels
+    found = [f for f in findings(changed(data, slip=slip)) if "differenced encoder" in f.message]
+    assert [f"{levels} values, 1 apart" in f.message for f in found] == [True] * said
+
+
+@pytest.mark.parametrize(("low", "said"), [(49.0, False), (54.0, True)])
+def test_a_field_near_zero_is_within_a_twentieth(low: float, said: bool) -> None:
+    data = good()
+    field = np.clip(data.elements[0].field, low, 1000.0)
+    field[0] = 1000.0
+    for turn in (1.0, -1.0):
+        assert ("coverage" in subjects(changed(data, field=turn * field))) == said
+
+
+@pytest.mark.parametrize(("factor", "said"), [(29.0, False), (31.0, True), (1 / 290.0, False), (1 / 310.0, True)])
+@pytest.mark.parametrize("name", ["effort", "slip"])
+def test_logs_of_one_order(factor: float, said: bool, name: str) -> None:
+    data = good()
+    thirds = ((0, 1300), (1300, 2600), (2600, N))
+    values = np.where(np.arange(N) % 2, 1.0, -1.0)
+    values[1300:2600] *= factor
+    data = replace(changed(data, **{name: values}), sources=("a", "b", "c"), source_rows=thirds)
+    found = [f for f in findings(data) if "that of the usual log 1" in f.message]
+    assert [f"the {name} of b is {factor:.3g}," in f.message for f in found] == [True] * said
+
+
+@pytest.mark.parametrize(("rows", "said"), [(11, False), (13, True)])
+def test_one_percent_of_the_test_rows_may_be_outside(rows: int, said: bool) -> None:
+    data = good()
+    slip = data.elements[0].slip.copy()
+    slip[-rows:] = 60.0
+    assert ("coverage" in subjects(changed(data, slip=slip))) == said
+
+
+def test_logs_at_other_rates_and_resampled_logs_are_noted() -> None:
+    data = good()
+    clock = Clock(data.clock.time, (Span(0, N // 2, 1e-3), Span(N // 2, N, 2e-3)))
+    (note,) = (f for f in findings(replace(data, clock=clock)) if f.subject == "rate")
+    assert note.message == "the logs were sampled at 500 to 1000 Hz: a second of the fastest weighs more in the fit"
+    assert note.remedy.endswith("--resample 500")
+    one, two = (f"{RESAMPLED} to {rate} Hz" for rate in (100, 200))
+    for notes, said in (((one,), f"logs were {one}"), (("x", one, two), f"logs were {one} (and 1 other ways)")):
+        (note,) = (f for f in findings(replace(data, notes=notes)) if f.subject == "rate")
+        assert (note.level, note.message) == ("note", said)
+
+
+def test_both_fields_count_from_a_millionth() -> None:
+    data = coaxial(0)
+    first, second = data.elements
+    for share, rows in ((0.5e-6, 0), (2e-6, 30)):
+        little = second.field.copy()
+        off = np.flatnonzero((first.field > 100.0) & (second.field == 0.0))[:30]
+        little[off] = share * second.field.max()
+        found = [
+            f for f in findings(replace(data, elements=(first, Element(little, second.slip)))) if f.subject == "fields"
+        ]
+        assert [f"in {rows} rows" in f.message for f in found] == [True] * bool(rows)
+
+
+@pytest.mark.parametrize(("rows", "said"), [(20, True), (21, False)])
+def test_spikes_are_few(rows: int, said: bool) -> None:
+    data = smooth()
+    effort = data.effort.copy()
+    effort[50 : 50 + 100 * rows : 100] += 1.5
+    assert (
+        any("rows of the effort stand out" in f.message for f in sensor_findings(changed(data, effort=effort))) == said
+    )
+
+
+@pytest.mark.parametrize(("row", "said"), [(3, False), (4, True), (N - 5, True), (N - 4, False)])
+def test_a_spike_needs_rows_beside_it(row: int, said: bool) -> None:
+    data = smooth()
+    effort = data.effort.copy()
+    effort[row] += 1.5
+    found = [f for f in sensor_findings(changed(data, effort=effort)) if "1 row of the effort stands out" in f.message]
+    assert bool(found) == said
+
+
+@pytest.mark.parametrize(("size", "said"), [(0.2, False), (0.3, True)])
+def test_a_spike_is_a_quarter_of_the_range(size: float, said: bool) -> None:
+    t = np.arange(N) / 1000
+    slip = np.sin(9 * t)
+    effort = slip.copy()
+    effort[1000] += 2 * size  # the range is 2
+    assert any("stands out" in f.message for f in sensor_findings(changed(good(), slip=slip, effort=effort))) == said
+
+
+@pytest.mark.parametrize(("rows", "said"), [(49, False), (52, True)])
+def test_a_stuck_sensor_stays_for_fifty_rows(rows: int, said: bool) -> None:
+    data, t = good(), np.arange(N) / 1000
+    slip, effort = 20.0 * np.sin(40 * t), np.sin(40 * t + 0.3)
+    effort[700 : 700 + rows] = 2.0
+    found = [f for f in sensor_findings(changed(data, slip=slip, effort=effort)) if "may have been stuck" in f.message]
+    assert [f"stays at 2 for {rows} rows from 0.7 s on" in f.message for f in found] == [True] * said

@@ -59,6 +59,7 @@ def truth_of(data: Dataset, made: Structure, shape: list[float], gains: list[flo
         ("bingham", "none", [0.1, 1.6], [0.5, 0.2]),
         ("bingham", "lag", [0.1, 1.6, 0.0023, 0.008], [0.5, 0.2]),
         ("bingham", "rise-fall", [0.1, 1.6, 0.003, 0.006, 0.02], [0.5, 0.2]),
+        ("bingham/saturating", "none", [0.1, 1.4, 0.6], [0.5, 0.2]),
         ("herschel-bulkley", "none", [0.1, 0.6, 1.6], [0.5, 0.2]),
         ("casson", "none", [0.1, 0.3, 1.6], [0.5]),
         ("hem/square", "lag", [0.1, 2.0, 1.5, 0.002, 0.005], [0.5, 0.1]),

@@ -209,3 +209,23 @@ def test_json_has_no_infinity() -> None:
     assert as_json(1.5) == 1.5
     assert as_json(np.inf) is None
     assert as_json(np.nan) is None
+
+
+def test_nothing_to_fit_is_perfectly_known() -> None:
+    assert uncertainty(np.zeros((100, 0)), np.ones(100), ordered=False).condition == 1.0
+    assert intervals.unknown(np.zeros((100, 0))).condition == 1.0
+    rng = np.random.default_rng(14)
+    jacobian = rng.normal(size=(60, 3))
+    found = intervals.unknown(jacobian)
+    assert (found.rank, found.bandwidth, found.quantile) == (3, 1, 1.96)
+    assert found.condition == pytest.approx(np.linalg.cond(jacobian / np.linalg.norm(jacobian, axis=0)))
+    assert np.isnan(found.errors).all()
+    same = np.column_stack([jacobian, jacobian[:, 0]])
+    assert (intervals.unknown(same).rank, intervals.unknown(same).condition) == (3, np.inf)
+
+
+def test_fifty_rows_tell_of_a_correlation() -> None:
+    slow = np.repeat(np.random.default_rng(15).normal(size=10), 5)
+    assert correlated_rows(slow[:49]) == 1.0
+    assert correlated_rows(slow) > 1.5
+    assert correlated_rows(np.ones(100)) == 1.0

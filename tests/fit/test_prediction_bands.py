@@ -71,7 +71,9 @@ def test_the_width_follows_the_direction_of_the_slip() -> None:
 
 
 def test_few_rows_for_many_parameters_widen_the_band() -> None:
-    seen, error, _ = _rows(np.random.default_rng(2), 2000)
+    rng = np.random.default_rng(2)
+    seen, _, size = _rows(rng, 2000)
+    error = size * rng.standard_normal(2000)  # uncorrelated: the errors of `_rows` follow the sign of the slip
     every = np.ones(seen.rows, np.bool_)
     one, many, lost, wild = calibrated(seen, every, [error, error, error, error * np.nan], [1, 400, 10_000, 1])
     assert wild is None

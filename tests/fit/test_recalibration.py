@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from erclutch.errors import CheckError, ErclutchError, MappingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.networks.fit_residual import fit_residual
-from erclutch.fit.recalibration import AS_IT_IS, recalibrate
+from erclutch.fit.recalibration import AS_IT_IS, _blocks, _change, _surely, _ways, recalibrate
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import law_from_name
@@ -199,3 +201,78 @@ def test_hostile_logs_end_in_a_model_or_in_an_error(seed: int, rows: int, troubl
     if found.way != AS_IT_IS:
         blocks = [np.mean(np.square(found.folds[way])) for way in (found.way, AS_IT_IS)]
         assert blocks[0] <= blocks[1]
+
+
+@cache
+def small(kind: str) -> Any:
+    """A model that is quick to fit."""
+    data, plain = made(0, rows=400), network_from_name("fnn-2" if kind == "fnn" else "rbfn-3", "single")
+    if kind == "residual":
+        return fit_residual(data, ResidualStructure(law("lag"), plain)).model
+    if kind in NETWORKS:
+        return fit_network(data, plain).model
+    return fit_structure(data, law("lag" if kind == "law with a lag" else "none"), intervals=False).model
+
+
+@pytest.mark.parametrize("kind", ["law", "law with a lag", "residual", *NETWORKS])
+def test_ways_start_at_the_base_and_their_slopes_are_those_of_their_models(kind: str) -> None:
+    base, data, rows = small(kind), made(1, rows=300), np.arange(5, 300, 3)
+    effort = base.predict(data)[rows]
+    ways = list(_ways(base, data, rows, effort))
+    few = ["common gain", "common gain and offset"]
+    gains = ["gains", "gains and offset"] if kind not in NETWORKS else []
+    assert [way.name for way in ways] == [*few, *gains, *["all numbers"] * (kind != "residual")]
+
+    def predicted(way: Any, numbers: np.ndarray) -> np.ndarray:
+        return way.model(numbers).predict(data)[rows]
+
+    for way in ways:
+        columns = way.columns if way.slopes is None else way.slopes(way.start)
+        assert columns.shape == (rows.size, len(way.numbers))
+        np.testing.assert_allclose(predicted(way, way.start), effort, rtol=1e-9, atol=1e-12)
+        for k, number in enumerate(way.numbers):
+            assert number.lower <= number.start <= number.upper
+            assert number.reach > 0.0
+            step = np.zeros(way.start.size)
+            step[k] = 1e-5 * number.reach
+            slope = (predicted(way, way.start + step) - predicted(way, way.start - step)) / (2 * step[k])
+            if kind == "law with a lag" and way.slopes is not None:  # numbers at their bounds, where slopes jump
+                continue
+            np.testing.assert_allclose(slope, columns[:, k], rtol=2e-4, atol=1e-5 * np.abs(effort).max())
+        # The model keeps its kind and its shape: nothing but these numbers moves.
+        moved = way.model(way.start + 0.1 * np.array([number.reach for number in way.numbers]))
+        assert type(moved) is type(base)
+        if way.slopes is None and isinstance(moved, TorqueModel):
+            assert dict(moved.shape) == dict(base.shape)
+
+
+def test_blocks_are_as_long_as_the_error_is_correlated() -> None:
+    rng = np.random.default_rng(0)
+    for error, count in ((rng.normal(size=1000), 10), (np.repeat(rng.normal(size=8), 125), 5)):
+        blocks = _blocks(error)
+        assert len(blocks) == count
+        assert (blocks[0].start, blocks[-1].stop) == (0, error.size)
+        assert all(a.stop == b.start for a, b in pairwise(blocks))
+        assert max(b.stop - b.start for b in blocks) - min(b.stop - b.start for b in blocks) <= 1
+
+
+def test_what_is_sure_and_how_much_it_changes() -> None:
+    values = np.array([1.0, 2.0, 3.0, 2.0])  # mean 2, standard error 0.4082
+    assert _surely(values)
+    assert _surely(values - 1.38)
+    assert not _surely(values - 1.40)
+    assert _change(np.array([4.0, 4.0]), np.array([1.0, 1.0])) == pytest.approx(1.0)
+    assert _change(np.array([0.25, 0.25]), np.array([0.5, 1.5])) == pytest.approx(-0.5)
+    assert _change(np.zeros(2), np.zeros(2)) == -1.0
+
+
+def test_most_rows_are_thinned_and_twenty_are_enough() -> None:
+    base, new = base_of("law"), made(1, gain=1.3)
+    assert recalibrate(base, new, np.arange(4000) < 20).way is not None
+    found = recalibrate(base, new)
+    assert found.numbers["gain"][0] == pytest.approx(1.3, rel=0.02)
+    assert found.reason.startswith(f"common gain: gain {found.numbers['gain'][0]:.4g} (")
+    assert found.reason.endswith("less than as it is")
+    low, high = base.trained_on.effort
+    assert isinstance(found.model, TorqueModel)
+    assert found.model.trained_on.effort == (min(low, new.effort.min()), max(high, new.effort.max()))

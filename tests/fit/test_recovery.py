@@ -86,7 +86,7 @@ def test_intervals_hold_the_truth_beside_a_bound() -> None:
 )
 def test_a_known_stage_is_found_again(stage: str) -> None:
     """A log with correlated noise; numbers that a log tells badly may be off, but then their intervals say so."""
-    (found,) = study.study([f"bingham+{stage}"], ["ar1"], 1)
+    (found,) = study.study([f"bingham+{stage}"], ["ar1"], 2)
     assert found.converged + found.at_bounds >= 1
     assert found.pooled >= 0.6, found
     assert np.median(list(found.error.values())) < 0.05, found

@@ -22,7 +22,7 @@ class RingWriter(RingReader):
         size = HEADER.itemsize
         self._header = np.memmap(path, HEADER, "r+", shape=1)
         self._head = self._header["head"]
-        self._frames = np.memmap(path, FRAME, "r+", size, self.info.capacity)
+        self._frames = np.memmap(path, FRAME, "r+", size, self.info.capacity)  # as the loop calls its numbers
 
     def write(self, frame: Any) -> None:
         """Append one frame (a record or 0-d array of dtype `FRAME`); its number is set here."""

@@ -121,7 +121,7 @@ static void start(rig *r, const erc_config *config) {
 
 static erc_sample sample_of(rig *r, enum sample kind) {
     r->seq += kind == DOUBLE ? 0u : (kind == FAR_AHEAD ? 5000u : 1u);
-    erc_sample s = {r->seq, r->seq * PERIOD, 1e-3 * (double)r->seq, 0.0, 0.1, 0};
+    erc_sample s = {r->seq, r->seq * PERIOD, 1e-3 * (double)r->seq, 0.0, 0.1, 0, 0};
     s.theta = kind == NOT_FINITE ? (double)NAN : s.theta + (kind == JUMP ? 50.0 : 0.0);
     s.status = kind == FAULT ? ERC_STATUS_FAULT : (kind == WATCHDOG ? ERC_STATUS_WATCHDOG : 0u);
     if (kind == FAR_AHEAD && r->core.resync == 0u) {

@@ -43,6 +43,7 @@ from erclutch.rig.packet import (
     unpack_command,
     unpack_sensors,
 )
+from erclutch.signals.device import Units
 from erclutch.signals.speed import Derivative, live
 
 HERE = Path(__file__).parent
@@ -121,18 +122,19 @@ def test_no_circle_in_c() -> None:
     seq=st.integers(0, 2**64 - 1),
     values=st.tuples(*[st.floats(width=64)] * 3),
     word=st.integers(0, 2**32 - 1),
+    device=st.integers(0, 2**32 - 1),
     session=st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=50, deadline=None)
-def test_packets_are_those_of_c(seq: int, values: tuple[float, ...], word: int, session: int) -> None:
+def test_packets_are_those_of_c(seq: int, values: tuple[float, ...], word: int, device: int, session: int) -> None:
     library = ctypes.CDLL(str(core_library()))
     sample, command, out = np.zeros(1, SAMPLE), np.zeros(1, COMMAND), ctypes.create_string_buffer(64)
-    sample[0] = (seq, seq // 2, *values, word)
-    command[0] = (seq, seq // 3, *values, word)
+    sample[0] = (seq, seq // 2, *values, word, device)
+    command[0] = (seq, seq // 3, *values, word, device)
     library.erc_put_sample(out, ctypes.c_uint32(session), ctypes.c_void_p(sample.ctypes.data))
-    assert out.raw == pack_sensors(SensorPacket(session, seq, seq // 2, *values, status=word))
+    assert out.raw == pack_sensors(SensorPacket(session, seq, seq // 2, *values, status=word, device=device))
     library.erc_put_command(out, ctypes.c_uint32(session), ctypes.c_void_p(command.ctypes.data))
-    packet = CommandPacket(session, seq, seq // 3, *values, flags=word)
+    packet = CommandPacket(session, seq, seq // 3, *values, flags=word, device=device)
     assert out.raw == pack_command(packet)
     assert repr(unpack_command(out.raw, session)) == repr(packet)
     assert unpack_command(out.raw, session ^ 1) is None
@@ -481,4 +483,4 @@ def test_no_model_is_no_model(tmp_path: Path) -> None:
 
 def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:
     with pytest.raises(SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model"):
-        live_model(HERE / "model.json", "coaxial", effort="N")
+        live_model(HERE / "model.json", "coaxial", units=Units("N", "", "rad/s"))

@@ -36,11 +36,21 @@ from erclutch.logs import read_table
 from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.rig.interface import Measurement, RigCommand
-from erclutch.rig.packet import LAST, WATCHDOG, CommandPacket, pack_command, unpack_sensors
-from erclutch.rig.rig_plugins import LibraryRig, udp_rig
+from erclutch.rig.packet import (
+    LAST,
+    WATCHDOG,
+    CommandPacket,
+    SensorPacket,
+    pack_command,
+    pack_sensors,
+    unpack_command,
+    unpack_sensors,
+)
+from erclutch.rig.rig_plugins import LibraryRig, UdpRig, udp_rig
 from erclutch.rig.rig_server import WATCHDOG_TIME, RigEnd, RigServer
 from erclutch.rig.twin.parameters import load_rig
 from erclutch.rig.twin.twin import Twin
+from erclutch.signals.channels import channels_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import elements_of
 
@@ -188,6 +198,19 @@ def test_library_rig_and_its_fault() -> None:
         frames = reader.read()
         assert (frames["field1"][10:190] > 0.4).all()
         assert frames["field1"][-1] == 0.0
+    words = {"position": "stroke [m]", "field": "current [A]", "effort": "force [N]"}
+    one = LibraryRig("mine", library, "200", device="single", channels=words)
+    assert one.named is not None
+    channels = one.named.of(channels_of("single", one.named.units, motor=one.named.motor))
+    settings = LoopSettings("single", programs=(LoopProgram("on", Mode.FIELDS, amplitude=0.4),), late_trip=5.0)
+    with Session(one, settings, None, SessionOptions(channels=channels)) as session:
+        reader = session.reader()
+        _until(lambda: reader.state is State.TRIPPED)
+        frames = reader.read()
+    assert [str(c) for c in reader.info.channels[:3]] == ["position = stroke [m]", "slip [m/s]", "field = current [A]"]
+    assert (frames["field"][10:190] == 0.4).all()
+    assert frames["slip"][150] == pytest.approx(40.0, rel=1e-3)
+    assert np.nanmax(frames["effort"]) == 0.1
     with pytest.raises(LiveError, match="no such device: 0"):
         Session(LibraryRig("mine", library, "0"), LoopSettings(), None)
 
@@ -471,6 +494,10 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--priority", "100"), "--priority 100"),
         (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
         (("--no-model", "--field-limit", "2"), "--field-limit 2"),
+        (
+            ("--no-model", "--rig", "udp", "--address", "127.0.0.1:9", "--field-limit", "0.6"),
+            "at most the supply's 0.5",
+        ),
         (("--model", "none.json"), "none.json"),
         (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
         (("--no-model", "--stiffness", "nan"), "stiffness is nan"),
@@ -483,6 +510,30 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     with pytest.raises(ErclutchError, match=said.split()[0]) as caught:
         app(["live", "--headless", *words], exit_on_error=False)
     assert said in str(caught.value)
+
+
+def test_packets_of_another_device_are_dropped() -> None:
+    """A rig that answers as the pair does is none for the loop of one brake."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
+        wire.bind(("127.0.0.1", 0))
+        wire.settimeout(5.0)
+        rig = UdpRig("pair", "127.0.0.1", wire.getsockname()[1], 3, device="single")
+        with Session(rig, LoopSettings(device="single", late_trip=5.0), None) as session:
+            reader = session.reader()
+            for device in (0, 2, 1):
+                bad, limit = reader.counts["bad-packet"], time.monotonic() + 20.0
+                while time.monotonic() < limit and reader.sensor_seq == 0:
+                    if device != 1 and reader.counts["bad-packet"] > bad + 5:
+                        break
+                    data, sender = wire.recvfrom(100)
+                    asked = unpack_command(data, 3)
+                    assert asked is not None
+                    assert asked.device == 1
+                    wire.sendto(pack_sensors(SensorPacket(3, 1, 0, 0.1, 0.0, 0.2, 0, device)), sender)
+                assert reader.sensor_seq == (1 if device == 1 else 0)
+            frames = session.reader().read()
+    assert frames.dtype.names[2:5] == ("position", "slip", "field")
+    assert frames["position"][-1] == pytest.approx(0.1)
 
 
 def test_a_rig_that_does_not_answer() -> None:
@@ -504,11 +555,10 @@ def test_a_single_device_on_the_twin(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*.mcap")
     frames = {name: values[300:] for name, values in read_table(file).columns.items()}
-    assert np.all(frames["field2"] == 0.0)
-    assert np.max(frames["field1"]) > 0.1
-    assert np.min(frames["motor_torque"]) < 0.0 < np.max(frames["motor_torque"])
-    assert np.all(frames["alpha"] == frames["alpha"][0])
-    off, spread = np.nanstd(frames["torque"] - frames["estimate"]), np.nanstd(frames["torque"])
+    assert list(frames)[2:9] == ["position", "slip", "field", "drive", "effort", "estimate", "reference"]
+    assert np.max(frames["field"]) > 0.1
+    assert np.min(frames["drive"]) < 0.0 < np.max(frames["drive"])
+    off, spread = np.nanstd(frames["effort"] - frames["estimate"]), np.nanstd(frames["effort"])
     assert off < 0.5 * spread, (off, spread)
 
 

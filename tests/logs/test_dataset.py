@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -291,3 +292,99 @@ def test_rows_at_rest() -> None:
     signals = {"field": np.ones(100), "slip": slip, "effort": slip}
     still = build_dataset(recording(100, signals=signals)).at_rest
     np.testing.assert_array_equal(np.flatnonzero(still), [*range(30), *range(90, 100)])
+
+
+# --- limits from both sides -------------------------------------------------------------------------------------------
+
+
+def test_the_same_file_twice_is_refused() -> None:
+    with pytest.raises(SettingError, match="the same file as a"):
+        build_dataset([recording(20, "a"), replace(recording(20, "a"), name="b")])
+    build_dataset([replace(recording(20, name), digest="") for name in ("a", "b")])
+
+
+def test_speeds_and_fields_of_a_pair_have_one_unit() -> None:
+    k = np.arange(20.0)
+    signals = {"E1": k, "E2": k, "theta_dot": k, "alpha_dot": k, "T": k}
+    units = {"E1": "V", "E2": "V", "theta_dot": "rad/s", "alpha_dot": "rad/s", "T": "N*m"}
+    made = build_dataset(recording(20, signals=signals, units=units), device="coaxial")
+    assert made.units == Units("N*m", "V", "rad/s")
+    for name in ("E2", "alpha_dot"):
+        with pytest.raises(MappingError, match=rf"(E1|theta_dot) is in .* and {name} in 1"):
+            build_dataset(recording(20, signals=signals, units={**units, name: ""}), device="coaxial")
+
+
+def test_the_unit_of_a_speed_is_that_of_its_position() -> None:
+    k = np.arange(20.0)
+    for unit, speed in (("rad", "rad/s"), ("m", "m/s"), ("?", "?"), ("", "?")):
+        signals = {"field": k, "position": 3 * k, "effort": k}
+        made = build_dataset(recording(20, signals=signals, units={**UNITS, "position": unit}))
+        assert made.units.slip == speed
+        np.testing.assert_allclose(made.elements[0].slip, 3000.0)
+        assert any(note.startswith("slip <- position by the ") for note in made.notes)
+
+
+@pytest.mark.parametrize(
+    ("rows", "most", "step"), [(100, 100, 1), (100, 99, 2), (100, 50, 2), (100, 49, 3), (100, 1000, 1)]
+)
+def test_thinned_rows_are_at_most_so_many(rows: int, most: int, step: int) -> None:
+    found = build_dataset(recording(rows)).thinned(most)
+    np.testing.assert_array_equal(found.effort, 2 * np.arange(rows)[::step])
+    assert found.source_rows == ((0, found.rows),)
+    assert found.clock.spans == ()
+
+
+@pytest.mark.parametrize(("second", "rates"), [(1.009e-3, None), (1.011e-3, (1 / 1.011e-3, 1000.0))])
+def test_rates_within_a_percent_are_one(second: float, rates: tuple[float, float] | None) -> None:
+    data = build_dataset([recording(20, "a"), recording(20, "b")])
+    clock = replace(data.clock, spans=(Span(0, 20, 1e-3), Span(20, 40, second)))
+    made = replace(data, clock=clock)
+    assert made.period == pytest.approx((1e-3 + second) / 2)
+    assert made.rates == pytest.approx(rates or (1 / made.period, 1 / made.period))
+
+
+def test_one_field_is_one_within_a_millionth() -> None:
+    data = build_dataset(recording(40))
+    for share, one in ((0.9e-6, True), (1.1e-6, False)):
+        field = np.full(40, 5.0)
+        field[3] *= 1.0 + share
+        assert replace(data, elements=(Element(field, data.elements[0].slip),)).one_field == one
+
+
+def test_rest_is_two_percent_of_the_usual_slip() -> None:
+    data = build_dataset(recording(40))
+    slip = np.where(np.arange(40) % 2, 1.0, -1.0)
+    slip[:3] = 0.0185, 0.0205, -0.0185
+    usual = float(np.sqrt(np.mean(slip**2)))
+    made = replace(data, elements=(Element(data.elements[0].field, slip),))
+    np.testing.assert_array_equal(made.at_rest, np.abs(slip) < 0.02 * usual)
+    assert made.at_rest.tolist()[:4] == [True, False, True, False]
+
+
+def test_inputs_of_all_logs_are_kept_in_their_order() -> None:
+    k = np.arange(20.0)
+    one = replace(recording(20, "a"), extras={"D": k, "only": k}, spare={"s": k}, origin="TWIN")
+    other = replace(recording(20, "b"), extras={"D": -k}, spare={"s": -k, "t": k})
+    made = build_dataset([one, other])
+    assert (list(made.extras), list(made.spare)) == (["D"], ["s"])
+    np.testing.assert_array_equal(made.extras["D"], np.concatenate([k, -k]))
+    assert made.origins == ("TWIN", "")
+    assert made.where == "2 logs"
+    assert build_dataset(one).where == "a"
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.3, 14), (0.5, 10), (0.89, 2)])
+def test_a_share_is_rounded_to_rows(share: float, first: int) -> None:
+    data = build_dataset([recording(20, "a"), recording(20, "b")])
+    expected = np.r_[first:20, 20 + first : 40]
+    np.testing.assert_array_equal(np.flatnonzero(hold_out(data, share)), expected)
+
+
+def test_blocks_of_twenty_rows() -> None:
+    data = build_dataset(recording(41))
+    folds = time_folds(data, 2)
+    assert [np.flatnonzero(f)[[0, -1]].tolist() for f in folds] == [[0, 19], [20, 40]]
+    with pytest.raises(SettingError, match="3 blocks of 41 rows"):
+        time_folds(data, 3)
+    with pytest.raises(SettingError, match="2 blocks of 39 rows"):
+        time_folds(build_dataset(recording(39)), 2)

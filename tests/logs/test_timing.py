@@ -189,3 +189,163 @@ def test_a_clock_that_falls_back_a_little_is_refused() -> None:
     stamps[150:] -= 0.02
     with pytest.raises(TimingError, match="runs backwards at data row 151"):
         timing.from_stamps(stamps, np.zeros(300, np.bool_), column="t")
+
+
+# --- each limit from both sides, and the parts against their definition -----------------------------------------------
+
+
+def test_ten_rows_are_enough() -> None:
+    assert clock_of(np.arange(10) * 1e-3).time.size == 10
+    assert timing.from_rate(10, 0.5).time.tolist() == (0.5 * np.arange(10)).tolist()
+    with pytest.raises(TimingError, match="only 9 rows"):
+        timing.from_rate(9, 0.5)
+    for period in (np.inf, np.nan, -1.0):
+        with pytest.raises(TimingError, match="Give a positive rate"):
+            timing.from_rate(100, period)
+
+
+@pytest.mark.parametrize(("step", "starts"), [(1.45, (0,)), (1.55, (0, 100))])
+def test_a_gap_is_a_step_and_a_half(step: float, starts: tuple[int, ...]) -> None:
+    stamps = np.arange(300) + (step - 1.0) * (np.arange(300) >= 100)
+    assert clock_of(stamps * 1e-3).starts == starts
+
+
+@pytest.mark.parametrize(("share", "uniform"), [(0.9e-3, True), (1.2e-3, False)])
+def test_stamps_may_wander_by_a_thousandth(share: float, uniform: bool) -> None:
+    wave = share * np.where(ROWS % 2, 1.0, -1.0)
+    clock = clock_of(ROWS * 0.1 + 0.1 * wave)
+    assert clock.uniform == uniform
+    assert (
+        any("wanders by less than 0.1% of a period: put on the regular grid of 0.1 s" in n for n in clock.notes)
+        == uniform
+    )
+    if not uniform:
+        np.testing.assert_array_equal(clock.time, ROWS * 0.1 + 0.1 * wave)
+        assert "steps of t spread by 0.00048 s about 0.1 s" in clock.notes[0]
+
+
+def test_many_long_steps_are_no_gaps_but_pauses_among_them_are() -> None:
+    steps = np.where(np.arange(999) % 4 == 0, 3.0, 1.0)
+    steps[500] = 200.0
+    clock = clock_of(np.concatenate([[0.0], np.cumsum(steps)]) * 1e-3)
+    assert clock.starts == (0, 501)
+
+
+@pytest.mark.parametrize(("column", "grain"), [
+    (np.array([0.5, 1.25, 3.125, 2.0]), [1e-3, 1e-3, 1e-3, 1e-3]),
+    (np.array([0.0003328, 0.25, 24.6492, 124.649]), [1e-7, 1e-4, 1e-4, 1e-3]),
+    (np.array([1.0, 2.0, 7.0, 9.0]), [1.0] * 4),
+    (np.array([1.0, 2.0, 30.5, 9.0]), [0.1, 0.1, 0.1, 0.1]),
+    (np.array([1.0, 2.0, 2.0, 2.0, 2.0, 5.0]), [3.0 - 1.0] * 6),
+])  # fmt: skip
+def test_how_fine_stamps_are(column: np.ndarray, grain: list[float]) -> None:
+    np.testing.assert_allclose(timing._resolution(column), grain, rtol=1e-9)
+
+
+def test_a_double_and_a_float32_are_as_fine_as_their_spacing() -> None:
+    stamps = 1000.0 + ROWS / 7.0
+    np.testing.assert_allclose(timing._resolution(stamps), 4 * np.spacing(stamps.max()))
+    single = stamps.astype(np.float32).astype(np.float64)
+    np.testing.assert_allclose(timing._resolution(single), np.spacing(single.astype(np.float32)).astype(np.float64))
+
+
+def test_the_line_is_as_near_to_all_stamps_as_can_be() -> None:
+    rng = np.random.default_rng(3)
+    stamps = np.arange(40) + rng.uniform(-0.3, 0.3, 40)
+    allowed = rng.uniform(0.2, 0.4, 40)
+    spans = [slice(0, 25), slice(25, 40)]
+    grid, wander = timing._line(stamps, allowed, spans, 1.0)
+    away = []
+    for span in spans:
+        rest = stamps[span] - np.arange(span.stop - span.start)
+        begin = grid[span][0]
+        np.testing.assert_allclose(grid[span], begin + np.arange(span.stop - span.start))
+        ends = (rest - allowed[span]).max(), (rest + allowed[span]).min()
+        assert begin == pytest.approx(rest[0] if ends[0] <= rest[0] <= ends[1] else 0.5 * sum(ends))
+        away.append(np.max(np.abs(rest - begin) / allowed[span]))
+    assert wander == pytest.approx(max(away))
+
+
+def test_the_period_is_that_of_a_weighted_straight_line() -> None:
+    rng = np.random.default_rng(4)
+    stamps = 1.003 * np.arange(60) + rng.uniform(-0.4, 0.4, 60)
+    stamps[30:] += 7.0
+    grain = rng.uniform(0.01, 0.1, 60)
+    _, period, wander = timing._grid(stamps, grain, (0, 30), 1.0, None)
+    weight = 1.0 / (1.05 * grain + 1e-3)
+    second = np.arange(60) >= 30
+    design = np.column_stack([np.arange(60) - 30 * second, ~second, second]) * weight[:, None]
+    assert wander > 1.0
+    assert period == pytest.approx(np.linalg.lstsq(design, stamps * weight, rcond=None)[0][0], rel=1e-9)
+
+
+def test_the_mean_step_leaves_gaps_out() -> None:
+    stamps = np.cumsum([0.0, 1.0, 1.2, 0.8, 1.4, 9.0, 1.0])
+    assert timing._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
+    assert timing._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
+
+
+@pytest.mark.parametrize(
+    ("rows", "stray"),
+    [([10], True), ([10, 20], True), ([10, 20, 30], False), ([10, 20, 32], False), ([10, 20, 33], True)],
+)
+def test_repeats_at_equal_distances_are_no_strays(rows: list[int], stray: bool) -> None:
+    repeats = np.zeros(100, np.bool_)
+    repeats[rows] = True
+    assert timing._stray(repeats) == stray
+    few = np.zeros(10, np.bool_)
+    few[[1, 2, 8]] = True
+    assert not timing._stray(few)
+    assert timing._stray(np.concatenate([few, np.zeros(5, np.bool_)]))
+
+
+def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
+    """Whether a clock that falls back in a row, to a time, is taken to have begun anew."""
+    stamps = np.arange(float(rows))
+    stamps[at:] += to - stamps[at]
+    stamps[at + 1 :] += step - 1.0
+    return len(timing._restarted(stamps, "t")[1]) == 1
+
+
+def test_when_a_clock_has_begun_anew() -> None:
+    assert restarted(200, 0.0)
+    assert restarted(200, 11.0)
+    assert not restarted(200, 11.5)  # not at the start: a clock that was set back
+    assert restarted(12, 0.0)  # 11 steps back
+    assert not restarted(11, 0.0)  # 10 steps: less than a pause
+    assert not restarted(399, 0.0)  # the last row: one damaged stamp
+    assert restarted(398, 0.0)
+    assert restarted(200, 0.0, step=11.0)
+    assert not restarted(200, 0.0, step=12.0)  # the clock goes on as before it
+    five = np.concatenate([np.arange(100.0)] * 5)
+    assert len(timing._restarted(five, "t")[1]) == 1
+    many = np.concatenate([np.arange(80.0)] * 5)  # 4 of 400 rows are 1 %
+    assert len(timing._restarted(many, "t")[1]) == 1
+    assert not timing._restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
+    joined, (note,) = timing._restarted(np.concatenate([np.arange(150.0)] * 7), "t")
+    assert np.all(np.diff(joined)[149::150] == pytest.approx(11.0))
+    assert (
+        note == "t begins anew in data row 151, 301, 451, 601, 751, ...: a new stretch each time, 11 s after the last"
+    )
+
+
+@pytest.mark.parametrize(("step", "fine"), [(1.1e-12, True), (0.9e-12, False)])
+def test_the_shortest_step(step: float, fine: bool) -> None:
+    if fine:
+        assert clock_of(step * np.arange(20)).period == pytest.approx(step)
+    else:
+        with pytest.raises(TimingError, match="below the shortest of 1e-12 s"):
+            clock_of(step * np.arange(20))
+
+
+def test_backwards_more_than_once_is_counted() -> None:
+    stamps = np.arange(50.0)
+    stamps[[20, 30]] -= 5.0
+    with pytest.raises(TimingError, match=r"runs backwards at data row 21: 15 s after 19 s \(2 times in all\)"):
+        clock_of(stamps)
+
+
+def test_a_shorter_number_is_taken_among_periods_that_stamps_cannot_tell() -> None:
+    true = np.arange(100) * 0.0100004
+    assert clock_of(np.round(true, 3)).period == 0.01
+    assert clock_of(true).period == pytest.approx(0.0100004, rel=1e-9)

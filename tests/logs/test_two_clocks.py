@@ -111,3 +111,35 @@ def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
     assert log.rows == found.joined.rows
     assert log.period == pytest.approx(1e-3, rel=1e-6)
     assert log.units["effort"] == "N*m"
+
+
+def test_what_was_done_is_said() -> None:
+    found = erclutch.align(_a(), _b(200.0).rename(columns={"torque [N*m]": "field [N*m]"}), on=("slip", "rpm"))
+    match = found.matches[0]
+    half = 0.5e3 * (match.offset_interval[1] - match.offset_interval[0])
+    wide = 0.5e6 * (match.drift_interval[1] - match.drift_interval[0])
+    said = f"offset {1e3 * match.offset:.4f} ms (+- {half:.4f}) at {match.origin:.6g} s, "
+    said += f"drift {1e6 * match.drift:.2f} ppm (+- {wide:.2f})"
+    lost = _TIME.size - found.joined.rows
+    assert lost > 900
+    notes = "\n".join(found.joined.notes)
+    assert f"by slip and rpm: {said}" in notes
+    assert (
+        f"{lost:,} rows of DataFrame A left out: DataFrame B has none there, or none around a filter's reach" in notes
+    )
+    assert "columns of DataFrame B renamed: field is field_B" in notes
+    assert set(found.joined.columns) == {"time", "field", "slip", "field_B", "rpm"}
+
+
+def test_names_that_cannot_be_taken() -> None:
+    a, b = _a(), _b()
+    for on, said in (
+        ((), "share no column"),
+        (("slip", "rpm", "x"), "--on has 3 names"),
+        (("rpm", "slip"), "no column 'rpm'"),
+    ):
+        with pytest.raises(ErclutchError, match=said):
+            erclutch.align(a, b, on=on)
+    twice = pd.concat([a[:20_000], a[:10_000]], ignore_index=True)
+    with pytest.raises(ErclutchError, match=r"the clock restarts 1 times.*Give the log whose clock runs through first"):
+        erclutch.align(twice, b, on=("slip", "rpm"))

@@ -95,7 +95,7 @@ def test_accelerated_is_the_twin_step_by_step() -> None:
     for k in range(300):
         seen = twin.sense()
         alpha = seen.alpha_raw * (2.0 * np.pi / rig.value("screw.lead"))
-        sample[0] = (k + 1, (k + 1) * 10**6, seen.theta, alpha, frames["torque"][k], 0)
+        sample[0] = (k + 1, (k + 1) * 10**6, seen.theta, alpha, frames["torque"][k], 0, 0)
         command, frame = core.step(sample, k)
         for name in ("theta", "alpha", "theta_dot", "alpha_dot", "field1", "field2"):
             assert frame[name] == pytest.approx(frames[name][k], abs=1e-12), (k, name)

@@ -156,12 +156,25 @@ def test_live_on_the_twin(environment: Environment, run: Path) -> None:
     assert figures["origin"] == "TWIN"
 
 
-def test_live_on_a_rig_with_a_single_device(environment: Environment) -> None:
-    words = ("--rig", "brake", "--no-model", "--headless", "--seconds", 1, "--priority", 0, "--json")
-    done = environment.run("-m", "erclutch", "live", *words)
+def test_live_on_a_rig_with_a_single_device(environment: Environment, tmp_path: Path) -> None:
+    """Its recording is a log of one device as it stands: a model of it is fitted, and runs on the rig."""
+    words = ("--rig", "brake", "--headless", "--priority", 0, "--json", "--program", "sine")
+    recorded = ("--no-model", "--seconds", 6, "--record", "--folder", tmp_path)
+    done = environment.run("-m", "erclutch", "live", *words, *recorded)
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["frames"] > 500
-    assert "flywheel angle [rad]" in done.stderr
+    assert json.loads(done.stdout)["frames"] > 3000
+    assert "field = coil current [A], drive = motor torque [N*m], effort = brake torque [N*m]" in done.stderr
+    (log,) = tmp_path.glob("*.mcap")
+    said = environment.erclutch("inspect", log)
+    assert "effort <- column effort [N*m] (guessed from its name)" in said
+    assert "field2" not in said
+    environment.erclutch("fit", log, "--models", "bingham", "--lag", "lag", "--out", tmp_path / "run")
+    model = tmp_path / "run" / "models" / "bingham+lag.json"
+    done = environment.run("-m", "erclutch", "live", *words, "--model", model, "--seconds", 1)
+    assert done.returncode == 0, done.stderr
+    assert "estimate [N*m]" in done.stderr
+    refused = environment.fails("live", "--rig", "twin-brake", "--model", model)
+    assert "the model's field is in A, and that of the rig in 1" in refused
 
 
 def test_where_a_package_is_absent_one_line_says_what_to_install(

@@ -99,6 +99,10 @@ def test_a_rig_comes_by_name(install: Install) -> None:
     "wrong",
     [
         {"channels": {"speed": "x"}},
+        {"channels": {"position": "wheel"}},
+        {"device": "single", "channels": {"field2": "x"}},
+        {"device": "single", "channels": {"position": "wheel [deg]"}},
+        {"device": "single", "channels": {"effort": "[N]"}},
         {"device": "triple"},
         {"field_limit": 0.0},
         {"field_limit": float("nan")},

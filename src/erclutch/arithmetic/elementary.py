@@ -40,16 +40,16 @@ COEFFICIENTS: Mapping[str, tuple[float, ...]] = {
     "log64": tuple(map(_H, ("0x1.5555555555555p-1", "0x1.9999999999998p-2", "0x1.2492492492959p-2",
                             "0x1.c71c71c64c8ccp-3", "0x1.745d17d35328cp-3", "0x1.3b137b347f3c2p-3",
                             "0x1.111d273ca8a70p-3", "0x1.debedbffa1d9ep-4", "0x1.e6afc55fa9490p-4"))),
-    "tanh32_p": tuple(map(_H, ("0x1.ffffff50e20c1p-1", "0x1.12040bd088207p-3", "0x1.c9f694f27fc26p-9",
-                               "0x1.5950ea7172c02p-16", "0x1.c994ba5fc5e6ap-27"))),
-    "tanh32_q": tuple(map(_H, ("0x1.0000000000000p+0", "0x1.de574f47579c0p-2", "0x1.a7de5c785f372p-6",
-                               "0x1.583f55503cafap-12", "0x1.a0af80ca23f9ap-21"))),
+    "tanh32_p": tuple(map(_H, ("0x1.e5da5c0000000p+21", "0x1.f6e7ea0000000p+18", "0x1.70d3c00000000p+13",
+                               "0x1.710dc60000000p+5"))),
+    "tanh32_q": tuple(map(_H, ("0x1.e5da5e0000000p+21", "0x1.c1a09e0000000p+20", "0x1.732abe0000000p+16",
+                               "0x1.df14b00000000p+9", "0x1.0000000000000p+0"))),
     "ln2_32": (_H("0x1.62e4000000000p-1"), _H("0x1.7f7d1cf79abcap-20")),
     "ln2_64": (_H("0x1.62e42fefa4000p-1"), _H("-0x1.8432a1b0e2634p-43")),
 }
 # fmt: on
-#: Above these the nearest number to tanh is 1.
-_TANH_IS_ONE = {32: 9.02, 64: 20.0}
+#: From here on tanh is as good as 1: within the bound of the docs in float32, to the nearest number in float64.
+_TANH_IS_ONE = {32: 7.789, 64: 20.0}
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,9 @@ def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
         label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
         table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
     terminal.tell(table)
-    terminal.tell("NAME/square, /power, /critical or /constant chooses how the yield effort grows with the field.")
+    terminal.tell(
+        "NAME/square, /power, /critical, /saturating or /constant: how the yield effort grows with the field."
+    )
     stages = terminal.table(
         "Stages of --lag, joined by + (w over its root mean square)", ["stage", "on", "equation"], [], left=3
     )

@@ -9,7 +9,7 @@ import tempfile
 import time
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from erclutch.live.session_figures import SessionFigures
     from erclutch.live.settings import LoopProgram, LoopSettings
     from erclutch.rig.twin.parameters import RigParameters
+    from erclutch.signals.channels import LiveChannel
     from erclutch.signals.device import DeviceName
 
 _RIG = Group("Rig", sort_key=0)
@@ -33,14 +34,17 @@ _CONTROL = Group("Control", sort_key=1)
 _LOOP = Group("Loop", sort_key=1)
 _Observer = Literal["off", "none", "sensor", "motion"]
 _POLL = 0.05  # s
+_PERIOD = 1e-3  # s
 _PATIENCE = 3.0  # s
 #: A replay's fields, and the jumps of its angles, are what they were.
 _AS_RECORDED = {
-    **dict.fromkeys(("field_limit", "motor_limit", "rise_rate", "fall_rate"), 1e9),
+    **dict.fromkeys(("motor_limit", "rise_rate", "fall_rate"), 1e9),
     **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
 }
 _TWINS = ("twin", "twin-brake")
-_NO_SAMPLE = "no sample came from the rig. Is it on, at this address, with this --session number?"
+_NO_SAMPLE = (
+    "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
+)
 
 
 @Parameter(name="*")
@@ -100,7 +104,7 @@ class ControlOptions:
     tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
     """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
-    """Largest field. Default: that of the supply (0.5 is 2000 V)."""
+    """Largest field, in the unit of the rig. Default: that of the supply (the TWIN's 0.5 is 2000 V)."""
     theta_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
     """Range of the motor's encoder in rad, if its angle starts again at zero."""
     alpha_wrap: Annotated[float, Parameter(group=_CONTROL)] = 0.0
@@ -178,11 +182,12 @@ def live(
         _knows_inertia(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
-        chosen = None if no_model else _model(model, rig, parameters, output, device, adapt)
-        _has_what_it_needs(control, adapt, chosen, what)
-        settings = _settings(parameters, control, device, chosen is not None, program, rig)
+        chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
+        _require_what_is_needed(control, what, chosen, adapt)
+        channels = _channels(what, device, chosen)
+        settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
-        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, note=settings.programs[0].name)
+        options = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
@@ -192,16 +197,6 @@ def live(
         code = session.wait(5.0)
         watch.poll()
         return _ended(session, watch, observers, code, None if loop.json else output)
-
-
-def _has_what_it_needs(control: ControlOptions, adapt: bool, model: LiveModel | None, rig: RigChoice) -> None:
-    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
-    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
-    for option, (needs_model, needs_sensor) in asked.items():
-        if needs_model and model is None:
-            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
-        if needs_sensor:
-            _has_sensor(rig, option)
 
 
 def _explained(output: Console, table: bool, page: Path | None) -> int:
@@ -235,13 +230,16 @@ def _rig(
     from erclutch.live.session import ServedRig
     from erclutch.models.load import load_model
     from erclutch.rig.rig_plugins import hardware, udp_rig
+    from erclutch.signals.channels import NamedChannels
+    from erclutch.signals.device import Units
 
     if rig.rig in ("twin", "twin-brake"):
         brake = rig.rig == "twin-brake" or (model is not None and load_model(model).structure.device == "single")
         spec: dict[str, Any] = {"kind": "twin", "seed": rig.seed, "single": brake, "locked": brake}
         if rig.rig_file is not None:
             spec["rig_file"] = str(rig.rig_file.resolve())
-        return ServedRig("twin-brake" if brake else "twin", "TWIN", spec), None
+        named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
+        return ServedRig("twin-brake" if brake else "twin", "TWIN", spec, named), None
     if rig.rig == "replay":
         return _replay(rig, reading, folder)
     if rig.rig == "udp":
@@ -255,23 +253,51 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
 
     from erclutch.live.offered_programs import recorded
     from erclutch.live.session import ServedRig
-    from erclutch.rig.playback import angles_of, fields_of
+    from erclutch.rig.playback import angles_of, at_period, fields_of
+    from erclutch.signals.channels import NamedChannels
+    from erclutch.signals.device import EFFORT_OF, Units
+    from erclutch.signals.units import UNKNOWN
 
     if rig.log is None:
         raise SettingError("--rig replay needs a recording", remedy="Give --log FILE")
     log = reading.read((rig.log,))[0]
-    np.save(folder / "angles.npy", angles_of(log))
-    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": log.period}
-    return ServedRig(log.name, "RECORDING", spec), recorded(fields_of(log))
+    np.save(folder / "angles.npy", at_period(log, angles_of(log), _PERIOD, held=False))
+    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": _PERIOD}
+    effort = log.units.get(EFFORT_OF[reading.device], UNKNOWN)
+    field = log.units.get("field" if reading.device == "single" else "E1", UNKNOWN)
+    speed = {"rad": "rad/s", "m": "m/s"}.get(log.units.get("position", ""), UNKNOWN)
+    slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
+    sensor = EFFORT_OF[reading.device] in log.signals
+    named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
+    return ServedRig(log.name, "RECORDING", spec, named), recorded(at_period(log, fields_of(log), _PERIOD, held=True))
+
+
+def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
+    """What the numbers of the session are called: units as the rig says, else as the model has them."""
+    from erclutch.signals.channels import channels_of
+    from erclutch.signals.units import UNKNOWN
+
+    units, named = model and model.units, rig.named
+    if named is None:
+        return channels_of(device, units)
+    known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
+    merged = replace(units or named.units, **known)
+    return named.of(channels_of(device, merged, motor=named.motor))
 
 
 def _model(
-    path: Path | None, rig: RigOptions, parameters: RigParameters, output: Console, device: DeviceName, adapt: bool
+    path: Path | None,
+    rig: RigOptions,
+    what: RigChoice,
+    parameters: RigParameters,
+    output: Console,
+    device: DeviceName,
+    adapt: bool,
 ) -> LiveModel | None:
     from erclutch.live.live_model import live_model
 
     if path is not None:
-        return live_model(path, device, adapt=adapt, effort="N*m" if rig.rig in _TWINS else None)
+        return live_model(path, device, adapt=adapt, units=what.named and what.named.units)
     if rig.rig not in _TWINS:
         return None
     from erclutch.cli.twin_model import twin_model
@@ -279,20 +305,16 @@ def _model(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def _has_sensor(rig: RigChoice, option: str) -> None:
-    """Refuse an option where it is known that nothing measures the torque."""
-    import numpy as np
-
-    from erclutch.live.session import ServedRig
-    from erclutch.rig.rig_plugins import RigDevice
-
-    silent = isinstance(rig, RigDevice) and bool(rig.channels) and "torque" not in rig.channels
-    if isinstance(rig, ServedRig) and rig.spec["kind"] == "replay":
-        silent = not np.isfinite(np.load(rig.spec["angles"])[:, 2]).any()
-    if silent:
-        raise SettingError(
-            f"{option} needs a torque sensor, and this rig has none", where=rig.name, remedy=f"Leave {option} out"
-        )
+def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> None:
+    """Refuse options without the model that they need, or where it is known that nothing measures the torque."""
+    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    for option, (needs_model, needs_sensor) in asked.items():
+        if needs_model and model is None:
+            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+        if needs_sensor and rig.named is not None and not rig.named.sensor:
+            problem = f"{option} needs a torque sensor, and this rig has none"
+            raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
 
 
 def _settings(
@@ -300,27 +322,30 @@ def _settings(
     control: ControlOptions,
     device: DeviceName,
     model: bool,
+    channels: Sequence[LiveChannel],
     replay: LoopProgram | None,
     rig: RigOptions,
 ) -> LoopSettings:
     from erclutch.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
     from erclutch.signals.speed import Derivative
 
-    limit = parameters.value("supply.command_limit")
-    if control.field_limit is not None and not 0 < control.field_limit <= limit:
-        raise SettingError(f"--field-limit {control.field_limit:g}", remedy=f"Give at most the supply's {limit:g}")
     names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
     gains = {name: getattr(control, name) for name in names}
     common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
-        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED)
-    programs = standard_programs(parameters, model=model, motor=control.motor, seed=rig.seed, device=device)
+        largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or 1.0)
+    # Torques of the programs are those of the rig file: a force needs programs of its own.
+    turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
+    drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
+    programs = standard_programs(
+        parameters, model=model and turns, motor=control.motor, seed=rig.seed, device=device, drive=drive
+    )
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first
     stroke = shaft_angle(parameters, 0.9)
-    limits = {"field_limit": control.field_limit or limit, "stroke": stroke}
-    return rig_settings(parameters, starting_with(programs, first), **common, **limits)
+    return rig_settings(parameters, starting_with(programs, first), **common, stroke=stroke)
 
 
 def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
@@ -388,15 +413,26 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 def _for_rig(
     settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
 ) -> LoopSettings:
-    """The settings as tuned, with the field limit of a plug-in's rig; a single device has no stroke that ends."""
+    """The settings as tuned, within the rig's supply; a single device has no stroke that ends.
+
+    The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.
+
+    Raises:
+        SettingError: a field limit that is none, or beyond the supply's.
+    """
     from erclutch.rig.rig_plugins import RigDevice
 
-    settings = replace(settings, **tuned)
-    if isinstance(rig, RigDevice):
-        largest = rig.field_limit or settings.field_limit
-        share = largest / settings.field_limit
+    settings, asked = replace(settings, **tuned), control.field_limit
+    if rig.origin != "RECORDING":
+        most = settings.field_limit
+        if isinstance(rig, RigDevice):
+            most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
+        if asked is not None and not 0 < asked <= min(most, 1e9):
+            remedy = "Give a number above 0" + (f", at most the supply's {most:g}" if most < math.inf else "")
+            raise SettingError(f"--field-limit {asked:g}", remedy=remedy)
+        share = (asked if most == math.inf and asked else most) / settings.field_limit
         rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
-        settings = replace(settings, field_limit=control.field_limit or largest, **rates)
+        settings = replace(settings, field_limit=asked or most, **rates)
     return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if device == "single" else settings
 
 
@@ -439,12 +475,11 @@ def _observers(
 
 
 def _introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
-    from erclutch.rig.rig_plugins import RigDevice
-
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
-    if isinstance(session.rig, RigDevice) and session.rig.channels:
-        listed = ", ".join(f"{name} = {meaning}" for name, meaning in session.rig.channels.items())
-        output.print(f"channels: {listed}", markup=False, soft_wrap=True)
+    listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
+    output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
+    if session.origin == "HARDWARE":
+        output.print(f"largest field: {session.settings.field_limit:g}", markup=False)
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
@@ -471,11 +506,18 @@ def _follow(session: Session, watch: SessionFigures, told: list[int], output: Co
             output.print("the rig answers", markup=False)
         if not answers and time.monotonic() > warn_at:
             warn_at = math.inf
-            output.print(_NO_SAMPLE, style="red", markup=False, soft_wrap=True)
+            output.print(_no_sample(session), style="red", markup=False, soft_wrap=True)
         time.sleep(_POLL)
     session.order(Order.STOP)  # told to, or the rig is gone
     session.wait(2.0)
     look(said)
+
+
+def _no_sample(session: Session) -> str:
+    from erclutch.rig.packet import NUMBERS
+
+    device = session.settings.device
+    return _NO_SAMPLE.format(device, NUMBERS[device])
 
 
 def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
@@ -526,6 +568,6 @@ def _ended(
         _show(session, watch, notes, output)
     if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
         return 0
-    reason = _NO_SAMPLE if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
+    reason = _no_sample(session) if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
     Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
     return 3

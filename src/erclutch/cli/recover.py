@@ -32,4 +32,5 @@ def recover(file: Annotated[Path, Parameter(name="FILE")], *, out: Path | None =
         output.print(f"  missing by their numbers: {found.missing:,} messages", markup=False)
     if found.unsure:
         output.print("  check names and units of the columns: no checksum of the file covers them", markup=False)
-    output.print(f"Next: erclutch inspect {found.path} --device coaxial", markup=False, soft_wrap=True)
+    device = " --device coaxial" if found.coaxial else ""
+    output.print(f"Next: erclutch inspect {found.path}{device}", markup=False, soft_wrap=True)

@@ -43,9 +43,8 @@ def operations(record: Record, step: ExportedStep) -> Counter[str]:
 def _of_network(model: NetworkModel, step: ExportedStep) -> Counter[str]:
     total: Counter[str] = Counter()
     inputs, hidden = len(model.structure.inputs), model.structure.hidden
-    total["additions"] += inputs + hidden[-1] + 5
-    total["divisions"] += inputs
-    total["multiplications"] += hidden[-1] + 1
+    total["additions"] += inputs + hidden[-1] + 4
+    total["multiplications"] += hidden[-1]
     name = "exp" if model.structure.kind == "rbfn" else "tanh"
     each = operations(traced(name, step.precision), step)
     for before, after in zip((inputs, *hidden), hidden, strict=False):
@@ -55,7 +54,7 @@ def _of_network(model: NetworkModel, step: ExportedStep) -> Counter[str]:
             total[group] += count * after
     if name == "exp":
         total["multiplications"] += hidden[0]
-        total["divisions"] += hidden[0]
+        total["divisions"] += inputs + hidden[0]
     return total
 
 

@@ -31,7 +31,7 @@ def numbers(step: ExportedStep, precision: Precision | None = None) -> Numbers:
     """The arithmetic of a step, in its own precision or in another one."""
     chosen = precision or step.precision
     network = step.network
-    return Numbers(chosen, None if network is None else lambda x: network.rounded_effort(x, chosen))
+    return Numbers(chosen, None if network is None else network.as_exported)
 
 
 def run(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:

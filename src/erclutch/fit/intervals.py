@@ -16,6 +16,9 @@ import numpy as np
 from erclutch.fit.laws.variable_projection import triangle_of
 from erclutch.signals.array import Array
 
+_ORDERS = 6  # of the autoregression that whitens a score, at most
+_NEAR_ROOT = 0.97  # sum of its coefficients, at most: beyond, a score wanders
+
 
 @dataclass(frozen=True)
 class Uncertainty:
@@ -64,15 +67,21 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     solid = s > s[0] * max(n, p) * np.finfo(float).eps if s.size and s[0] > 0 else s > 0
     rank = int(np.count_nonzero(solid))
     condition = 1.0 if p == 0 else float(s[0] / s[-1]) if rank == p else np.inf
-    freedom = max(n - p, 1)
-    if ordered and n > 4 * p + 40:
-        middle, bandwidth = long_run(q * residual[:, None])
-        middle *= n / freedom
-    else:
-        middle, bandwidth = np.eye(r.shape[0]) * float(residual @ residual) / freedom, 1
+    freedom = max(n - p, 1.0)
     # Pseudo-inverse over the identified directions; a parameter with a part outside of them is not identified.
     inverse = (right.T[:, : s.size] * np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)) @ left.T
-    covariance = inverse @ middle @ inverse.T / np.outer(usable, usable)
+    if ordered and n > 4 * p + 40:
+        # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
+        added = (q @ inverse.T) * residual[:, None]
+        scale = np.linalg.norm(added, axis=0)
+        scale[scale == 0] = 1.0
+        middle, bandwidth = long_run(added / scale)
+        independent = max(n / correlated_rows(residual), 2.0 * p)
+        freedom = max(independent - p, 1.0)
+        covariance = middle * np.outer(scale, scale) * (independent / freedom)
+    else:
+        covariance, bandwidth = inverse @ inverse.T * float(residual @ residual) / freedom, 1
+    covariance /= np.outer(usable, usable)
     nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
     lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
     covariance[lost, :] = covariance[:, lost] = np.inf
@@ -101,13 +110,15 @@ def bandwidth_of(scores: Array) -> int:
 def long_run(scores: Array) -> tuple[Array, int]:
     """Long-run covariance of the columns of an array (n, p), summed over its rows, and the bandwidth that it took.
 
-    Each column is whitened by its own autoregression of order one first, which takes away most of the kernel's bias
-    (Andrews and Monahan 1992, doi 10.2307/2951574).
+    An autoregression of its own whitens each column first, which takes away most of the kernel's bias (Andrews and
+    Monahan 1992, doi 10.2307/2951574). Its order is chosen by Schwarz's criterion (den Haan and Levin 1997,
+    doi 10.1016/S0169-7161(97)15014-0): a score that swings with its input needs two at least.
     """
-    rho = np.clip(_autoregression(scores), -0.97, 0.97)
-    white = scores[1:] - rho * scores[:-1]
-    bandwidth = bandwidth_of(white)
-    recolour = 1.0 / (1.0 - rho)
+    weights = _autoregressions(scores)
+    order, n = weights.shape[0], scores.shape[0]
+    white = scores[order:] - sum(w * scores[order - k : n - k] for k, w in enumerate(weights, 1))
+    bandwidth = max(bandwidth_of(white), round(n ** (1 / 3)))  # an autoregression does not see bursts
+    recolour = 1.0 / (1.0 - weights.sum(axis=0))
     return _bartlett(white, bandwidth) * np.outer(recolour, recolour), bandwidth
 
 
@@ -116,6 +127,27 @@ def _autoregression(scores: Array) -> Array:
     before, after = scores[:-1], scores[1:]
     power = np.sum(before * before, axis=0)
     return np.sum(before * after, axis=0) / np.where(power > 0, power, 1.0)
+
+
+def _autoregressions(scores: Array) -> Array:
+    """Coefficients of the best autoregression of each column of (n, p), shape (orders, p), by Levinson's recursion."""
+    n, p = scores.shape
+    shifted = [np.einsum("tj,tj->j", scores[: n - k], scores[k:]) for k in range(_ORDERS + 1)]
+    power = np.where(shifted[0] > 0, shifted[0], 1.0)
+    correlation = np.array(shifted) / power
+    weights, best = np.zeros((_ORDERS, p)), np.zeros((_ORDERS, p))
+    left = np.ones(p)  # share of the power that the autoregression does not explain
+    least = np.zeros(p)
+    for k in range(_ORDERS):
+        reflection = (correlation[k + 1] - np.sum(weights[:k] * correlation[k:0:-1], axis=0)) / left
+        weights[:k] -= reflection * weights[:k][::-1]
+        weights[k] = reflection
+        left = np.maximum(left * (1.0 - reflection**2), 1e-12)
+        criterion = n * np.log(left) + (k + 1) * np.log(n)
+        better = criterion < least
+        least, best = np.where(better, criterion, least), np.where(better, weights, best)
+    whole = best.sum(axis=0)
+    return best * np.where(whole > _NEAR_ROOT, _NEAR_ROOT / np.where(whole > 0, whole, 1.0), 1.0)
 
 
 def _bartlett(scores: Array, bandwidth: int) -> Array:
@@ -128,7 +160,7 @@ def _bartlett(scores: Array, bandwidth: int) -> Array:
     return windows.T @ windows / bandwidth
 
 
-def _quantile(freedom: int, share: float) -> float:
+def _quantile(freedom: float, share: float) -> float:
     from scipy.special import stdtrit
 
     fixed = 1.9600 + 2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3

@@ -25,7 +25,8 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
     Args:
         ring: path of the session's ring.
         carry_out: gets the page's commands to the loop (zero, reset, program, motor); called from a thread.
-        programs: names of the session's programs, what they do, and the unit of their reference: rad, N m or none.
+        programs: names of the session's programs, what they do, and what follows their reference: position, effort or
+            nothing.
         motor_limit: largest motor torque in N m that the page may ask for.
         folder: where recordings go.
         page: show the page; without it only recordings are looked after.

@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from erclutch.signals.channels import LiveChannel
+
 _HEADER = (Path(__file__).parent / "c" / "erc_layout.h").read_text(encoding="utf-8")
 _TYPES = {"uint64_t": "<u8", "uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
 _STRUCT = re.compile(r"typedef struct \{\n(.*?)\} (\w+);", re.DOTALL)
-_MEMBERS = re.compile(r"^ +(\w+) ([\w\[\], ]+);(?: +/\*(?: \[(.+?)\])?)?", re.MULTILINE)
+_MEMBERS = re.compile(r"^ +(\w+) ([\w\[\], ]+);", re.MULTILINE)
 _DEFINED = re.compile(r"#define (\w+) (\w+)")
 _ENUMERATED = re.compile(r"(ERC_\w+) = (\w+)(?: << (\d+))?")
 _EVENT = re.compile(r"ERC_(\w+) = 1u << \d+,? +/\* (.*?) \*/")
@@ -33,14 +35,13 @@ def _constants() -> Iterator[tuple[str, int]]:
 CONSTANTS: dict[str, int] = dict(_constants())
 
 
-def _structs() -> dict[str, tuple[np.dtype[Any], dict[str, str]]]:
-    """Each struct of the header: its dtype, and the units of its members."""
+def _structs() -> dict[str, np.dtype[Any]]:
+    """Each struct of the header as a dtype."""
     types: dict[str, Any] = dict(_TYPES)
-    found: dict[str, tuple[np.dtype[Any], dict[str, str]]] = {}
+    found: dict[str, np.dtype[Any]] = {}
     for body, struct in _STRUCT.findall(_HEADER):
         fields: list[Any] = []
-        units: dict[str, str] = {}
-        for kind, names, unit in _MEMBERS.findall(body):
+        for kind, names in _MEMBERS.findall(body):
             for member in names.split(", "):
                 name, _, length = member.rstrip("]").partition("[")
                 count = 0 if not length else CONSTANTS[length] if length in CONSTANTS else int(length)
@@ -48,19 +49,14 @@ def _structs() -> dict[str, tuple[np.dtype[Any], dict[str, str]]]:
                     fields.append((name, f"S{count}"))
                 else:
                     fields.append((name, types[kind], (count,)) if count else (name, types[kind]))
-                units[name] = unit
-        types[struct] = np.dtype(fields, align=True)
-        found[struct] = types[struct], units
+        types[struct] = found[struct] = np.dtype(fields, align=True)
     return found
 
 
-_FOUND = _structs()
-STRUCTS = {name: dtype for name, (dtype, _) in _FOUND.items()}
+STRUCTS = _structs()
 
-#: What the loop writes each step.
+#: What the loop writes each step, under the names that its C has; `frames_of` gives the names of a device.
 FRAME = STRUCTS["erc_frame"]
-#: Units of the columns of `FRAME`; empty where a number has none.
-UNITS = _FOUND["erc_frame"][1]
 #: The ring's header. The loop writes what stands from ``head`` on; all else is set when the ring is made.
 HEADER = STRUCTS["erc_ring_header"]
 #: One reading of a rig's sensors; what the rig is told; what an operator tells the loop.
@@ -73,6 +69,24 @@ EVENTS: tuple[tuple[str, str], ...] = tuple(
     (name.lower().replace("_", "-"), text) for name, text in _EVENT.findall(_HEADER)
 )
 EVENT_BITS: dict[str, int] = {name: 1 << i for i, (name, _) in enumerate(EVENTS)}
+
+
+def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
+    """A frame as a device has it: the bytes of `FRAME`, its numbers under the names of the channels.
+
+    Raises:
+        ValueError: a channel that no frame can have.
+    """
+    members: Any = FRAME.fields
+    slots = [name for name in FRAME.names or () if FRAME[name] == np.float64]
+    if any(channel.slot not in slots for channel in channels) or not channels:
+        raise ValueError(f"channels {[channel.slot for channel in channels]} of {slots}")
+    order = [(name, name) for name in ("seq", "time_ns")] + [(c.name, c.slot) for c in channels]
+    order += [(name, name) for name in ("flags", "events", "lateness_ns", "step_ns")]
+    names, formats, offsets = zip(*((name, *members[slot][:2]) for name, slot in order), strict=True)
+    return np.dtype(
+        {"names": list(names), "formats": list(formats), "offsets": list(offsets), "itemsize": FRAME.itemsize}
+    )
 
 
 def sealed(record: np.ndarray[Any, np.dtype[Any]]) -> bytes:

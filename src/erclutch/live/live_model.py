@@ -10,13 +10,14 @@ from erclutch.files import cache_folder
 from erclutch.live.c_build import cached, find_compiler
 from erclutch.live.session import LiveModel
 from erclutch.models.load import load_model
-from erclutch.signals.device import DeviceName
+from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.units import UNKNOWN
 
 _INPUTS = {"coaxial": 4, "single": 2}
 
 
 def live_model(
-    path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False, effort: str | None = None
+    path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False, units: Units | None = None
 ) -> LiveModel:
     """A saved model, ready for the loop.
 
@@ -25,7 +26,7 @@ def live_model(
         device: of the rig.
         period: of the loop in s.
         adapt: a gain and an offset follow the torque sensor; the name says so.
-        effort: unit of the rig's effort, where that is known.
+        units: of the rig's effort, field and slip; "?" where that is not known.
 
     Raises:
         RunError: no model, or a damaged one.
@@ -40,9 +41,11 @@ def live_model(
             where=str(path),
             remedy="Give a model of the rig's device",
         )
-    if effort is not None and model.units.effort not in (effort, "?"):
-        problem = f"the model's effort is in {model.units.effort}, and that of the rig in {effort}"
-        raise SettingError(problem, where=str(path), remedy="Give a model of the rig's device")
+    for name in ("effort", "field", "slip"):
+        own, of_rig = (getattr(each, name) for each in (model.units, units or model.units))
+        if own != of_rig and UNKNOWN not in (own, of_rig):
+            problem = f"the model's {name} is in {own or '1'}, and that of the rig in {of_rig or '1'}"
+            raise SettingError(problem, where=str(path), remedy="Give a model of the rig's device")
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
@@ -56,7 +59,7 @@ def live_model(
             remedy="Give a model without further inputs",
         )
     name = f"{model.name}, adapting" if adapt else model.name
-    return LiveModel(_compiled(program), name, program.digest)
+    return LiveModel(_compiled(program), name, program.digest, model.units)
 
 
 def _compiled(program: object) -> Path:

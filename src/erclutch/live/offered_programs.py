@@ -33,19 +33,26 @@ SOFT = 0.18
 
 
 def standard_programs(
-    rig: RigParameters, *, model: bool, motor: float = _MOTOR, seed: int = 0, device: DeviceName = "coaxial"
+    rig: RigParameters,
+    *,
+    model: bool,
+    motor: float = _MOTOR,
+    seed: int = 0,
+    device: DeviceName = "coaxial",
+    drive: bool = True,
 ) -> tuple[LoopProgram, ...]:
     """What can be chosen on the page and with ``--program``.
 
     Args:
         rig: its screw, limits and excitation.
-        model: whether there is a model: torque control, impedance and wall need its inverse.
+        model: whether there is a model of a torque: torque control, impedance and wall need its inverse.
         motor: constant motor torque in N m.
         seed: of the random sequences.
         device: a single device has one field, no table to track, and a torque of one sign.
+        drive: whether the loop commands a drive of the single device; else its fields alone are excited.
     """
     trackings = _trackings(rig, motor) if device == "coaxial" else ()
-    programs = (REST, *trackings, *_excitations(rig, motor, seed, device))
+    programs = (REST, *trackings, *_excitations(rig, motor, seed, device, drive))
     if not model:
         return programs
     return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(rig, motor))
@@ -69,7 +76,9 @@ def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
     )
 
 
-def _excitations(rig: RigParameters, motor: float, seed: int, device: DeviceName) -> tuple[LoopProgram, ...]:
+def _excitations(
+    rig: RigParameters, motor: float, seed: int, device: DeviceName, drive: bool
+) -> tuple[LoopProgram, ...]:
     rows, soft = 1000 * _SECONDS, shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
 
     def repeated(name: str, table: Array, soft: float, meaning: str) -> LoopProgram:
@@ -79,7 +88,10 @@ def _excitations(rig: RigParameters, motor: float, seed: int, device: DeviceName
     if device == "single":
         for table in (sines, squares):
             table[:, 0], table[:, 1] = table[:, 0] + table[:, 1], 0.0
-            table[:, 2] = both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
+            table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
+    if not drive:
+        fields = (("sine", sines), ("square", squares))
+        return tuple(repeated(name, table, 0.0, f"random {name}s of field, IV-B") for name, table in fields)
     how = "constant" if device == "coaxial" else "random"
     return (
         repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
+import re
 import tempfile
 from dataclasses import dataclass
 from enum import IntEnum
@@ -20,11 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError
-from erclutch.live.layout import CONSTANTS, EVENTS, FRAME, HEADER
+from erclutch.live.layout import CONSTANTS, EVENTS, FRAME, HEADER, frames_of
+from erclutch.signals.channels import ROLES, LiveChannel, channels_of
+from erclutch.signals.units import is_written_well
 
 #: 65.5 s at 1 kHz, 7.3 MB.
 CAPACITY = 1 << 16
 _MAGIC, _VERSION = CONSTANTS["ERC_RING_MAGIC"], CONSTANTS["ERC_RING_VERSION"]
+_FIXED = tuple(name for name in FRAME.names or () if FRAME[name] != np.float64)
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,22}")
 _HEAD_AT = (HEADER.fields or {})["head"][1]
 
 
@@ -54,6 +59,7 @@ class RingInfo:
         start_ns, start_unix_ns: monotonic and wall clock at the same moment, so that frames can be dated.
         note: what the session was asked to do.
         capacity: frames that the ring holds.
+        channels: what the numbers of a frame are called.
     """
 
     period_ns: int = 1_000_000
@@ -67,6 +73,7 @@ class RingInfo:
     start_unix_ns: int = 0
     note: str = ""
     capacity: int = CAPACITY
+    channels: tuple[LiveChannel, ...] = channels_of("coaxial")
 
 
 _TEXTS = ("rig", "origin", "model", "digest", "note")
@@ -88,10 +95,10 @@ def make_ring(path: str | Path, info: RingInfo) -> Path:
     target = Path(path)
     header = np.zeros((), HEADER)
     header["magic"], header["version"], header["frame_size"] = _MAGIC, _VERSION, FRAME.itemsize
-    for name in _TEXTS:
-        # A cut in the middle of a character must not make the header unreadable.
-        size = HEADER[name].itemsize - 1
-        header[name] = str(getattr(info, name)).encode()[:size].decode(errors="ignore").encode()
+    _write_texts(header, info, _TEXTS)
+    header["channels"] = len(info.channels)
+    for at, channel in zip(header["channel"], info.channels, strict=False):
+        _write_texts(at, channel, at.dtype.names)
     for name in _NUMBERS:
         header[name] = getattr(info, name)
     try:
@@ -116,6 +123,13 @@ def make_ring(path: str | Path, info: RingInfo) -> Path:
     return target
 
 
+def _write_texts(record: Any, source: object, names: tuple[str, ...]) -> None:
+    for name in names:
+        # A cut in the middle of a character must not make the header unreadable.
+        size = record.dtype[name].itemsize - 1
+        record[name] = str(getattr(source, name)).encode()[:size].decode(errors="ignore").encode()
+
+
 class RingReader:
     """One observer of the frames; the loop knows nothing of it.
 
@@ -125,6 +139,7 @@ class RingReader:
 
     Attributes:
         info: what the session is.
+        dtype: of its frames: the numbers have the names of the device's channels.
         lost: frames that were overwritten before this reader took them.
 
     Raises:
@@ -137,7 +152,10 @@ class RingReader:
         self._header: NDArray[Any] = np.frombuffer(self._map, HEADER, count=1)
         self.info = self._checked()
         self._head: NDArray[np.uint64] = np.frombuffer(self._map, "<u8", count=1, offset=_HEAD_AT)
-        self._frames: NDArray[Any] = np.frombuffer(self._map, FRAME, count=self.info.capacity, offset=HEADER.itemsize)
+        self.dtype = frames_of(self.info.channels)
+        self._frames: NDArray[Any] = np.frombuffer(
+            self._map, self.dtype, count=self.info.capacity, offset=HEADER.itemsize
+        )
         self.lost = 0
         self._next = self.head if start == "now" else max(0, self.head - self._safe)
 
@@ -152,7 +170,26 @@ class RingReader:
                 remedy="Give the ring of a session of this version of erclutch",
             )
         texts = {name: bytes(header[name]).decode(errors="replace") for name in _TEXTS}
-        return RingInfo(**texts, **{name: header[name].item() for name in _NUMBERS})
+        return RingInfo(**texts, **{name: header[name].item() for name in _NUMBERS}, channels=self._channels(header))
+
+    def _channels(self, header: Any) -> tuple[LiveChannel, ...]:
+        """The table of channels.
+
+        Raises:
+            RingError: it is none.
+        """
+        count, table = int(header["channels"]), header["channel"]
+        if count <= len(table):
+            texts = ([bytes(text).decode(errors="replace") for text in each] for each in table[:count])
+            found = tuple(LiveChannel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
+            names = [channel.name for channel in found]
+            sound = all(_NAME.fullmatch(c.name) and c.role in ROLES and is_written_well(c.unit) for c in found)
+            if sound and not {*names} & {*_FIXED}:
+                with contextlib.suppress(ValueError):  # a slot that is none, or a name twice
+                    frames_of(found)
+                    return found
+        remedy = "Give the ring of a session of this version of erclutch"
+        raise RingError("its table of channels is none", where=str(self.path), remedy=remedy)
 
     @property
     def head(self) -> int:
@@ -214,7 +251,7 @@ class RingReader:
         return self.info.capacity - 2
 
     def read(self, limit: int | None = None) -> NDArray[Any]:
-        """The frames since the last call, oldest first, at most ``limit``; a copy, shape (n,), dtype `FRAME`."""
+        """The frames since the last call, oldest first, at most ``limit``: a copy of shape (n,), as `dtype` says."""
         head = self.head
         self._skip_to(head - self._safe)
         stop = head if limit is None else min(head, self._next + limit)

@@ -26,6 +26,8 @@ from erclutch.live.ring import RingInfo, RingReader, make_ring, ring_folder
 from erclutch.live.settings import LoopSettings, config_of
 from erclutch.rig.rig_plugins import LibraryRig, UdpRig
 from erclutch.rig.rig_process import start_rig
+from erclutch.signals.channels import LiveChannel, NamedChannels, channels_of
+from erclutch.signals.device import Units
 
 #: The loop has so long to get its first sample.
 _FIRST_SAMPLE = 10.0
@@ -46,12 +48,14 @@ class ServedRig:
     Attributes:
         name: for people.
         origin: TWIN or RECORDING.
-        spec: what `erclutch.rig.rig_process.start_rig` takes, without the session's number.
+        spec: what `erclutch.rig.rig_process.start_rig` takes, without the session's number and the device.
+        named: units of its channels, and which there are; None: those of the device.
     """
 
     name: str
     origin: str
     spec: dict[str, Any] = field(default_factory=dict[str, Any])
+    named: NamedChannels | None = None
 
 
 TWIN = ServedRig("twin", "TWIN", {"kind": "twin"})
@@ -65,11 +69,13 @@ class LiveModel:
     Attributes:
         library: the compiled model.
         name, digest: of the model.
+        units: of its effort, field and slip, where they are known.
     """
 
     library: Path
     name: str
     digest: str
+    units: Units | None = None
 
 
 @dataclass(frozen=True)
@@ -81,12 +87,14 @@ class SessionOptions:
         priority: of SCHED_FIFO, 1 to 99; 0 does not ask for it.
         cpu: processor that it stays on; None leaves that to the system.
         note: what the session is for; kept in the ring and in recordings.
+        channels: what the numbers of a frame are called; none: those of the settings' device, its units unknown.
     """
 
     seconds: float | None = None
     priority: int = 80
     cpu: int | None = None
     note: str = ""
+    channels: tuple[LiveChannel, ...] = ()
 
 
 class Session(contextlib.AbstractContextManager["Session"]):
@@ -132,7 +140,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
     @property
     def origin(self) -> str:
         """TWIN, RECORDING or HARDWARE."""
-        return self.rig.origin if isinstance(self.rig, ServedRig) else "HARDWARE"
+        return self.rig.origin
 
     def _start(self) -> None:
         config, table = config_of(self.settings)
@@ -155,6 +163,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
                 start_ns=time.monotonic_ns(),
                 start_unix_ns=time.time_ns(),
                 note=self.options.note,
+                channels=self.options.channels or channels_of(self.settings.device),
             ),
         )
         words += [*self._rig_words(), *self._option_words()]
@@ -170,7 +179,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if isinstance(self.rig, UdpRig):
             return ["--udp", self.rig.host, str(self.rig.port), str(self.rig.local_port), str(self.rig.session)]
         session = secrets.randbits(32)
-        self._rig, port = start_rig({**self.rig.spec, "session": session})
+        self._rig, port = start_rig({**self.rig.spec, "session": session, "device": self.settings.device})
         return ["--udp", "127.0.0.1", str(port), "0", str(session)]
 
     def _option_words(self) -> list[str]:

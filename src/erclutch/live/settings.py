@@ -33,8 +33,9 @@ class Mode(IntEnum):
 
     @property
     def reference(self) -> str:
-        """Unit of what the program wants to be followed; empty where it wants nothing."""
-        return {Mode.TORQUE: "N m", Mode.WALL: "N m", Mode.TRACK: "rad", Mode.IMPEDANCE: "rad"}.get(self, "")
+        """Role of the channel that a program wants to follow its reference; empty where it wants nothing."""
+        effort, position = (Mode.TORQUE, Mode.WALL), (Mode.TRACK, Mode.IMPEDANCE)
+        return "effort" if self in effort else "position" if self in position else ""
 
 
 class Waveform(IntEnum):

@@ -187,7 +187,7 @@ def frames_dataset(frames: Any, device: DeviceName = "coaxial") -> Dataset:
     signals = {name: np.ascontiguousarray(frames[column][:-1]) for name, column in names.items()}
     units = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
     if device == "single":
-        signals = {"field": signals["E1"], "slip": np.ascontiguousarray(frames["theta_dot"] - frames["alpha_dot"])[:-1]}
+        signals = {"field": signals["E1"], "slip": np.ascontiguousarray(frames["theta_dot"])[:-1]}
         units = {"field": "", "slip": "rad/s", "effort": "N*m"}
     signals["T" if device == "coaxial" else "effort"] = np.ascontiguousarray(frames["torque"][1:])
     rows = len(frames) - 1

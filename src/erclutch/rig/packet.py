@@ -13,19 +13,27 @@ import zlib
 from dataclasses import dataclass
 from typing import Any
 
+from erclutch.signals.device import DeviceName
+
 SIZE = 64
 SENSOR_MAGIC = 0x31535245
 COMMAND_MAGIC = 0x31435245
 WATCHDOG, FAULT = 1, 2
 LAST = 1
 
-_BODY = struct.Struct("<IIQQdddI8x")
+#: Numbers of the devices in packets.
+NUMBERS: dict[DeviceName, int] = {"coaxial": 0, "single": 1}
+_BODY = struct.Struct("<IIQQdddII4x")
 _CRC = struct.Struct("<I")
 
 
 @dataclass(frozen=True)
 class SensorPacket:
-    """One sample; its numbers are those of ``erc_sample`` in ``live/c/erc_layout.h``."""
+    """One sample; its numbers are those of ``erc_sample`` in ``live/c/erc_layout.h``.
+
+    A single device has its position in theta, the position of its other side in alpha (0: it stands still), and its
+    effort in torque, in SI units.
+    """
 
     session: int
     seq: int
@@ -34,11 +42,12 @@ class SensorPacket:
     alpha: float
     torque: float
     status: int = 0
+    device: int = 0
 
 
 @dataclass(frozen=True)
 class CommandPacket:
-    """One command."""
+    """One command; a single device has its field in field1, and the command of a drive in motor_torque."""
 
     session: int
     seq: int
@@ -47,6 +56,7 @@ class CommandPacket:
     field2: float
     motor_torque: float
     flags: int = 0
+    device: int = 0
 
 
 def _sealed(magic: int, packet: SensorPacket | CommandPacket) -> bytes:

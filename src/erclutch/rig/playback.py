@@ -45,10 +45,28 @@ class Playback:
         """Nothing to close."""
 
 
+def at_period(log: Recording, values: Array, period: float, *, held: bool) -> Array:
+    """Rows of a recording as a loop of another period meets them, shape (m, 3).
+
+    Args:
+        log: whose rows they are.
+        values: one row a row of the log, shape (n, 3).
+        period: of the loop in s.
+        held: the last row holds (commands); else they are drawn out in lines between rows (positions).
+    """
+    if abs(log.period / period - 1.0) < 1e-4:
+        return values
+    at = np.arange(int((len(values) - 1) * log.period / period) + 1) * (period / log.period)
+    if held:
+        return values[np.minimum((at + 1e-9).astype(np.int64), len(values) - 1)]
+    columns: list[Array] = [np.interp(at, np.arange(len(values)), column) for column in values.T]
+    return np.column_stack(columns)
+
+
 def angles_of(log: Recording) -> Array:
     """What the sensors of a recording read: theta, alpha, torque, shape (n, 3). Speeds are summed to angles.
 
-    A single device has no angles: theta is its position (or summed slip), alpha is zero.
+    A single device has its position (or summed slip) in theta, zero in alpha and its effort in torque.
 
     Raises:
         MappingError: neither angles nor speeds.
@@ -75,7 +93,10 @@ def angles_of(log: Recording) -> Array:
 
 
 def fields_of(log: Recording) -> Array:
-    """The commands of a recording: E1, E2, motor torque, shape (n, 3); what was not logged is zero."""
+    """The commands of a recording: E1, E2, motor torque, shape (n, 3); what was not logged is zero.
+
+    A single device has the negative part of its field in the place of E2.
+    """
     s, zero = log.signals, np.zeros(log.rows)
     signed = s.get("E", s.get("field"))
     if "E1" in s:

@@ -11,16 +11,16 @@ import ipaddress
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from erclutch import registry
 from erclutch.errors import SettingError
+from erclutch.signals.channels import NamedChannels, named
 from erclutch.signals.device import DEVICES, DeviceName
 
 GROUP = "erclutch.rigs"
 #: Rigs of ours; they take options of the command line.
 OWN = ("twin", "twin-brake", "replay", "udp")
-#: What a sample and a command carry. A single device has theta (its position or angle), torque and field1.
-CHANNELS = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,27 +28,33 @@ class RigDevice:
     """What hangs on a rig.
 
     Attributes:
-        device: "coaxial", or "single": the slip is then the speed of theta (less that of alpha, if there is one), the
-            command field1.
-        channels: what the rig calls the channels that it has, for example ``{"theta": "wheel angle [rad]"}``.
-        field_limit: largest field of its supply, in the unit of the model's field; None: that of the rig file.
+        device: "coaxial", or "single": one brake, clutch or damper.
+        channels: what the rig calls the channels that it has, with their units in SI: ``{"position": "wheel angle
+            [rad]", "effort": "brake torque [N*m]", "field": "coil current [A]", "drive": "motor torque [N*m]"}`` of a
+            single device, of which effort and drive may be missing; theta, alpha, torque, field1, field2 and
+            motor_torque of the pair. None: those of the device, with the model's units.
+        field_limit: largest field of its supply, in the unit of its field; None: that of the rig file.
 
     Raises:
-        SettingError: an unknown device or channel, or a limit that is none.
+        SettingError: an unknown device or channel, another unit than SI, or a limit that is none.
     """
 
+    origin: ClassVar[str] = "HARDWARE"
     device: DeviceName = "coaxial"
     channels: Mapping[str, str] = field(default_factory=dict[str, str])
     field_limit: float | None = None
 
     def __post_init__(self) -> None:
-        unknown = [name for name in self.channels if name not in CHANNELS]
-        if unknown:
-            raise SettingError(f"there is no channel {unknown[0]!r}", remedy=f"Name some of {', '.join(CHANNELS)}")
         if self.device not in DEVICES:
             raise SettingError(f"device {self.device!r}", remedy=f"Give one of {', '.join(DEVICES)}")
+        _ = self.named
         if self.field_limit is not None and not 0.0 < self.field_limit < float("inf"):
             raise SettingError(f"a field limit of {self.field_limit}", remedy="Give a number above zero")
+
+    @property
+    def named(self) -> NamedChannels | None:
+        """Its channels, read; None where it names none."""
+        return named(self.device, self.channels) if self.channels else None
 
 
 @dataclass(frozen=True)

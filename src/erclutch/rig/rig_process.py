@@ -36,7 +36,7 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
 
     Args:
         spec: ``kind`` "twin" (``rig_file``, ``seed``, ``locked``, ``single``, ``speed``) or "replay" (``angles``: a
-            .npy file of shape (n, 3), ``period``); ``session``, ``port`` (0: any).
+            .npy file of shape (n, 3), ``period``); ``session``, ``device``, ``port`` (0: any).
         timeout: how long the twin may compile, in s.
 
     Returns:
@@ -92,7 +92,8 @@ def main(text: str) -> int:
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         signal.signal(number, lambda number, _frame: told.append(number))
     rig, lead = rig_of(spec)
-    server = RigServer(rig, session=int(spec["session"]), lead=lead, port=int(spec.get("port", 0)))
+    device = spec.get("device", "coaxial")
+    server = RigServer(rig, session=int(spec["session"]), lead=lead, device=device, port=int(spec.get("port", 0)))
     sys.stdout.write(f"port {server.port}\n")
     sys.stdout.flush()
     # Ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either.

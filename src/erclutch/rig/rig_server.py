@@ -13,7 +13,18 @@ from collections import Counter
 from collections.abc import Callable
 
 from erclutch.rig.interface import RigCommand, SteppedRig
-from erclutch.rig.packet import FAULT, LAST, SIZE, WATCHDOG, CommandPacket, SensorPacket, pack_sensors, unpack_command
+from erclutch.rig.packet import (
+    FAULT,
+    LAST,
+    NUMBERS,
+    SIZE,
+    WATCHDOG,
+    CommandPacket,
+    SensorPacket,
+    pack_sensors,
+    unpack_command,
+)
+from erclutch.signals.device import DeviceName
 
 #: No valid command for so long: fields to zero [s]. Far enough from 20 ms for what the operating system is late by.
 WATCHDOG_TIME = 0.015
@@ -32,6 +43,7 @@ class RigServer:
         port: UDP port on loopback; 0 takes a free one.
         session: number that packets must carry.
         lead: of the screw in m: the table's position as an angle. 1 turn where there is none.
+        device: that hangs on the rig; packets of another device are dropped.
         host: address to listen at; anything but loopback is the user's own decision.
         watch: called with (monotonic time in s, command) whenever the rig takes a command; for tests.
 
@@ -45,13 +57,14 @@ class RigServer:
         *,
         session: int,
         lead: float,
+        device: DeviceName = "coaxial",
         port: int = 0,
         host: str = "127.0.0.1",
         watch: Callable[[float, RigCommand], None] = lambda now, command: None,
     ) -> None:
         self.rig = rig
         self.counts: Counter[str] = Counter()
-        self._session = session
+        self._session, self._device = session, NUMBERS[device]
         self._turns = 2.0 * math.pi / lead
         self._watch = watch
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -111,6 +124,7 @@ class RigServer:
             except OSError:  # nothing there, or an old answer found no loop
                 break
             packet = unpack_command(data, self._session)
+            packet = None if packet is not None and packet.device != self._device else packet
             if packet is not None and self._accepted(packet, sender):
                 newest = packet
             elif packet is None:
@@ -155,7 +169,8 @@ class RigServer:
         m = self.rig.sense()
         status = (WATCHDOG if self._zeroed else 0) | (FAULT if getattr(self.rig, "fault", False) else 0)
         alpha = m.alpha_raw * self._turns
-        packet = SensorPacket(self._session, self._seq, time.monotonic_ns(), m.theta, alpha, m.torque, status)
+        now = time.monotonic_ns()
+        packet = SensorPacket(self._session, self._seq, now, m.theta, alpha, m.torque, status, self._device)
         assert self._loop is not None
         try:
             self._socket.sendto(pack_sensors(packet), self._loop)

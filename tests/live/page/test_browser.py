@@ -16,12 +16,17 @@ import pytest
 from erclutch.live.commands import PageCommand
 from erclutch.live.companions import Observers
 from erclutch.live.ring import State
+from erclutch.signals.channels import channels_of, named
 
 CHROMIUM = Path("/usr/bin/chromium")
 # Nothing but the page: no GPU, and none of the browser's own traffic.
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 _FLAGS += ["--disable-component-update", "--disable-sync"]
-PROGRAMS = [("tracking", "a sine", "rad"), ("step", "a step of the field", "N m"), ("<b>rest</b>", "zero field", "")]
+PROGRAMS = [
+    ("tracking", "a sine", "position"),
+    ("step", "a step of the field", "effort"),
+    ("<b>rest</b>", "zero field", ""),
+]
 
 #: How many pixels of each chart have a colour.
 _INK = """() => [...document.querySelectorAll(".chart canvas")].map(canvas => {
@@ -108,6 +113,26 @@ def seen(chromium: Any, start_loop: Callable[..., Any], tmp_path: Path) -> Gener
     ) as observers:
         context = chromium.new_context(viewport={"width": 1440, "height": 900})
         yield Seen(context.new_page(), observers, commands, loop)
+        context.close()
+
+
+def test_one_device_has_nothing_of_a_second_clutch(
+    chromium: Any, start_loop: Callable[..., Any], tmp_path: Path
+) -> None:
+    """A damper without a drive: its own units, one field under its own name, a piston."""
+    words = named("single", {"position": "stroke [m]", "effort": "force [N]", "field": "<b>coil</b> [A]"})
+    loop = start_loop(channels=words.of(channels_of("single", words.units, motor=words.motor)))
+    with Observers(loop.path, lambda command: None, programs=PROGRAMS, folder=tmp_path) as observers:
+        context = chromium.new_context(viewport={"width": 1440, "height": 900})
+        seen = Seen(context.new_page(), observers, [], loop)
+        seen.until(f"Math.min(...({_INK})()) > 150")
+        titles = "[...document.querySelectorAll('.chart h2')].map(title => title.firstChild.textContent).join()"
+        assert seen.page.evaluate(titles) == "Force [N],Residual [N],Field [A],Slip [m/s]"
+        shown = seen.page.evaluate("document.body.innerText")
+        assert not any(word in shown for word in ("CH1", "CH2", "Clutches", "Motor", "N m", "Torque", "Zero fields"))
+        assert "<b>coil</b>" in shown
+        assert seen.page.evaluate("erclutch.picture.texts")[1].endswith(" m/s")
+        assert not seen.errors
         context.close()
 
 

@@ -29,7 +29,7 @@ from erclutch.live.companions import Observers
 from erclutch.live.layout import EVENT_BITS
 from erclutch.live.page.access import Access
 from erclutch.live.page.page_process import PageError, PageProcess
-from erclutch.live.page.wire import WIRE, pack
+from erclutch.live.page.wire import pack, wire_of
 from erclutch.live.ring import RingInfo, State
 
 LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
@@ -103,12 +103,13 @@ def test_frames_on_the_wire(frames: Any) -> None:
     some["lateness_ns"][3] = 400_000
     some["time_ns"][3] += 370_000
     some["torque"][4] = 1e300
-    message = pack(some, RingInfo(start_ns=10**12), 7)
-    row = np.dtype([(name, "<u4" if name in ("flags", "events") else "<f4") for name in WIRE["columns"]])
-    assert len(message) == WIRE["head"] + 30 * row.itemsize
+    info = RingInfo(start_ns=10**12)
+    message, wire = pack(some, info, 7), wire_of(info)
+    row = np.dtype([(name, "<u4" if name in ("flags", "events") else "<f4") for name in wire["columns"]])
+    assert len(message) == wire["head"] + 30 * row.itemsize
     assert np.frombuffer(message, "<u4", 2).tolist() == [0, 7]
     assert np.frombuffer(message, "<f8", 2, 8).tolist() == [pytest.approx(0.1), 100.0]
-    sent = np.frombuffer(message, row, 30, WIRE["head"])
+    sent = np.frombuffer(message, row, 30, wire["head"])
     assert sent["time"] == pytest.approx(np.arange(30) * 1e-3, abs=1e-7)
     assert sent["lateness"][3] == 400.0
     assert np.isinf(sent["torque"][4])

@@ -26,13 +26,15 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from erclutch.errors import ErclutchError
-from erclutch.live.layout import EVENT_BITS, FRAME
+from erclutch.live.layout import EVENT_BITS, FRAME, HEADER
 from erclutch.live.recording.mcap_file import FrameFile, RecordingError, partial_of
 from erclutch.live.recording.recorder import FrameRecorder
 from erclutch.live.recording.recordings import Recordings
 from erclutch.live.recording.recover_recording import default_output, recover
-from erclutch.live.ring import RingInfo, State
+from erclutch.live.ring import RingError, RingInfo, RingReader, State, make_ring
 from erclutch.logs import read, read_table
+from erclutch.signals.channels import channels_of
+from erclutch.signals.device import Units
 
 INFO = RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9)
 
@@ -62,6 +64,54 @@ def test_a_recording_says_units_model_and_origin(tmp_path: Path, frames: Any) ->
     assert table.origin == "TWIN"
     for name in FRAME.names or ():
         assert np.array_equal(table.columns[name], frames[name].astype(float), equal_nan=True)
+
+
+def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_writer: Any) -> None:
+    """One field, one slip, one effort, in the device's units: read without a word about columns."""
+    channels = channels_of("single", Units("N", "V", "m/s"), motor=False)
+    ring = make_ring(tmp_path / "ring", RingInfo(origin="HARDWARE", capacity=64, channels=channels))
+    writer, frames = ring_writer(ring), np.zeros(60, FRAME)
+    frames["theta_dot"], frames["field1"], frames["torque"] = 0.1 * np.sin(np.arange(60)), 2.0, -900.0
+    frames["time_ns"] = 10**12 + np.arange(60) * 1_000_000
+    for frame in frames:
+        writer.write(frame)
+    recorder = FrameRecorder(ring, tmp_path / "a.mcap", -1)
+    recorder.close()
+    table = read_table(tmp_path / "a.mcap")
+    assert list(table.columns) == [
+        *("seq", "time_ns", "position", "slip", "field", "effort", "estimate", "reference"),
+        *("flags", "events", "lateness_ns", "step_ns"),
+    ]
+    log = read(tmp_path / "a.mcap", device="single")
+    assert {name: log.units[name] for name in ("slip", "field", "effort")} == {
+        "slip": "m/s",
+        "field": "V",
+        "effort": "N",
+    }
+    assert np.array_equal(log.signals["slip"], frames["theta_dot"])
+    found = recover(tmp_path / "a.mcap")
+    assert (found.messages, found.coaxial) == (60, False)
+    assert read(found.path, device="single").units == log.units
+
+
+_TABLE = HEADER.fields["channel"][1]
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(at=st.integers(_TABLE - 8, _TABLE + 300), put=st.binary(min_size=1, max_size=24))
+def test_a_damaged_table_of_channels_is_refused_or_sound(tmp_path: Path, at: int, put: bytes) -> None:
+    path = tmp_path / "ring"
+    path.unlink(missing_ok=True)
+    make_ring(path, RingInfo(capacity=4))
+    with path.open("r+b") as file:
+        file.seek(at)
+        file.write(put)
+    with suppress(RingError):
+        reader = RingReader(path)
+        names = reader.dtype.names or ()
+        assert len(names) == len(set(names)) == len(reader.info.channels) + 6
+        assert reader.latest(4).shape == (0,)
+        reader.close()
 
 
 def test_a_measurement_has_no_label(tmp_path: Path, frames: Any) -> None:

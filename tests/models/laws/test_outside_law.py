@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,9 @@ def test_a_good_law_passes() -> None:
         (law_of(good, (YIELD, VISCOSITY, YIELD)), r"two parameters of one name: w_s, T_y, eta, T_y"),
         (law_of(good, (YIELD,)), r"for each of its gains \(T_y\), it returns 2 columns"),
         (law_of(lambda *_: np.zeros(4), (YIELD,)), "it returns ndarray"),
+        (replace(law_of(good), name="pull"), "calls itself 'pull'; its Law.name and its entry point must agree"),
+        (law_of(lambda field, slip, turn: (field, slip * np.nan)), "returns for the gain eta what is no finite array"),
+        (law_of(lambda field, slip, turn: (field, slip[:2])), "returns for the gain eta what is no finite array"),
         (law_of(lambda *_: 1 / 0), r"ZeroDivisionError: division by zero \(test_outside_law\.py, line \d+\)"),
     ],
 )

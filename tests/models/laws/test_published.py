@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.smooth import OFF_ZERO
-from erclutch.models.laws.yield_stress import CRITICAL, POWER, SQUARE
+from erclutch.models.laws.yield_stress import CRITICAL, POWER, SATURATING, SQUARE
 
 E = np.linspace(0.05, 1.0, 20)[:, None]
 W = np.array([-3.0, -0.6, -0.05, 0.05, 0.3, 1.0, 2.0])[None, :]
@@ -38,9 +38,9 @@ def test_bingham_is_equation_1(n: float) -> None:
     same(viscous, W)
 
 
-@pytest.mark.parametrize("form", ["square", "power", "critical"])
+@pytest.mark.parametrize("form", ["square", "power", "critical", "saturating"])
 def test_what_reduces_to_bingham(form: str) -> None:
-    field = {"square": (), "power": (1.4,), "critical": (0.3,)}[form]
+    field = {"square": (), "power": (1.4,), "critical": (0.3,), "saturating": (1.3, 0.8)}[form]
     bingham = columns_of(f"bingham/{form}", *field)
     for specification, shape in (
         ("herschel-bulkley", (1.0,)),  # m
@@ -197,6 +197,13 @@ def test_exponents_of_the_critical_form() -> None:
     assert exponent(0.05, 1.3) == pytest.approx(1.5, abs=1e-2)
     assert exponent(0.05, 5.0) == pytest.approx(1.5, abs=1e-6)
     assert all(1.5 <= exponent(E_c, 0.5) <= 2.0 for E_c in np.geomspace(0.05, 20, 20))
+
+
+@free
+@given(n=st.floats(0.2, 4.0), E_s=st.floats(0.2, 20.0))
+def test_saturating_form_follows_a_small_field_and_levels_off(n: float, E_s: float) -> None:
+    same(SATURATING.factor(E, n, E_s), np.tanh((E / E_s) ** n) / np.tanh((1 / E_s) ** n), 1e-6)
+    same(SATURATING.factor(np.array([1.0]), n, E_s), np.ones(1))
 
 
 def test_power_form_with_exponent_two_is_the_square_form() -> None:

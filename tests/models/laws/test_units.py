@@ -31,6 +31,7 @@ def synthetic(rows: int = 500) -> Dataset:
         ("on-off", "none"),
         ("bingham", "lag"),
         ("bingham/critical", "none"),
+        ("bingham/saturating", "none"),
         ("casson", "none"),
         ("herschel-bulkley", "none"),
         ("hem", "none"),

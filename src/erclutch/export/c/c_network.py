@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from erclutch.arithmetic.precision import Precision
+from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.export.c.c_printer import WRITTEN_OUT, indented, table
 from erclutch.models.networks.network_model import NetworkModel
 
 
 def network(model: NetworkModel, n: str, p: Precision) -> str:
     """Tables and the forward pass."""
-    count, hidden, zero, k = len(model.structure.inputs), model.structure.hidden, f"0.0{p.suffix}", p.constant
-    written, to = count <= WRITTEN_OUT, model.scaling
-    tables = {} if written else {"offset": to.offset, "scale": to.scale}
+    model, k, zero, active = model.folded, p.constant, f"0.0{p.suffix}", ""
+    count, hidden, to = len(model.structure.inputs), model.structure.hidden, model.scaling
+    written, scaled = count <= WRITTEN_OUT, model.structure.kind == "rbfn"
+    tables = {} if written else {"offset": to.offset, **({"scale": to.scale} if scaled else {})}
     # A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
     if model.structure.kind == "rbfn":
         tables |= {"centres": model.weights["centres"].T, "spreads": model.weights["spreads"] ** 2}
@@ -21,7 +22,8 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
     else:
         for i in range(1, len(hidden) + 1):
             tables |= {f"w{i}": model.weights[f"W{i}"].T, f"b{i}": model.weights[f"b{i}"]}
-        body, out = list(_fnn(model, n)), "w_out"
+        # Float32's tanh has no choices, so compilers keep vectors of it inside the last sum too.
+        body, out, active = list(_fnn(model, n, p)), "w_out", f"{n}tanh_held" if p is FLOAT32 else ""
         weights, start = model.weights["W_out"][0], model.weights["b_out"][0]
     tables[out] = weights
     loop = ["uint32_t j;"] if any(line.startswith("for (j") for line in body) else []
@@ -29,19 +31,24 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
     declared += [f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};", f"{n}real total;"]
     if written:
         ends = zip(map(k, map(float, to.offset)), map(k, map(float, to.scale)), strict=True)
-        scaled = [f"const {n}real x{j} = (v{j} - ({offset})) / {scale};" for j, (offset, scale) in enumerate(ends)]
+        moved = [
+            f"const {n}real x{j} = (v{j} - ({offset})){f' / {scale}' if scaled else ''};"
+            for j, (offset, scale) in enumerate(ends)
+        ]
         given = ", ".join(f"{n}real v{j}" for j in range(count))
     else:
-        scaled = [f"{n}real x[{count}];", *_loop("i", count, [f"x[i] = (v[i] - {n}offset[i]) / {n}scale[i];"])]
+        each = f"x[i] = (v[i] - {n}offset[i]){f' / {n}scale[i]' if scaled else ''};"
+        moved = [f"{n}real x[{count}];", *_loop("i", count, [each])]
         given = f"const {n}real v[{count}]"
-    body += _dot(hidden[-1], f"a{len(hidden)}", f"{n}{out}")
-    body += [f"return (({k(float(start))} + total) * {k(to.effort_scale)}) + {k(to.effort_offset)};"]
+    body += _dot(hidden[-1], f"a{len(hidden)}", f"{n}{out}", active)
+    body += [f"return {k(float(start))} + total;"]
     held = [table(f"{n}real", f"{n}{name}", [k(float(v)) for v in values.ravel()]) for name, values in tables.items()]
-    text = indented([*declared, *scaled, *body])
-    return "\n".join(held) + f"\nstatic {n}real {n}network({given})\n{{\n{text}\n}}\n"
+    about = "The effort's scale lies in the tables" + ("." if scaled else ", and those of the inputs.")
+    text = indented([*declared, *moved, *body])
+    return "\n".join(held) + f"\n/* {about} */\nstatic {n}real {n}network({given})\n{{\n{text}\n}}\n"
 
 
-def _fnn(model: NetworkModel, n: str) -> Iterator[str]:
+def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     before, width = "x", len(model.structure.inputs)
     for layer, hidden in enumerate(model.structure.hidden, start=1):
         a, bias = f"a{layer}", f"{n}b{layer}[i]"
@@ -55,7 +62,8 @@ def _fnn(model: NetworkModel, n: str) -> Iterator[str]:
             yield from _loop("j", width, list(_loop("i", hidden, inner)))
             yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_hold({a}[i]);"])
         # A loop of its own: held arguments are read from memory, so compilers make no branch of them and use vectors.
-        yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_held({a}[i]);"])
+        if layer < len(model.structure.hidden) or p is not FLOAT32:
+            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_held({a}[i]);"])
         before, width = a, hidden
 
 
@@ -96,14 +104,14 @@ def _loop(index: str, count: int, body: list[str]) -> Iterator[str]:
     yield "}"
 
 
-def _dot(count: int, a: str, weights: str) -> list[str]:
-    """Four running sums, pairs, then the rest."""
+def _dot(count: int, a: str, weights: str, active: str) -> list[str]:
+    """Four running sums, pairs, then the rest, of what a function makes of the values."""
     whole = count // 4 * 4
     lines: list[str] = []
     if whole:
         lines += [f"for (i = 0u; i < {whole}u; i += 4u)", "{"]
-        lines += [f"    s[{k}] = s[{k}] + ({weights}[i + {k}u] * {a}[i + {k}u]);" for k in range(4)]
+        lines += [f"    s[{k}] = s[{k}] + ({weights}[i + {k}u] * {active}({a}[i + {k}u]));" for k in range(4)]
         lines += ["}"]
     lines += ["total = (s[0] + s[1]) + (s[2] + s[3]);"]
-    lines += [f"total = total + ({weights}[{i}] * {a}[{i}]);" for i in range(whole, count)]
+    lines += [f"total = total + ({weights}[{i}] * {active}({a}[{i}]));" for i in range(whole, count)]
     return lines

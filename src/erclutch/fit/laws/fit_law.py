@@ -8,6 +8,7 @@ disk the nonlinear parameters of a law without a memory are those of centroids, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +20,7 @@ from erclutch.fit.kept_heap import keep_heap
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
-from erclutch.fit.laws.law_over_rows import LawOverRows, separable
+from erclutch.fit.laws.law_over_rows import LawOverRows, RowsInSlices, separable
 from erclutch.fit.laws.law_starts import scan_points, thinned, window_starts, windows
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
@@ -204,13 +205,22 @@ def _outcome(
     ordered: bool,
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
+    further = {name: data.extras[name] for name in structure.extras}
+    seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further)
+    ends = no_intervals(len(full.shapes) + len(full.gains))
+    if not intervals and structure.dynamics == "none":
+        law = LawOverRows(RowsInSlices(data), structure, reference, full.shapes)
+        projection, triangle, cost = law.closed(found, law.projected(found.point))
+        return described(
+            structure, replace(seen, cost=cost), full, found, projection, unknown(triangle, data.rows), ends
+        )
     columns, slopes, projection = jacobian(full, found.point)
     moving = ~(found.at_lower | found.at_upper)
     linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
     triangle = triangle_of(np.vstack([linear, nonlinear]).T)
     projection = refined(columns, full.target, projection, triangle)
     residual = full.target - columns @ projection.gains
-    spread, ends = unknown(triangle, data.rows), no_intervals(moving.size + projection.gains.size)
+    spread = unknown(triangle, data.rows)
     if intervals:
         spread = uncertainty(np.vstack([nonlinear, linear]).T, residual, ordered=ordered)
         some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
@@ -223,8 +233,7 @@ def _outcome(
             np.concatenate([slopes.any(axis=0), ~projection.dead]),
         )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
-    further = {name: data.extras[name] for name in structure.extras}
-    seen = Seen(reference, data.units, range_of(data), data.rows, float(residual @ residual), further)
+    seen = replace(seen, cost=float(residual @ residual))
     return described(structure, seen, full, found, projection, spread, ends)
 
 

@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.laws.variable_projection import Separable, outer_problem, parameters, project
 from erclutch.fit.levenberg_marquardt import Minimum, minimise
 from erclutch.signals.array import Array
 
 _PLACES = 9  # of each parameter
+_INNER = (2, 4, 6)  # of them, where a parameter that does nothing is put
+_IDLE = 1e-2  # of the cost: a parameter that costs less at another place does nothing
 _STEPS = 4  # down from the best place of each parameter
 _STARTS = 2  # places from which a look goes all the way down, each of another parameter
 _LOOKS = 4
@@ -60,16 +64,25 @@ def _elsewhere(few: Separable, point: Array) -> list[Array]:
     """The best places, each of another parameter, at least the distance of two places away from the point.
 
     The best place of a parameter is chosen as it stands, the best parameters after a few steps down from there: next to
-    a parameter that does nothing, all other ways look bad at first.
+    a parameter that does nothing, all other ways look bad at first. A parameter that does nothing here is moved with
+    each of the others: where a ratio is one, the constant that says how fast it fades may be anywhere.
     """
-    down: list[Minimum] = []
-    for i, (low, high) in enumerate(zip(*few.bounds, strict=True)):
-        apart = (high - low) / (_PLACES - 1)
-        places = [low + j * apart for j in range(_PLACES)]
-        points = [_moved(point, i, place) for place in places if abs(place - point[i]) >= apart]
-        start = min(points, key=lambda u: project(few, parameters(few.shapes, u)).cost)
-        down.append(minimise(with_curvature(outer_problem(few)), start, tolerance=1e-5, max_iterations=_STEPS))
+    low, high = few.bounds
+    apart = (high - low) / (_PLACES - 1)
+    places = low + np.arange(_PLACES)[:, None] * apart
+    ways = [[_moved(point, i, x) for x in places[:, i] if abs(x - point[i]) >= apart[i]] for i in range(point.size)]
+    little = (1.0 + _IDLE) * _cost(few, point)
+    idle = [i for i, points in enumerate(ways) if min(_cost(few, u) for u in points) < little]
+    starts: list[Array] = []
+    for i, points in enumerate(ways):
+        both = [_moved(u, k, places[j, k]) for u in points for k in idle if k != i for j in _INNER]
+        starts.append(min([*points, *both], key=lambda u: _cost(few, u)))
+    down = [minimise(with_curvature(outer_problem(few)), u, tolerance=1e-5, max_iterations=_STEPS) for u in starts]
     return [m.point for m in sorted(down, key=lambda m: m.cost)[:_STARTS]]
+
+
+def _cost(few: Separable, point: Array) -> float:
+    return project(few, parameters(few.shapes, point)).cost
 
 
 def _moved(point: Array, i: int, place: float) -> Array:

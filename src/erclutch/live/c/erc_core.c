@@ -273,16 +273,22 @@ void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, ui
         core->reference = (double)NAN;
     }
     core->field = out[0] - out[1];
+    const int single = core->config.device == ERC_SINGLE;
+    if (single) { /* its one field has a sign where a recording had it */
+        out[0] = core->field;
+        out[1] = 0.0;
+    }
     frame->flags = estimate(core, out);
 
     command->field1 = out[0];
     command->field2 = out[1];
     command->motor_torque = out[2];
     command->flags = core->stopping;
+    command->device = core->config.device;
 
-    frame->theta = core->theta.measured;
+    frame->theta = core->theta.measured - (single ? core->alpha.measured : 0.0);
     frame->alpha = core->alpha.measured;
-    frame->theta_dot = core->theta.speed;
+    frame->theta_dot = core->theta.speed - (single ? core->alpha.speed : 0.0);
     frame->alpha_dot = core->alpha.speed;
     frame->field1 = out[0];
     frame->field2 = out[1];

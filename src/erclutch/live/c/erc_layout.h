@@ -7,6 +7,8 @@
 
 /* --- frame ------------------------------------------------------------------------------------------------------- */
 
+/* Names and units are those of the coaxial pair. A single device has the position across its fluid in theta, the slip in
+ * theta_dot, its field in field1 and its effort in torque; signals/channels.py names all of them, the ring's header too. */
 typedef struct {
     uint64_t seq;                /* number of the step, from 0 */
     uint64_t time_ns;            /* [ns] monotonic clock at the wake-up */
@@ -54,11 +56,17 @@ enum {
 /* --- ring -------------------------------------------------------------------------------------------------------- */
 
 #define ERC_RING_MAGIC 0x31474E4952435245u /* "ERCRING1" */
-#define ERC_RING_VERSION 1u
+#define ERC_RING_VERSION 2u
 #define ERC_HEADER_SIZE 4096u
+#define ERC_CHANNELS 10u
 
 /* Ready: a reset cleared the trip; fields and motor stay at zero until an operator runs a program. */
 enum { ERC_STARTING = 0, ERC_RUNNING = 1, ERC_TRIPPED = 2, ERC_STOPPED = 3, ERC_READY = 4 };
+
+/* A number of the frame: where it stands and how a device calls it, as UTF-8 that ends with zero. */
+typedef struct {
+    char name[24], slot[16], role[16], unit[16], label[56];
+} erc_channel;
 
 typedef struct {
     uint64_t magic;
@@ -67,15 +75,17 @@ typedef struct {
     char unused0[16];
     char rig[64], origin[16], model[64], digest[64], note[256];
     double field_limit, motor_limit;
-    char unused1[480];
-    uint64_t head; /* offset 1024: from here on the loop writes */
+    uint32_t channels, unused1; /* how many there are */
+    erc_channel channel[ERC_CHANNELS];
+    char unused2[216];
+    uint64_t head; /* offset 2048: from here on the loop writes */
     uint32_t state, pid, mode, program, trip_reason, missed; /* missed: deadlines that were skipped */
     char unused3[32];
     uint64_t counts[32];
     uint64_t sensor_seq;
     char unused4[56];
     char realtime[128];
-    char unused5[2560];
+    char unused5[1536];
 } erc_ring_header;
 _Static_assert(sizeof(erc_ring_header) == ERC_HEADER_SIZE, "ring header");
 
@@ -91,16 +101,16 @@ enum { ERC_STATUS_WATCHDOG = 1, ERC_STATUS_FAULT = 2 };
 typedef struct {
     uint64_t seq;     /* counts the rig's samples; one a period */
     uint64_t time_ns; /* the rig's own clock */
-    double theta, alpha, torque;
-    uint32_t status;
+    double theta, alpha, torque; /* a single device: position, its other side's (0: it stands still), effort */
+    uint32_t status, device;     /* device: ERC_COAXIAL or ERC_SINGLE, in packets */
 } erc_sample;
 
 /* What the rig is to do until the next command. */
 typedef struct {
     uint64_t seq;
     uint64_t time_ns;
-    double field1, field2, motor_torque;
-    uint32_t flags; /* 1: this is the last command, the loop is ending */
+    double field1, field2, motor_torque; /* a single device: field, 0, drive */
+    uint32_t flags, device;              /* flags 1: this is the last command, the loop is ending */
 } erc_command;
 
 /* --- orders of an operator --------------------------------------------------------------------------------------- */

@@ -37,21 +37,18 @@ static uint64_t get64(const uint8_t *at) {
 }
 
 /* What samples and commands have in common: magic 0, session 4, then five words of 8 bytes (seq 8, time 16, three numbers
- * 24), a word of 4 at 48, zero 52 .. 59, crc 60. The words stand in the same order in erc_sample and erc_command. */
+ * 24), status or flags at 48, device 52, zero 56, crc 60. They stand in the same order in erc_sample and erc_command. */
 typedef struct {
     uint64_t words[5];
-    uint32_t last;
+    uint32_t last, device;
 } content;
 
-#define CONTENT 44u /* bytes of it, without what pads it to whole words */
-
-_Static_assert(offsetof(erc_sample, status) == offsetof(content, last), "sample");
-_Static_assert(offsetof(erc_command, flags) == offsetof(content, last), "command");
-_Static_assert(offsetof(content, last) + sizeof(uint32_t) == CONTENT, "content");
+_Static_assert(offsetof(erc_sample, status) == offsetof(content, last) && sizeof(erc_sample) == sizeof(content), "sample");
+_Static_assert(offsetof(erc_command, flags) == offsetof(content, last) && sizeof(erc_command) == sizeof(content), "command");
 
 static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, const void *from) {
     content in;
-    memcpy(&in, from, CONTENT);
+    memcpy(&in, from, sizeof in);
     memset(out, 0, ERC_PACKET_SIZE);
     put32(out, magic);
     put32(out + 4, session);
@@ -59,6 +56,7 @@ static void put(uint8_t out[ERC_PACKET_SIZE], uint32_t magic, uint32_t session, 
         put64(out + 8u + 8u * i, in.words[i]);
     }
     put32(out + 48, in.last);
+    put32(out + 52, in.device);
     put32(out + 60, erc_crc32(out, 60));
 }
 
@@ -67,11 +65,11 @@ static int get(const uint8_t *packet, size_t size, uint32_t magic, uint32_t sess
         get32(packet + 60) != erc_crc32(packet, 60)) {
         return 0;
     }
-    content out = {{0}, get32(packet + 48)};
+    content out = {{0}, get32(packet + 48), get32(packet + 52)};
     for (unsigned i = 0; i < 5u; i++) {
         out.words[i] = get64(packet + 8u + 8u * i);
     }
-    memcpy(to, &out, CONTENT);
+    memcpy(to, &out, sizeof out);
     return 1;
 }
 

@@ -26,12 +26,13 @@ static struct sockaddr_in address(const char *host, const char *port) {
     return out;
 }
 
-erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, const char *session) {
+erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, const char *session,
+                    uint32_t device) {
     const struct sockaddr_in there = address(host, port);
     /* On loopback nothing from outside is to reach us. */
     const int loopback = (ntohl(there.sin_addr.s_addr) >> 24) == 127u;
     const struct sockaddr_in here = address(loopback ? "127.0.0.1" : "0.0.0.0", local_port);
-    erc_rig rig = {-1, (uint32_t)strtoul(session, 0, 0), 0, 0, 0, 0};
+    erc_rig rig = {-1, (uint32_t)strtoul(session, 0, 0), device, 0, 0, 0, 0};
     rig.socket = socket(AF_INET, SOCK_DGRAM, 0);
     /* Connected: the kernel drops what comes from anybody else. */
     if (rig.socket < 0 || fcntl(rig.socket, F_SETFL, O_NONBLOCK) != 0 || bind(rig.socket, (const struct sockaddr *)&here, sizeof here) != 0 ||
@@ -42,7 +43,7 @@ erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, 
 }
 
 erc_rig erc_rig_library(const char *path, const char *options) {
-    erc_rig rig = {-1, 0u, 0, 0, 0, 0};
+    erc_rig rig = {-1, 0u, 0u, 0, 0, 0, 0};
     uint32_t (*abi)(void);
     void *(*open_rig)(const char *, char *, uint32_t);
     char error[256] = "";
@@ -74,7 +75,8 @@ static uint32_t receive_udp(erc_rig *rig, erc_sample *samples, uint32_t *events)
             }
             break;
         }
-        if (erc_get_sample(packet, (size_t)size, rig->session, &samples[count])) {
+        if (erc_get_sample(packet, (size_t)size, rig->session, &samples[count]) &&
+            samples[count].device == rig->device) {
             count++;
         } else {
             *events |= ERC_BAD_PACKET;

@@ -17,7 +17,7 @@
 
 typedef struct {
     int socket; /* -1: a library */
-    uint32_t session;
+    uint32_t session, device; /* that packets carry */
     void *self;
     int32_t (*read)(void *rig, erc_sample *sample);
     int32_t (*write)(void *rig, const erc_command *command);
@@ -25,7 +25,8 @@ typedef struct {
 } erc_rig;
 
 /* Both end the process with a message if it cannot be done. */
-erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, const char *session);
+erc_rig erc_rig_udp(const char *host, const char *port, const char *local_port, const char *session,
+                    uint32_t device);
 erc_rig erc_rig_library(const char *path, const char *options);
 
 /* What came in since the last call, at most ERC_MOST_SAMPLES. */

@@ -115,7 +115,7 @@ static void on_stop(int signal_number) {
 /* Our own crash, in a model for instance: only calls that are safe here. */
 static void on_crash(int signal_number) {
     if (rig_in_use != 0 && rig_in_use->socket >= 0) {
-        erc_command zero = {last_command.seq + 1u, last_command.time_ns, 0.0, 0.0, 0.0, 1u};
+        erc_command zero = {last_command.seq + 1u, last_command.time_ns, 0.0, 0.0, 0.0, 1u, last_command.device};
         (void)erc_rig_send(rig_in_use, &zero);
     }
     (void)signal(signal_number, SIG_DFL);
@@ -240,8 +240,9 @@ int main(int count, char **words) {
     }
     erc_core_init(&core, &config, table, &model);
     erc_ring ring = erc_ring_open(options.ring);
-    erc_rig rig = options.udp[0] != 0 ? erc_rig_udp(options.udp[0], options.udp[1], options.udp[2], options.udp[3])
-                                      : erc_rig_library(options.library[0], options.library[1]);
+    const char *const *udp = options.udp;
+    erc_rig rig = udp[0] != 0 ? erc_rig_udp(udp[0], udp[1], udp[2], udp[3], config.device)
+                              : erc_rig_library(options.library[0], options.library[1]);
     handle_signals();
     rig_in_use = &rig;
     erc_go_realtime(options.priority, options.cpu, ring.header->realtime, sizeof ring.header->realtime);

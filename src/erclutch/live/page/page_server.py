@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import PurePath
 from typing import Any
@@ -20,7 +21,7 @@ from erclutch.live.commands import LONGEST, CommandError, CommandLimits, parse
 from erclutch.live.layout import EVENTS
 from erclutch.live.page.access import HEADERS, Access
 from erclutch.live.page.ring_summary import EDGES, Watcher, level_of
-from erclutch.live.page.wire import WIRE, pack
+from erclutch.live.page.wire import pack, wire_of
 from erclutch.live.ring import RingReader
 
 RATE = 60.0  # messages of frames a second
@@ -106,7 +107,8 @@ class Page:
             **self._shown,
             "edges": list(EDGES),
             "events": [[name, text, level_of(name)] for name, text in EVENTS],
-            "wire": WIRE,
+            "channels": [asdict(channel) for channel in info.channels],
+            "wire": wire_of(info),
         }
 
     async def _socket(self, socket: WebSocket) -> None:

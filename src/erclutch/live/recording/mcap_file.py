@@ -1,9 +1,9 @@
 """Frames go into an MCAP file that no crash can spoil: small whole records, written at once, no index in memory.
 
-A message is a frame as it stands in the ring; its description makes it a ROS 1 message of numbers, so Foxglove and
-PlotJuggler read it as well as `erclutch.logs`. Log time is the step's deadline (so rows are evenly spaced, as the
-loop's filters assume), publish time the wake-up. The index is made when the file is closed, by walking it. Until then
-the file has ``.partial`` behind its name.
+A message is a frame of the ring with the numbers that the device's channels name. Its description makes it a ROS 1
+message of numbers, so Foxglove and PlotJuggler read it as well as `erclutch.logs`. Log time is the step's deadline (so
+rows are evenly spaced, as the loop's filters assume), publish time the wake-up. The index is made when the file is
+closed, by walking it. Until then the file has ``.partial`` behind its name.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ from numpy.typing import NDArray
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
-from erclutch.live.layout import EVENT_BITS, FRAME, UNITS
+from erclutch.live.layout import EVENT_BITS, frames_of
 from erclutch.live.ring import RingInfo
 from erclutch.logs.readers.mcap_records import MAGIC, Place, parse, places
-from erclutch.logs.readers.mcap_table import UNSAMPLED_KEY
+from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
+from erclutch.signals.units import UNKNOWN
 
 TOPIC = "/frames"
 SCHEMA = "erclutch/Frame"
@@ -40,7 +41,6 @@ OWN = "erclutch"
 #: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
 _REPEAT = 16
 _HEADED = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
-_MESSAGE = np.dtype([*_HEADED, ("frame", FRAME)])
 _SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
 _INDEX = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
@@ -73,6 +73,7 @@ class FrameFile:
         self._chunks = 0
         self._to_unix = info.start_unix_ns - info.start_ns
         self._description = record_bytes(*description(info))
+        self._message = np.dtype([*_HEADED, ("frame", _packed(info))])
         self._packer = zstandard.ZstdCompressor(level=1)
         try:
             if self.path.exists():
@@ -92,8 +93,8 @@ class FrameFile:
         """
         if not frames.size:
             return
-        messages = np.zeros(frames.size, _MESSAGE)
-        messages["op"], messages["size"] = Opcode.MESSAGE, _MESSAGE.itemsize - 9
+        messages = np.zeros(frames.size, self._message)
+        messages["op"], messages["size"] = Opcode.MESSAGE, self._message.itemsize - 9
         messages["channel"], messages["seq"] = CHANNEL, frames["seq"] & 0xFFFFFFFF
         wake = frames["time_ns"].astype(np.int64) + self._to_unix
         messages["log_time"], messages["pub_time"] = wake - frames["lateness_ns"], wake
@@ -134,21 +135,32 @@ def partial_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.partial")
 
 
+def _packed(info: RingInfo) -> np.dtype[Any]:
+    """The columns of a session's frames, one after another."""
+    frame = frames_of(info.channels)
+    return np.dtype([(name, frame[name]) for name in frame.names or ()])
+
+
 def description(info: RingInfo) -> tuple[kinds.Schema, kinds.Channel]:
     """Schema and channel of the frames: fields, units, and where they come from."""
     types = {"u8": "uint64", "f8": "float64", "u4": "uint32", "i4": "int32"}
-    lines: list[str] = []
-    for name in FRAME.names or ():
-        unit = f"  # {UNITS[name]}" if UNITS[name] else ""
-        lines.append(f"{types[FRAME[name].str[1:]]} {name}{unit}")
-    units = {f"unit.{name}": unit for name, unit in UNITS.items() if unit}
+    plain = {"": "-"}  # a number without a dimension, said: no unit would mean an unknown one
+    frame = _packed(info)
+    units = {c.name: plain.get(c.unit, c.unit) for c in info.channels if c.unit != UNKNOWN and c.role != "reference"}
+    units |= {name: "ns" for name in frame.names or () if name.endswith("_ns")}
+    lines = [f"{types[frame[n].str[1:]]} {n}" + (f"  # {units[n]}" if n in units else "") for n in frame.names or ()]
+    named_units = {f"{UNIT_KEY}{name}": unit for name, unit in units.items()}
     unsampled = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
     schema = kinds.Schema(id=1, data="\n".join(lines).encode(), encoding="ros1msg", name=SCHEMA)
     channel = kinds.Channel(
         id=CHANNEL,
         topic=TOPIC,
         message_encoding="ros1",
-        metadata={**about_session(info), UNSAMPLED_KEY: str(unsampled), **units},
+        metadata={
+            **about_session(info),
+            UNSAMPLED_KEY: str(unsampled),
+            **named_units,
+        },
         schema_id=1,
     )
     return schema, channel
@@ -167,6 +179,7 @@ def about_session(info: RingInfo) -> dict[str, str]:
         "start_ns": str(info.start_ns),
         "start_unix_ns": str(info.start_unix_ns),
         "note": info.note,
+        **{f"channel.{channel.name}": channel.label for channel in info.channels},
         "erclutch": __version__,
     }
 

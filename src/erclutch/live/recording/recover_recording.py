@@ -59,6 +59,7 @@ class Recovered:
         torn: bytes at the end that were no whole record.
         whole: the file was whole before.
         unsure: no checksum covers what the file says of its columns, their names and units.
+        coaxial: its columns are those of the pair.
     """
 
     path: Path
@@ -69,6 +70,7 @@ class Recovered:
     torn: int
     whole: bool
     unsure: bool
+    coaxial: bool
 
 
 def default_output(path: Path) -> Path:
@@ -134,6 +136,7 @@ def _write(data: Any, source: Path, target: Path) -> Recovered:
         tally.torn,
         whole=tally.ended and not tally.damaged,
         unsure=not tally.sound and not tally.channels <= set(sure.channels),
+        coaxial=any(b" field2" in schema.data for schema in tally.contents.schemas.values()),
     )
 
 

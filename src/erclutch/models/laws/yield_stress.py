@@ -1,7 +1,8 @@
 """Yield stress follows the field in one of these forms, each scaled to one at the reference field (normalised field 1).
 
 Sources: power law, Huang and Ishikawa equation (1) with exponents 1 - 2; critical-field form, Choi, Cho, Kim and Jhon
-2001, tau_y ~ E**2 tanh(sqrt(E / E_c)) / sqrt(E / E_c), checked in docs/decisions/0003-sources-of-ss-and-ccj.md.
+2001, tau_y ~ E**2 tanh(sqrt(E / E_c)) / sqrt(E / E_c), checked in docs/decisions/0003-sources-of-ss-and-ccj.md; the
+tanh of magnetic saturation, in which MR fluids are usually quoted (tau_y ~ tanh(6.33e-6 H)), with an exponent of ours.
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ def _critical(E: Any, E_c: Any) -> Any:
     return power(E, 1.5) * np.tanh(power(E / E_c, 0.5)) / np.tanh(E_c**-0.5)
 
 
+def _saturating(E: Any, n: Any, E_s: Any) -> Any:
+    return np.tanh(power(E / E_s, n)) / np.tanh(power(1.0 / E_s, n))
+
+
 def _constant(E: Any) -> Any:
     return 1.0 + 0.0 * E
 
@@ -40,7 +45,18 @@ CRITICAL = YieldForm(
     (ShapeParameter("E_c", "critical field, where the exponent turns from 2 to 1.5", 0.05, 20.0, FIELD, scale="log"),),
 )
 
+#: A magnetic fluid stops to follow the field where its particles saturate.
+SATURATING = YieldForm(
+    "saturating",
+    "saturating",
+    _saturating,
+    (
+        ShapeParameter("n", "exponent of a small field in the yield effort", 0.2, 4.0),
+        ShapeParameter("E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"),
+    ),
+)
+
 #: For a log with one field: the yield effort is one number. Any other field gives the same effort.
 CONSTANT = YieldForm("constant", "const", _constant, ())
 
-YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, CONSTANT)}
+YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, SATURATING, CONSTANT)}

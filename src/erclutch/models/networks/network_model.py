@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from erclutch.arithmetic import as_in_c
 from erclutch.arithmetic.as_in_c import exact
 from erclutch.arithmetic.elementary import elementary
-from erclutch.arithmetic.precision import FLOAT32, Precision
+from erclutch.arithmetic.precision import FLOAT32
 from erclutch.models import model_file
 from erclutch.models.band import Band
 from erclutch.models.model import InFluid, Pair, Range, settled_memory
@@ -139,15 +140,26 @@ class NetworkModel(SharedAnswers):
 
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
         """Effort from all inputs as they are (inputs, n), shape (n,)."""
-        x = self.scaling.inputs(inputs)
         rows = _BLOCK // max(self.structure.hidden)
-        parts = [self.forward(x[:, at : at + rows], exactly=exactly) for at in range(0, x.shape[1], rows)]
+        blocks = (inputs[:, at : at + rows] for at in range(0, inputs.shape[1], rows))
+        parts = [self.as_exported(x) if exactly else self.forward(self.scaling.inputs(x)) for x in blocks]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def forward(self, x: Array, *, exactly: bool = True) -> Array:
-        """Effort from normalised inputs (inputs, n), shape (n,)."""
+    @cached_property
+    def folded(self) -> NetworkModel:
+        """The same network as C and `predict` compute it: its scales, but for an RBFN's inputs, lie in its weights."""
+        to, weights = self.scaling, dict(self.weights)
+        scale, (out, start) = to.scale, ("w", "b") if self.structure.kind == "rbfn" else ("W_out", "b_out")
+        if "W1" in weights:
+            weights["W1"], scale = weights["W1"] / scale, np.ones_like(scale)
+        weights[out] = weights[out] * to.effort_scale
+        weights[start] = weights[start] * to.effort_scale + to.effort_offset
+        return replace(self, scaling=Scaling(to.offset, scale, 0.0, 1.0), weights=weights)
+
+    def forward(self, x: Array) -> Array:
+        """Effort from normalised inputs (inputs, n), shape (n,), through BLAS and NumPy's own functions."""
         forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
-        return forward(self.weights, x, exactly=exactly) * self.scaling.effort_scale + self.scaling.effort_offset
+        return forward(self.weights, x, exactly=False) * self.scaling.effort_scale + self.scaling.effort_offset
 
     def last_layer(self, x: Array) -> Array:
         """What the neurons of the last layer say to normalised inputs (inputs, n), shape (neurons, n), for fits."""
@@ -155,13 +167,13 @@ class NetworkModel(SharedAnswers):
             return gaussians(self.weights["centres"], self.weights["spreads"], x)
         return _last_hidden(self.weights, x, exactly=False)
 
-    def rounded_effort(self, inputs: NDArray[Any], precision: Precision) -> NDArray[Any]:
-        """Effort from all inputs as they are (inputs, n), shape (n,), with every operation rounded to a precision."""
-        to, dtype = self.scaling, precision.dtype
-        x = (inputs - to.offset.astype(dtype)[:, None]) / to.scale.astype(dtype)[:, None]
-        forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
-        unit = forward(self.weights, x)
-        return unit * dtype.type(to.effort_scale) + dtype.type(to.effort_offset)
+    def as_exported(self, inputs: NDArray[Any]) -> NDArray[Any]:
+        """Effort from all inputs as they are (inputs, n), shape (n,), with the bits of the C in their precision."""
+        folded = self.folded
+        x = inputs - folded.scaling.offset.astype(inputs.dtype)[:, None]
+        if self.structure.kind == "fnn":
+            return forward_fnn(folded.weights, x)
+        return forward_rbfn(folded.weights, x / folded.scaling.scale.astype(inputs.dtype)[:, None])
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""

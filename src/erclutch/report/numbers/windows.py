@@ -17,7 +17,8 @@ class Windows:
     """Rows [start, stop) of sections of the rows held out.
 
     Attributes:
-        typical: a section with the median error of all sections of that length.
+        typical: a section with the median error of all sections of that length in motion: the RMS of the slip is at
+            least half of its upper quartile.
         worst: the one with the largest.
         lively: the one with the largest sum of two shares: its change of field over that of the section in which the
             field changes most, and its reversals of slip over those of the section with the most. The rule looks at
@@ -32,7 +33,9 @@ class Windows:
 def windows(rows: RunRows, model: str) -> Windows:
     """Sections of a tenth of the rows held out, 300 to 2500 rows, that do not cross a gap."""
     residual = rows.residual(model)
-    squares = np.concatenate([[0.0], np.cumsum(residual * residual)])
+    squares, power = (
+        np.concatenate([[0.0], np.cumsum(v)]) for v in (residual**2, sum(e.slip**2 for e in rows.data.elements))
+    )
     spans = held_out_spans(rows)
     width = int(np.clip(np.count_nonzero(rows.test) // 10, 300, 2500))
     width = min(width, max(s.stop - s.start for s in spans))
@@ -41,7 +44,9 @@ def windows(rows: RunRows, model: str) -> Windows:
     )
     errors = squares[starts + width] - squares[starts]
     order = np.argsort(errors, kind="stable")
-    typical, worst = int(starts[order[order.size // 2]]), int(starts[order[-1]])
+    motion = np.sqrt(power[starts + width] - power[starts])
+    moving = order[(motion >= np.quantile(motion, 0.75) / 2.0)[order]]
+    typical, worst = int(starts[moving[moving.size // 2]]), int(starts[order[-1]])
     happens = np.array([_happens(rows, start, width) for start in starts])
     lively = int(starts[np.argmax((happens / np.maximum(happens.max(axis=0), 1e-300)).sum(axis=1))])
     return Windows((typical, typical + width), (worst, worst + width), (lively, lively + width))

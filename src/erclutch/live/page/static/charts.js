@@ -1,12 +1,23 @@
 // The charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
 
-export const CHARTS = [
-  { title: "Torque", unit: "N m", lines: [["torque", "measured", "--measured"], ["estimate", "estimate", "--estimated"], ["wanted_torque", "reference", "--text"]], least: 0.004 },
-  { title: "Residual", unit: "N m", lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 },
-  { title: "Tracking", unit: "rad", lines: [["wanted_angle", "reference", "--text"], ["alpha", "output", "--output"], ["error", "error", "--residual"]], least: 0.1, tracking: true },
-  { title: "Field E", unit: "1", axis: "E", lines: [["field1", "CH1", "--one"], ["field2", "CH2", "--two"]], fixed: true },
-  { title: "Speed", unit: "rad/s", lines: [["theta_dot", "motor", "--motor"], ["alpha_dot", "output", "--output"]], least: 1 },
-];
+import { named } from "./store.js";
+
+export const shownUnit = unit => ({ "": "1", "?": "as logged" })[unit] ?? unit.replace("*", " ");
+export const effortCalled = unit => ({ "N*m": "Torque", N: "Force", Pa: "Stress" })[unit] ?? "Effort";
+
+// The charts of a device: those of the pair name its two sides, a single device's the one channel.
+export function chartsOf(channels) {
+  const of = role => channels.filter(channel => channel.role === role), pair = of("field").length > 1;
+  const lines = (role, colours) => of(role).map(({ name, label }, k) => [name, label, colours[k]]);
+  const unit = role => shownUnit(of(role).at(-1).unit), measured = named(channels, "effort").map(name => [name, "measured", "--measured"]);
+  return [
+    { title: effortCalled(of("estimate")[0].unit), unit: unit("estimate"), lines: [...measured, ["estimate", "estimate", "--estimated"], ["wanted_effort", "reference", "--text"]], least: 0.004 },
+    ...measured.length ? [{ title: "Residual", unit: unit("estimate"), lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 }] : [],
+    ...pair ? [{ title: "Tracking", unit: unit("position"), lines: [["wanted_position", "reference", "--text"], [named(channels, "position").at(-1), "output", "--output"], ["error", "error", "--residual"]], least: 0.1, tracking: true }] : [],
+    { title: pair ? "Field E" : "Field", unit: unit("field"), axis: pair ? "E" : undefined, lines: lines("field", ["--one", "--two"]), fixed: pair, least: 0.001 },
+    { title: pair ? "Speed" : "Slip", unit: unit("speed"), lines: lines("speed", pair ? ["--motor", "--output"] : ["--output"]), least: unit("speed") === "m/s" ? 0.01 : 1 },
+  ];
+}
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const signed = (value, digits) => Number.isFinite(value) ? (value < 0 ? "−" : "+") + Math.abs(value).toFixed(digits) : "–";
@@ -55,10 +66,21 @@ export class Charts {
   constructor(root, store) {
     this.store = store;
     this.limit = 0.5;
-    this.charts = CHARTS.map(chart => this.#make(root, chart));
+    this.root = root; this.charts = []; this.made = "";
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#rebuild());
-    const observer = new ResizeObserver(() => this.resize());
-    for (const made of this.charts) observer.observe(made.plot);
+    this.observer = new ResizeObserver(() => this.resize());
+  }
+
+  // The session's channels, each time that a server tells them.
+  set channels(channels) {
+    if (JSON.stringify(channels) === this.made) return;
+    this.made = JSON.stringify(channels);
+    this.observer.disconnect();
+    for (const made of this.charts) made.uplot.destroy();
+    this.root.replaceChildren();
+    this.charts = [];
+    for (const chart of chartsOf(channels)) this.charts.push(this.#make(this.root, chart));
+    for (const made of this.charts) this.observer.observe(made.plot);
     this.resize();
   }
 
@@ -67,7 +89,7 @@ export class Charts {
     const keys = chart.lines.map(([name, label, variable], k) => {
       const swatch = element("i");
       swatch.style.background = `var(${variable})`;
-      return element("span", { className: "key", hidden: name === "wanted_torque" }, swatch, label, element("span", {}, values[k]));
+      return element("span", { className: "key", hidden: name === "wanted_effort" }, swatch, label, element("span", {}, values[k]));
     });
     const plot = element("div", { className: "plot" });
     const box = element("div", { className: "chart", hidden: Boolean(chart.tracking) }, element("h2", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
@@ -139,11 +161,11 @@ export class Charts {
     }
   }
 
-  // What runs tracks an angle ("rad"), a torque ("N m") or nothing.
-  set reference(unit) {
+  // What runs tracks a "position", an "effort" or nothing.
+  set reference(tracked) {
     for (const { chart, box, keys } of this.charts) {
-      if (chart.tracking) box.hidden = unit !== "rad";
-      chart.lines.forEach(([name], k) => { if (name === "wanted_torque") keys[k].hidden = unit !== "N m"; });
+      if (chart.tracking) box.hidden = tracked !== "position";
+      chart.lines.forEach(([name], k) => { if (name === "wanted_effort") keys[k].hidden = tracked !== "effort"; });
     }
   }
 

@@ -1,8 +1,8 @@
 // The page of a live session: one socket, charts, a picture, buttons.
 
-import { Charts, digitsFor, element, signed } from "./charts.js";
-import { Picture } from "./picture.js";
-import { Store } from "./store.js";
+import { Charts, digitsFor, effortCalled, element, shownUnit, signed } from "./charts.js";
+import { pictureOf } from "./picture.js";
+import { Store, named } from "./store.js";
 
 const WIDE_BAND = 32, DRIFT = 64, ADAPTED = 128; // of the flags of the model's step
 
@@ -10,12 +10,12 @@ const $ = id => document.getElementById(id);
 const write = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
 const store = new Store();
 const charts = new Charts($("charts"), store);
-const picture = new Picture($("picture"));
+let picture = null;
 // Read by the tests of this page.
 const tally = window.erclutch = { painted: 0, messages: 0, samples: 0, connections: 0, bytes: 0, drawing: 0, picture: null };
 
 let hello = null, status = null, shown = 5, frozen = null, socket = null, pause = 250, failures = 0;
-let recording = false, over = false, tracked = "";
+let recording = false, over = false, tracked = "", unit = "N*m", motorUnit = "N m";
 const lines = new Map();
 
 // --- time ------------------------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ function setState(state, text) { $("state").dataset.state = state; write("state"
 function greet(body) {
   if (hello && hello.session !== body.session) { store.clear(); clock.lead = null; freeze(false); }
   hello = body;
-  store.set(body.wire);
+  store.set(body.wire, body.channels);
   lines.clear();
   $("origin").textContent = body.origin; $("origin").dataset.origin = body.origin;
   $("rig").textContent = `rig ${body.rig}`;
@@ -101,7 +101,16 @@ function greet(body) {
   $("model").title = body.digest;
   document.title = `${body.origin} · erclutch live`;
   charts.limit = body.field_limit || 0.5;
+  charts.channels = body.channels;
+  picture ??= pictureOf($("picture"), body);
   picture.set(body);
+  const pair = named(body.channels, "field").length > 1, motor = body.channels.find(({ role }) => role === "motor");
+  unit = body.channels.find(({ role }) => role === "estimate").unit;
+  write("picture-title", pair ? "Clutches and table" : "Device");
+  $("zero").firstChild.nodeValue = pair ? "Zero fields " : "Zero field ";
+  write("measured-title", `${effortCalled(unit)} measured`); write("estimated-title", `${effortCalled(unit)} estimated`);
+  $("motor-form").hidden = !motor;
+  if (motor) { write("motor-title", `Motor ${effortCalled(motor.unit).toLowerCase()}`); write("motor-unit", motorUnit = shownUnit(motor.unit)); }
   const chosen = $("program").value;
   $("program").replaceChildren(...body.programs.map(({ name, text }) => { const option = new Option(name, name); option.title = text; return option; }));
   if (body.programs.some(({ name }) => name === chosen)) $("program").value = chosen;
@@ -120,7 +129,7 @@ function report() {
   $("controls").disabled = state === "stopped";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
   if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
-  else if (state === "ready") banner("Reset. Fields are at zero, and nothing moves until a program is run.");
+  else if (state === "ready") banner("Reset. Zero field, and nothing moves until a program is run.");
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
@@ -195,24 +204,26 @@ function paint(now) {
   at = newest;
   const began = performance.now();
   if (frozen === null) charts.draw([newest - shown, newest], now);
-  if (now - drawn > 30) { drawn = now; tally.picture = picture.draw(store); }
+  if (now - drawn > 30) { drawn = now; tally.picture = picture?.draw(store) ?? null; }
   if (now - spoken > 100) { spoken = now; numbers(); }
   tally.painted += 1; tally.drawing += performance.now() - began;
 }
 
-const milli = torque => Number.isFinite(torque) ? `${(torque * 1000).toFixed(2)} mN m` : "–";
+// A residual: a torque in thousandths, anything else with four figures.
+const small = effort => !Number.isFinite(effort) ? "–" : unit === "N*m" ? `${(effort * 1000).toFixed(2)} mN m` : `${effort.toPrecision(4)} ${shownUnit(unit)}`;
 
 function numbers() {
+  if (!hello) return;
   charts.label();
   const digits = digitsFor(charts.charts[0].range.high - charts.charts[0].range.low);
-  const { outside, flags } = store.lastSecond(), rms = store.rms("residual"), torque = store.last("torque"), estimate = store.last("estimate");
+  const { outside, flags } = store.lastSecond(), rms = store.rms("residual"), effort = store.last(store.effort), estimate = store.last("estimate");
   write("clock", `${store.now.toFixed(1)} s`);
-  write("torque", Number.isFinite(torque) ? `${signed(torque, digits)} N m` : "no meter");
-  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, digits)} N m${(flags & ADAPTED) !== 0 ? ", adapted" : ""}` : "no model");
-  write("rms", milli(rms));
+  write("torque", Number.isFinite(effort) ? `${signed(effort, digits)} ${shownUnit(unit)}` : "no meter");
+  write("estimate", Number.isFinite(estimate) ? `${signed(estimate, digits)} ${shownUnit(unit)}${(flags & ADAPTED) !== 0 ? ", adapted" : ""}` : "no model");
+  write("rms", small(rms));
   const error = store.rms("error");
   $("tracking").hidden = !tracked;
-  if (tracked) write("error", tracked === "N m" ? milli(error) : `${error.toFixed(3)} rad${hello.lead ? ` · ${(error * hello.lead * 500 / Math.PI).toFixed(2)} mm` : ""}`);
+  if (tracked) write("error", tracked === "effort" ? small(error) : `${error.toFixed(3)} rad${hello.lead ? ` · ${(error * hello.lead * 500 / Math.PI).toFixed(2)} mm` : ""}`);
   const modelled = Number.isFinite(estimate);
   const drift = (flags & DRIFT) !== 0, wide = (flags & WIDE_BAND) !== 0;
   const alarms = [drift && "drift", outside && `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s`, wide && "wide band"].filter(Boolean);
@@ -253,8 +264,8 @@ $("program-form").addEventListener("submit", event => {
 $("motor-form").addEventListener("submit", event => {
   event.preventDefault();
   const torque = $("motor").valueAsNumber;
-  if (Number.isFinite(torque)) send({ command: "motor", torque }, `${torque} N m asked for`);
-  else say("Give a number of N m", "bad");
+  if (Number.isFinite(torque)) send({ command: "motor", torque }, `${torque} ${motorUnit} asked for`);
+  else say(`Give a number of ${motorUnit}`, "bad");
 });
 for (const button of document.querySelectorAll("[data-window]")) button.addEventListener("click", () => {
   shown = Number(button.dataset.window); at = null;

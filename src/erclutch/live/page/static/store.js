@@ -1,7 +1,10 @@
 // The samples of the last minute, in typed arrays that wrap by moving their second half down.
 
 const KEPT = 40000;
-const MADE = ["residual", "wanted_angle", "wanted_torque", "error"];
+const MADE = ["residual", "wanted_position", "wanted_effort", "error"];
+
+// Names of the channels that have a role.
+export const named = (channels, role) => channels.filter(channel => channel.role === role).map(({ name }) => name);
 
 export class Store {
   constructor() {
@@ -11,22 +14,23 @@ export class Store {
     this.clear();
   }
 
-  // The server's word on its messages: bytes before the rows, and the columns of a row in their order.
-  set({ head, columns }) {
+  // The server's word on its messages: bytes before the rows, and the columns of a row in their order; and on the channels.
+  set({ head, columns }, channels) {
     this.head = head; this.words = columns.length;
+    this.effort = named(channels, "effort")[0]; this.position = named(channels, "position").at(-1);
     this.place = Object.fromEntries(columns.map((name, k) => [name, k]));
     this.sent = columns.filter(name => !["time", "flags", "events"].includes(name));
     for (const name of [...this.sent, ...MADE]) this.columns[name] ??= new Float32Array(2 * KEPT);
   }
 
-  // What the program that runs tracks: "rad", "N m" or "". The page hears of it a little late: till then nothing is drawn.
-  set reference(unit) {
-    if (unit === this.unit) return;
+  // What the program that runs tracks: "position", "effort" or "". The page hears of it a little late: till then nothing is drawn.
+  set reference(tracked) {
+    if (tracked === this.tracked) return;
     for (let i = this.row(this.now - 0.4); i < this.size; i++) for (const name of MADE.slice(1)) this.columns[name][i] = NaN;
-    this.unit = unit;
+    this.tracked = tracked;
   }
 
-  clear() { this.unit = ""; this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
+  clear() { this.tracked = ""; this.size = 0; this.moved = 0; this.skipped = 0; this.seq = -1; this.taken = 0; }
 
   // A binary message of the server, see page/wire.py.
   push(buffer, period) {
@@ -42,10 +46,11 @@ export class Store {
       const at = i * this.words, to = this.size + i;
       this.time[to] = first + numbers[at + place.time];
       for (const name of this.sent) this.columns[name][to] = numbers[at + place[name]];
-      this.columns.residual[to] = numbers[at + place.torque] - numbers[at + place.estimate];
-      const wanted = numbers[at + place.reference], angle = this.unit === "rad", torque = this.unit === "N m";
-      this.columns.wanted_angle[to] = angle ? wanted : NaN; this.columns.wanted_torque[to] = torque ? wanted : NaN;
-      this.columns.error[to] = angle ? wanted - numbers[at + place.alpha] : torque ? wanted - numbers[at + place.torque] : NaN;
+      const wanted = numbers[at + place.reference], effort = numbers[at + place[this.effort]];
+      const moves = this.tracked === "position", pulls = this.tracked === "effort";
+      this.columns.residual[to] = effort - numbers[at + place.estimate];
+      this.columns.wanted_position[to] = moves ? wanted : NaN; this.columns.wanted_effort[to] = pulls ? wanted : NaN;
+      this.columns.error[to] = moves ? wanted - numbers[at + place[this.position]] : pulls ? wanted - effort : NaN;
       this.flags[to] = words[at + place.flags];
     }
     this.size += count; this.taken += count; this.seq = seq + count - 1;
@@ -75,7 +80,7 @@ export class Store {
     return low;
   }
 
-  last(name) { return this.size ? this.columns[name][this.size - 1] : NaN; }
+  last(name) { return this.size && this.columns[name] ? this.columns[name][this.size - 1] : NaN; }
 
   // Lowest and highest of each stretch of samples, so that no peak is lost in a narrow chart. Stretches are counted
   // from the first sample ever, so that a curve does not shimmer while it moves.

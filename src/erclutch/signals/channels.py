@@ -1,0 +1,166 @@
+"""A device names the numbers of a live session once: packets, frames, recordings, the page and plug-ins read them here.
+
+for channel in channels_of("single", Units("N", "V", "m/s"), motor=False):
+    print(channel.name, channel.unit)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from erclutch.errors import SettingError
+from erclutch.signals import units as units_module
+from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.recording import SIGNALS
+
+#: What a channel is to the page.
+ROLES = ("position", "speed", "field", "motor", "effort", "estimate", "reference")
+_LABEL = re.compile(r"\s*(?P<label>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
+_POSITIONS = {"rad/s": "rad", "m/s": "m", "1/s": ""}
+
+
+@dataclass(frozen=True)
+class LiveChannel:
+    """One number of each frame.
+
+    Attributes:
+        name: of the column in frames and recordings; of a plug-in's channel.
+        slot: member of ``erc_frame`` (``live/c/erc_layout.h``) that holds it.
+        role: position, speed, field, motor, effort, estimate or reference.
+        unit: in SI, as the model has it; "" is dimensionless, "?" unknown.
+        label: for people.
+    """
+
+    name: str
+    slot: str
+    role: str
+    unit: str
+    label: str
+
+    def __str__(self) -> str:
+        """Name, label and unit, as in ``field = coil current [A]``."""
+        called = self.name if self.label == self.name else f"{self.name} = {self.label}"
+        return f"{called} [{self.unit or '1'}]"
+
+
+_Row = tuple[str, str, str, str]
+_ROWS: Mapping[DeviceName, tuple[_Row, ...]] = {
+    "single": (
+        ("position", "theta", "position", "position"),
+        ("slip", "theta_dot", "speed", "slip"),
+        ("field", "field1", "field", "field"),
+        ("drive", "motor_torque", "motor", "drive"),
+        ("effort", "torque", "effort", "effort"),
+        ("estimate", "estimate", "estimate", "estimate"),
+        ("reference", "reference", "reference", "reference"),
+    ),
+    "coaxial": (
+        ("theta", "theta", "position", "motor"),
+        ("alpha", "alpha", "position", "output"),
+        ("theta_dot", "theta_dot", "speed", "motor"),
+        ("alpha_dot", "alpha_dot", "speed", "output"),
+        ("field1", "field1", "field", "CH1"),
+        ("field2", "field2", "field", "CH2"),
+        ("motor_torque", "motor_torque", "motor", "motor_torque"),
+        ("torque", "torque", "effort", "torque"),
+        ("estimate", "estimate", "estimate", "estimate"),
+        ("reference", "reference", "reference", "reference"),
+    ),
+}
+#: The pair turns; nothing is known of a single device until its model, log or rig says it.
+_USUAL: Mapping[DeviceName, Units] = {"single": Units("?", "?", "?"), "coaxial": Units("N*m", "", "rad/s")}
+#: Slots that a rig sends or is sent; a frame has the others besides.
+_WIRED = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
+
+
+def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool = True) -> tuple[LiveChannel, ...]:
+    """What the frames of a device hold, in their order.
+
+    Args:
+        device: "single" or "coaxial".
+        units: of effort, field and slip; None: those of the pair in SI, unknown ones of a single device.
+        motor: whether the rig has a drive that the loop commands.
+    """
+    known = units or _USUAL[device]
+    of: Mapping[str, str] = {
+        "position": _POSITIONS.get(known.slip, "?"),
+        "speed": known.slip,
+        "field": known.field,
+        "motor": "N" if known.effort == "N" else "N*m",
+        "effort": known.effort,
+        "estimate": known.effort,
+        "reference": "",
+    }
+    rows = (row for row in _ROWS[device] if motor or row[2] != "motor")
+    return tuple(LiveChannel(name, slot, role, of[role], label) for name, slot, role, label in rows)
+
+
+def wired(device: DeviceName) -> tuple[str, ...]:
+    """Names of what the packets of a device hold: what its rig sends, and what it is sent."""
+    return tuple(name for name, slot, _, _ in _ROWS[device] if slot in _WIRED)
+
+
+@dataclass(frozen=True)
+class NamedChannels:
+    """A rig's own words for its channels, such as ``{"field": "coil current [A]"}``.
+
+    Attributes:
+        labels: name of a channel -> label.
+        units: of effort, field and slip; "?" where the words have none.
+        motor: whether there is a drive among them.
+        sensor: whether the effort is among them.
+    """
+
+    labels: Mapping[str, str]
+    units: Units
+    motor: bool
+    sensor: bool
+
+    def of(self, channels: tuple[LiveChannel, ...]) -> tuple[LiveChannel, ...]:
+        """The same channels under these labels, without an effort that nothing measures."""
+        kept = (c for c in channels if self.sensor or c.role != "effort")
+        return tuple(replace(c, label=self.labels.get(c.name, c.label)) for c in kept)
+
+
+def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
+    """Read a rig's words for its channels.
+
+    Args:
+        device: "single" or "coaxial".
+        texts: name of a channel out of `wired` -> label, and its unit in SI in square brackets.
+
+    Raises:
+        SettingError: an unknown channel, or a label or unit that cannot be.
+    """
+    labels: dict[str, str] = {}
+    units: dict[str, str] = {}
+    roles = {name: role for name, _, role, _ in _ROWS[device]}
+    for name, text in texts.items():
+        if name not in wired(device):
+            raise SettingError(f"there is no channel {name!r}", remedy=f"Name some of {', '.join(wired(device))}")
+        match = _LABEL.fullmatch(text)
+        if match is None or not match["label"] or not match["label"].isprintable():
+            raise SettingError(f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'")
+        labels[name] = match["label"]
+        if match["unit"] is not None:
+            units[roles[name]] = _in_si(name, match["unit"], roles[name])
+    given = {roles[name] for name in labels}
+    speed = next((speed for speed, position in _POSITIONS.items() if units.get("position") == position), "?")
+    known = Units(units.get("effort", "?"), units.get("field", "?"), speed)
+    return NamedChannels(labels, known, "motor" in given, "effort" in given)
+
+
+def _in_si(name: str, unit: str, role: str) -> str:
+    """The SI unit that a rig gives a channel, as erclutch writes it.
+
+    Raises:
+        SettingError: another unit: a rig converts before it sends. UnitError: no unit.
+    """
+    allowed = SIGNALS[{"motor": "effort"}.get(role, role)].si_units
+    found = units_module.fits(unit, allowed)
+    if found is None or found[0] != 1.0:
+        problem = f"channel {name!r} is in {unit or '1'}"
+        raise SettingError(problem, remedy=f"Send it in one of {', '.join(si or '1' for si in allowed)}")
+    return found[1]

@@ -1,0 +1,153 @@
+"""What is said of a fitted model, whether it is sound, and which models are fitted: the parts of a comparison."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.fit import comparison as c
+from erclutch.fit.comparison import Settings
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+
+N = 100
+
+
+def data() -> Dataset:
+    """Two stretches of 50 rows at 10 Hz: a slip of 2 m/s in the first, of 0.5 m/s in the second; efforts 0 ... 9."""
+    slip = np.where(np.arange(N) < 50, 2.0, -0.5)
+    clock = Clock(np.arange(N) / 10.0, (Span(0, 50, 0.1), Span(50, N, 0.1)))
+    return Dataset("single", (Element(np.ones(N), slip),), np.arange(float(N)) % 10, clock, Units("N", "V", "m/s"))
+
+
+def outcome(**changes: Any) -> Any:
+    made: dict[str, Any] = {
+        "estimates": (),
+        "weights": (),
+        "stop": "tolerance",
+        "rank": 3,
+        "unknowns": 3,
+        "condition": 10.0,
+        "converged": True,
+        "iterations": 7,
+        "at_bounds": (),
+        "model": SimpleNamespace(correction=None, times={}),
+    }
+    return SimpleNamespace(**{**made, **changes})
+
+
+def estimate(name: str, value: float, low: float, high: float, at_bound: bool = False) -> Any:
+    return SimpleNamespace(name=name, value=value, low=low, high=high, at_bound=at_bound)
+
+
+OPEN, SHUT = estimate("eta", 1.0, -np.inf, np.inf), estimate("n", 1.0, -np.inf, np.inf, at_bound=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sound"),
+    [
+        ({}, True),
+        ({"rank": 2}, False),
+        ({"converged": False}, False),
+        ({"condition": c._MEANINGLESS}, True),
+        ({"condition": 1.01 * c._MEANINGLESS}, False),
+        ({"estimates": (OPEN,)}, False),
+        ({"estimates": (SHUT,)}, True),
+        ({"weights": (1,), "rank": 0, "converged": False}, True),
+        ({"weights": (1,), "stop": "stalled"}, False),
+    ],
+)
+def test_what_is_sound(changes: dict[str, Any], sound: bool) -> None:
+    assert c._sound(outcome(**changes)) == sound
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, ()),
+        ({"converged": False, "stop": "steps"}, ("solver stopped before its tolerance (steps after 7 steps)",)),
+        ({"converged": False, "stop": "steps", "weights": (1,)}, ()),
+        ({"at_bounds": ("n", "w_s")}, ("at a bound: n, w_s",)),
+        ({"estimates": (OPEN, SHUT), "rank": 2}, ("not identified by these data: eta",)),
+        ({"rank": 2, "condition": 1e30}, ("rank 2 of 3: parameters trade off",)),
+        ({"condition": 1e30}, ("condition 1e+30: its parameters mean nothing one by one",)),
+    ],
+)
+def test_what_is_said(changes: dict[str, Any], said: tuple[str, ...]) -> None:
+    log, test = data(), np.arange(N) >= 70
+    assert c._notes(outcome(**changes), log, log.effort, test) == said
+
+
+def test_rows_far_outside_all_efforts() -> None:
+    """Efforts seen are 0 to 9 around 4.5: far is 27 from there."""
+    log, test = data(), np.arange(N) >= 70
+    predicted = log.effort.copy()
+    predicted[[70, 71, 72, 73, 10]] = 4.5 + 27.1, 4.5 - 27.1, 4.5 + 26.9, np.nan, 1e9
+    assert c._wild(log, predicted, test) == 3
+    said = "3 test rows are predicted far outside all efforts seen: do not extrapolate this model"
+    assert c._notes(outcome(), log, predicted, test) == (said,)
+
+
+@pytest.mark.parametrize(("share", "short"), [(0.99, 0), (1.01, 1), (3.9, 1), (4.1, 2)])
+def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: int) -> None:
+    """The second stretch goes 49 steps of 0.05 m, the first one four times as far."""
+    length = share * 49 * 0.05 / c._FORGOTTEN
+    model = SimpleNamespace(correction=None, times={"r_1": length, "delay": 0.1})
+    own = outcome(model=model, estimates=(estimate("r_1", length, 0.0, 1.0), estimate("delay", 0.1, 0.0, 1.0)))
+    said = [f"{short} of 2 stretches are too short to forget the start of r_1 = {length:.3g}"] if short else []
+    assert c._too_short(own, data()) == said
+    assert c._too_short(outcome(estimates=own.estimates), data()) == []
+
+
+@pytest.mark.parametrize(
+    ("alone", "both", "said"),
+    [(2.0, 1.0, "50.0% less"), (1.0, 1.5, "50.0% more"), (0.0, 0.0, "no less"), (2.0, 2.0, "0.0% less")],
+)
+def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
+    log, test = data(), np.arange(N) >= 70
+    law = SimpleNamespace(predict=lambda d: d.effort + alone)
+    model: Any = SimpleNamespace(law=law, correction=SimpleNamespace(limit=0.5))
+    predicted = np.where(test, log.effort + both, 1e9)
+    assert c._adds(model, log, predicted, test) == (
+        f"test RMSE {alone:.4g} N of the law alone, {both:.4g} N with the network ({said}); "
+        "the network moves the effort by at most 0.5 N"
+    )
+
+
+def test_which_models_are_asked_for() -> None:
+    assert c._asked(Settings(("bingham", "fnn-4+lag", "casson+fnn-3"), lag="auto")) == [
+        ("bingham", "none"),
+        ("casson+fnn-3", "none"),
+        ("bingham", "lag"),
+        ("casson+fnn-3", "lag"),
+        ("fnn-4", "lag"),
+    ]
+    assert c._asked(Settings(("bingham",), lag="none")) == [("bingham", "none")]
+    assert c._name_and_stages("casson + fnn-3 + lag+ dahl") == ("casson+fnn-3", "lag+dahl")
+    assert c._name_and_stages("casson") == ("casson", None)
+    paper = c._names(Settings(("paper", "bingham")))
+    assert paper[-1] == "bingham"
+    assert len(paper) == 1 + len(c.PAPER) + len(c.PAPER_NETWORKS)
+    assert c._names(Settings(("all",)))[-2:] == ["rbfn-10", "fnn-16"]
+
+
+def test_a_network_has_the_stages_that_remember() -> None:
+    assert c._remembered("lag+dahl/field+viscous") == "lag+dahl/field"
+    assert c._remembered("viscous") == "none"
+
+
+def test_a_comparison_in_which_only_a_law_beside_networks_is_fitted_for_their_lag() -> None:
+    rng = np.random.default_rng(0)
+    field = np.repeat(rng.uniform(0, 1, 40), 10)
+    slip = rng.normal(size=400)
+    effort = field * np.tanh(3 * slip) + 0.1 * slip + 0.01 * rng.normal(size=400)
+    clock = Clock(np.arange(400) / 1000.0, (Span(0, 400, 1e-3),))
+    made = Dataset("single", (Element(field, slip),), effort, clock, Units("N", "V", "m/s"))
+    (network,) = c.networks_for(made, Settings(("rbfn-3+lag",)))
+    found = c._dynamics_for(made, network, [])
+    assert set(found) == {"delay", "t"} or len(found) == 2
+    assert c._dynamics_for(made, c.networks_for(made, Settings(("rbfn-3+none",)))[0], []) == {}

@@ -1,0 +1,235 @@
+"""What a column becomes on its way to a recording: temperatures, scales, constants, inputs, spare columns, clocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError, MappingError, SettingError, UnitError
+from erclutch.logs.assemble import assemble, assemble_rows, clocks_of
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.table import Table
+from erclutch.signals.recording import Recording
+
+N = 60
+ROWS = np.arange(float(N))
+PLAIN = {"t": ROWS / 100.0, "field": np.sin(ROWS), "slip": np.cos(ROWS), "effort": np.sin(2 * ROWS)}
+COAXIAL: dict[str, Any] = {
+    **{"t": ROWS / 100.0, "E1": np.sin(ROWS) ** 2, "E2": np.cos(ROWS) ** 2, "theta_dot": ROWS},
+    **{"alpha_dot": np.cos(ROWS), "T": np.sin(2 * ROWS)},
+}
+
+
+def table(columns: dict[str, Any], units: dict[str, str] | None = None, **more: Any) -> Table:
+    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **more)
+
+
+def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any) -> Recording:
+    device = "coaxial" if "E1" in columns else "single"
+    return assemble(table(columns, units, **more), ColumnMap.from_dict(of or {}), device=device)
+
+
+# --- temperature, scales ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("unit", "add"), [("°C", 273.15), ("K", 0.0)])
+@pytest.mark.parametrize("scale", [1.0, 0.5])
+def test_a_temperature_is_in_kelvin(unit: str, add: float, scale: float) -> None:
+    warm = 300.0 + ROWS / 10 if unit == "K" else 20.0 + ROWS / 10
+    columns = {"columns": {"temperature": {"column": "W", "unit": unit, "scale": scale}}}
+    if unit == "K" and scale == 0.5:
+        warm = 2 * warm
+    found = made({**PLAIN, "W": warm}, of=columns)
+    np.testing.assert_allclose(found.extras["temperature_K"], scale * warm + add)
+    assert "W" not in found.spare
+    assert f"temperature <- column W [{unit}], in K (given)" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "factor", "si"),
+    [
+        ("V", "2.5 N/V", 2.5, "N"),
+        ("mV", "2.5 N/V", 2.5e-3, "N"),
+        ("mV", "2.5 kN/V", 2.5, "N"),
+        ("", "3 N*m", 3.0, "N*m"),
+        ("", "3", 3.0, "?"),
+        ("V", "-2 N/V", -2.0, "N"),
+        ("kN", "2", 2000.0, "N"),
+    ],
+)
+def test_a_scale_makes_a_signal_of_a_sensor(unit: str, scale: str, factor: float, si: str) -> None:
+    found = made(PLAIN, {"effort": unit} if unit else {}, of={"scales": {"effort": scale}})
+    np.testing.assert_allclose(found.signals["effort"], factor * PLAIN["effort"])
+    assert found.units["effort"] == si
+    (note,) = (n for n in found.notes if n.startswith("effort"))
+    assert f", times {scale}" in note
+    assert (", sign turned" in note) == (factor < 0)
+    assert ("no unit: taken as logged" in note) == (si == "?")
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "problem"),
+    [
+        ("A", "2.5 N/V", "has the unit 'A', and the scale of effort is 2.5 N/V"),
+        ("V", "2.5 N", "has the unit 'V', and the scale of effort, 2.5 N, names no unit of a sensor"),
+        ("V", "0 N/V", "the scale of effort is '0 N/V'"),
+    ],
+)
+def test_a_scale_that_does_not_fit(unit: str, scale: str, problem: str) -> None:
+    chosen = {"columns": {"effort": {"column": "effort", "unit": unit}}, "scales": {"effort": scale}}
+    with pytest.raises((UnitError, MappingError)) as caught:
+        made(PLAIN, of=chosen)
+    assert problem in str(caught.value)
+
+
+# --- constants, inputs, spare columns ---------------------------------------------------------------------------------
+
+
+def test_a_constant_beside_a_chosen_column_is_not_used() -> None:
+    found = made(PLAIN, of={"columns": {"field": "field"}, "constants": {"field": "2 A", "mass": "3 kg"}})
+    np.testing.assert_array_equal(found.signals["field"], PLAIN["field"])
+    assert "field = 2 A (given) not used: column field was chosen" in found.notes
+    assert dict(found.constants) == {"mass": 3.0}
+    assert "mass = 3 kg (given)" in found.notes
+
+
+def test_a_constant_signal_is_converted() -> None:
+    found = made({k: v for k, v in PLAIN.items() if k != "field"}, of={"constants": {"field": "20 mA"}})
+    np.testing.assert_allclose(found.signals["field"], np.full(N, 0.02))
+    assert (found.units["field"], found.constants["field"]) == ("A", pytest.approx(0.02))
+
+
+def test_inputs_are_named_scaled_or_asked_for() -> None:
+    found = made({**PLAIN, "D": ROWS}, of={"inputs": ["-D"]})
+    np.testing.assert_array_equal(found.extras["D"], -ROWS)
+    with pytest.raises(MappingError, match="there is no column 'Q' for input"):
+        made(PLAIN, of={"inputs": ["Q"]})
+
+
+def test_spare_columns_are_finite_change_and_are_eight_at_most() -> None:
+    more = {f"x{k}": ROWS + k for k in range(12)}
+    found = made({**PLAIN, "flat": np.ones(N), "hole": np.where(ROWS == 5, np.nan, ROWS), **more})
+    assert list(found.spare) == [f"x{k}" for k in range(8)]
+    np.testing.assert_array_equal(found.spare["x3"], ROWS + 3)
+
+
+def test_a_motor_torque_is_taken_where_it_is_there_and_finite() -> None:
+    found = made({**COAXIAL, "motor_torque": ROWS})
+    np.testing.assert_array_equal(found.signals["motor_torque"], ROWS)
+    for beside in ({"motor_torque": np.where(ROWS == 5, np.nan, ROWS)}, {}):
+        assert "motor_torque" not in made({**COAXIAL, **beside}).signals
+
+
+def test_everything_missing_is_one_error_with_a_command() -> None:
+    with pytest.raises(MappingError) as caught:
+        made({"q": ROWS, "r": ROWS**2}, of={"lead": "10 mm", "constants": {"mass": "2 kg"}})
+    error = caught.value
+    assert error.problem.startswith("4 things are missing: (1) no time column and no sampling rate; (2) no column for ")
+    assert error.problem.endswith("; the file has: q, r")
+    assert 'erclutch inspect a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
+    for option in ("--field", "--slip", "--effort"):
+        assert option in error.remedy
+    with pytest.raises(MappingError) as caught:
+        made(
+            {**COAXIAL, "q": ROWS, "T": np.full(N, np.nan)}, {"T": "kg"}, of={"rate": 50, "columns": {"theta_dot": "x"}}
+        )
+    assert "erclutch inspect a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
+
+
+def test_no_such_device_or_way_with_missing_values() -> None:
+    own: Any = "keep"
+    with pytest.raises(SettingError, match="invalid is 'keep'"):
+        assemble(table(PLAIN), ColumnMap(), device="single", invalid=own)
+
+
+# --- clocks -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_header_with_a_rate_and_a_counter_with_a_gap() -> None:
+    columns = {name: values for name, values in PLAIN.items() if name != "t"}
+    counter = 7.0 + ROWS + 10.0 * (ROWS >= 20)
+    found = made({**columns, "Sample Number": counter}, sample_period=0.01)
+    assert found.segments == ((0, 20), (20, N))
+    np.testing.assert_allclose(found.time, (counter - 7.0) / 100.0, atol=1e-12)
+    assert found.period == pytest.approx(0.01)
+    assert "time from the sampling period in the header: 0.01 s" in found.notes
+    assert "Sample Number" not in found.spare
+    broken = np.where(ROWS == 3, np.nan, counter)
+    found = made({**columns, "Sample Number": broken}, sample_period=0.01)
+    np.testing.assert_allclose(found.time, ROWS / 100.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "taken"),
+    [("fs", 50.0, True), ("Sample_Rate", 50.0, True), ("f", 50.0, False), ("fs", 0.0, False), ("rate", np.inf, False)],
+)
+def test_a_rate_in_the_header(name: str, value: float, taken: bool) -> None:
+    columns = {key: values for key, values in PLAIN.items() if key != "t"}
+    if taken:
+        assert made(columns, constants={name: value}).period == pytest.approx(0.02)
+    else:
+        with pytest.raises(MappingError, match="no time column and no sampling rate"):
+            made(columns, constants={name: value})
+
+
+@pytest.mark.parametrize(("start", "step", "days"), [(45_000.25, 1e-6, True), (45_000.25, 1.0, False),
+                                                     (19_000.0, 1e-6, False), (81_000.0, 1e-6, False)])  # fmt: skip
+def test_dates_of_spreadsheets_are_days(start: float, step: float, days: bool) -> None:
+    stamps = {"t": start + step * ROWS}
+    found = assemble(Table("a.csv", {**PLAIN, **stamps}, {}, "0" * 64), ColumnMap(), device="single")
+    assert any("taken as days" in note for note in found.notes) == days
+    assert found.period == pytest.approx(step * (86_400.0 if days else 1.0), rel=1e-4)
+    if days:
+        assert found.time[0] == pytest.approx(0.25 * 86_400.0)
+
+
+def test_a_time_column_in_another_unit_says_so() -> None:
+    found = made({**PLAIN, "t": 10.0 * ROWS}, {"t": "ms"})
+    assert found.period == pytest.approx(0.01)
+    assert "time <- column t, converted from ms (guessed from its name or unit)" in found.notes
+    with pytest.raises(UnitError, match="which is no unit of time"):
+        made(PLAIN, of={"time": "t [V]"})
+
+
+def test_steps_without_a_good_sample_cut_the_log_and_are_no_error() -> None:
+    lost = (ROWS >= 20) & (ROWS < 23)
+    effort = np.where(lost, np.nan, PLAIN["effort"])
+    found, rows = assemble_rows(table({**PLAIN, "effort": effort}, unsampled=lost), ColumnMap(), device="single")
+    assert found.segments == ((0, 20), (20, N - 3))
+    np.testing.assert_array_equal(rows, np.flatnonzero(~lost))
+    assert "3 steps of the loop had no good sample: left out, the log cut there" in found.notes
+    effort[30] = -np.inf
+    with pytest.raises(
+        LogError, match=r"column effort has 1 value missing or infinite, the first \(-infinity\) in data row 31"
+    ):
+        assemble(table({**PLAIN, "effort": effort}, unsampled=lost), ColumnMap(), device="single")
+
+
+def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
+    time = np.concatenate([np.arange(30), np.arange(5), np.arange(25)]) / 100.0
+    log = table({**PLAIN, "t": time})
+    runs, taken, notes = clocks_of(log, ColumnMap())
+    assert [kept.tolist() for kept, _ in runs] == [list(range(30)), list(range(35, 60))]
+    assert "5 rows between two restarts of the clock left out" in notes
+    assert taken == {"t"}
+    with pytest.raises(MappingError, match="no time column"):
+        clocks_of(table({"q": ROWS}), ColumnMap())
+    (run,), _, _ = clocks_of(table(PLAIN), ColumnMap(rate=50.0))
+    assert run[1].period == pytest.approx(0.02)
+    assert ColumnChoice("t").source == "given"
+
+
+def test_rows_that_repeat_the_row_before_are_told_from_rows_with_other_values() -> None:
+    twice = np.r_[0:20, 19, 20:40, 39, 40:60]
+    columns = {name: values[twice].copy() for name, values in PLAIN.items()}
+    columns["effort"][41] += 1.0
+    columns["Sample Number"] = np.arange(62.0)
+    columns["hole"] = np.full(62, np.nan)
+    found = made(columns)
+    assert found.rows == N
+    assert any(
+        note.startswith("1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other")
+        for note in found.notes
+    )

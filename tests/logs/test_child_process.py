@@ -1,0 +1,85 @@
+"""A reader in a process of its own: its answer, its limits, and each way in which it can fail."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError
+from erclutch.logs.readers import child_process
+
+OWN = """
+import os, sys
+from erclutch.errors import LogError
+from erclutch.logs.readers.child_process import serve
+
+def read(path, how):
+    if how == "limits":
+        import resource
+        limits = [resource.getrlimit(getattr(resource, f"RLIMIT_{n}"))[0] for n in ("AS", "FSIZE", "CPU", "CORE")]
+        return [limits, [1.0, 2.0, 3.0]], {"name": path}
+    if how == "memory":
+        bytearray(3 << 30)
+    if how == "loop":
+        while True:
+            pass
+    if how == "said":
+        raise LogError("no such thing", remedy="Look again")
+    if how == "odd":
+        raise IndexError("list index out of range")
+    if how == "exit":
+        sys.stderr.write("one\\nthe last line")
+        os._exit(3)
+    if how == "signal":
+        os.abort()
+
+code = serve(read)
+sys.exit(4 if sys.argv[-1] == "code" else code)
+"""
+
+
+@pytest.fixture
+def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    (tmp_path / "own_reader.py").write_text(OWN, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return "own_reader"
+
+
+def test_it_answers_within_its_limits(reader: str, tmp_path: Path) -> None:
+    (limits, more), texts = child_process.run(reader, tmp_path / "a.mat", "limits", memory=2 << 30, seconds=7.2)
+    assert limits.tolist() == [2 << 30, 2 << 30, 8, 0]
+    assert more.tolist() == [1.0, 2.0, 3.0]
+    assert more.dtype == np.float64
+    assert texts["name"] == str(tmp_path / "a.mat")
+
+
+def test_larger_files_have_more_time(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "a.mat"
+    path.write_bytes(bytes(2 << 20))
+    (limits, _), _ = child_process.run(reader, path, "limits")
+    assert limits.tolist() == [4 << 30, 4 << 30, 16, 0]
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    for name in ("a", "b"):
+        (folder / name).write_bytes(bytes(100))
+    assert child_process._size(folder) == 200
+    assert child_process._size(tmp_path / "none") == 0
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("memory", "reading the file needs more than 2048 MiB"),
+        ("said", "no such thing. Look again"),
+        ("odd", r"damaged or of a kind that cannot be read \(IndexError: list index out of range\)"),
+        ("exit", r"the reader broke on this file \(code 3: the last line\)"),
+        ("signal", r"the reader broke on this file \(signal 6\)"),
+        ("code", r"the reader broke on this file \(code 4"),
+        pytest.param("loop", "takes longer than the 0.5 s that its size allows", marks=pytest.mark.slow),
+    ],
+)
+def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str) -> None:
+    with pytest.raises(LogError, match=said):
+        child_process.run(reader, tmp_path / "a.mat", how, memory=2 << 30, seconds=0.5 if how == "loop" else None)

@@ -1,0 +1,116 @@
+"""Names and units out of headers, by example."""
+
+from __future__ import annotations
+
+import pytest
+
+from erclutch.logs.labels import header_pairs, name_columns, own_unit, sample_period, split_end, split_label
+
+
+@pytest.mark.parametrize(
+    ("label", "name", "unit"),
+    [
+        (" V [cm/s] ", "V", "cm/s"),
+        ("u[0]", "u[0]", None),
+        ("u[ ]", "u[ ]", None),
+        ("F [odd]", "F", "odd"),
+        ("Force (N)", "Force", "N"),
+        ("Force (left)", "Force (left)", None),
+        ("time / s", "time", "s"),
+        ("Weg in mm", "Weg", "mm"),
+        ("a/b", "a/b", None),
+        ("N_m", "N_m", None),
+        ("[V]", "[V]", None),
+    ],
+)
+def test_labels(label: str, name: str, unit: str | None) -> None:
+    assert split_label(label) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("label", "name", "unit"),
+    [
+        ("torque_Nm", "torque", "N*m"),
+        ("torque_N_m", "torque", "N*m"),
+        ("omega_rad_s", "omega", "rad/s"),
+        ("rpm", "rpm", "rpm"),
+        ("motor_rpm", "motor", "rpm"),
+        ("RPM", "RPM", "rpm"),
+        ("t_s", "t", "s"),
+        ("i_d", "i_d", None),
+        ("F_N", "F_N", None),
+        ("w_rps", "w_rps", None),
+        ("w_rad_s", "w", "rad/s"),
+        ("coil_ma", "coil_ma", None),
+        ("coil_mA", "coil", "mA"),
+        ("force_n", "force", "N"),
+        ("force_kN", "force", "kN"),
+        ("speed", "speed", None),
+        ("temp_C", "temp", "°C"),
+        ("temp_c", "temp_c", None),
+        ("T_degC", "T", "°C"),
+    ],
+)
+def test_ends_of_names(label: str, name: str, unit: str | None) -> None:
+    assert split_end(label) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "si", "own"),
+    [
+        ("n", "1/min", ("rad/s",), "1/min"),
+        ("Drehzahl", "1/min", ("rad/s",), "turn/min"),
+        ("motor rpm", "min^-1", ("rad/s",), "turn/min"),
+        ("Drehzahl", "1/s", ("rad/s",), "1/s"),
+        ("force_N", None, ("N",), "N"),
+        ("force_N", None, ("rad/s",), None),
+        ("temp_C", None, ("K",), "°C"),
+        ("x", None, ("N",), None),
+    ],
+)
+def test_the_unit_of_a_column(name: str, unit: str | None, si: tuple[str, ...], own: str | None) -> None:
+    assert own_unit(name, unit, si) == own
+
+
+def test_names_differ_and_say_so() -> None:
+    names, units, notes = name_columns(["a [V]", "a [A]", "b", "b", "b", "", "c3", "d (N)"])
+    assert names == ["a [V]", "a [A]", "b", "b (2)", "b (3)", "c6", "c3", "d"]
+    assert units == ["V", "A", None, None, None, None, None, "N"]
+    assert notes == [
+        "column 4 has the name 'b' of an earlier one: renamed 'b (2)'",
+        "column 5 has the name 'b' of an earlier one: renamed 'b (3)'",
+    ]
+    names, units, notes = name_columns(["a [V]", "b", "c [A]"], ["mV", "N", "A"])
+    assert (names, units) == (["a", "b", "c"], ["V", "N", "A"])
+    assert notes == ["column 'a' has two units: V in its name is taken, mV is not"]
+
+
+def test_pairs_of_a_header() -> None:
+    lines = ['# Sample rate: "100 Hz"', "Operator = Me ,;", "no pair", "Operator: You", "Date;2026"]
+    assert header_pairs(lines) == {"Sample rate": "100 Hz", "Operator": "Me", "Date": "2026"}
+    assert len(header_pairs(f"key{k}: 1" for k in range(300))) == 200
+
+
+@pytest.mark.parametrize(
+    ("pairs", "period"),
+    [
+        ({"Sample rate": "100 Hz"}, (0.01, "Sample rate")),
+        ({"fs": "2 kHz"}, (5e-4, "fs")),
+        ({"Sampling frequency [kHz]": "2"}, (5e-4, "Sampling frequency [kHz]")),
+        ({"rate": "50"}, (0.02, "rate")),
+        ({"dt": "2"}, (2.0, "dt")),
+        ({"rate": "50", "Sample interval (ms)": "4"}, (4e-3, "Sample interval (ms)")),
+        ({"Delta_X": "0.1 ms"}, (1e-4, "Delta_X")),
+        ({"dt": "0"}, None),
+        ({"dt": "-1"}, None),
+        ({"dt": "2 V"}, None),
+        ({"rate": "fast", "fs": "10"}, (0.1, "fs")),
+        ({"Operator": "3"}, None),
+    ],
+)
+def test_the_period_in_a_header(pairs: dict[str, str], period: tuple[float, str] | None) -> None:
+    found = sample_period(pairs)
+    assert (found is None) == (period is None)
+    if found and period:
+        assert found[0] == pytest.approx(period[0])
+        assert found[1] == period[1]

@@ -1,0 +1,87 @@
+"""A mapping that is written down reads the log as the guesses did, and names what is missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError
+from erclutch.logs import ColumnMap, read, read_table
+from erclutch.logs.mapping_file import mapping_text, write_mapping
+
+HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    t = np.arange(50.0)
+    rows = np.column_stack([t, np.sin(t), np.cos(t), 0.1 * np.sin(t), t])
+    path = tmp_path / "l3g.csv"
+    np.savetxt(path, rows, delimiter=",", header=HEADER, comments="")
+    return path
+
+
+CHOSEN = (
+    {"columns": {"slip": "-V [cm/s]", "effort": {"column": 4, "unit": "N", "scale": 2.5}}, "inputs": ["D [cm]"]},
+    {"columns": {"slip": "V"}, "rate": 500.0, "invalid": "drop", "constants": {"mass": "2 kg"}, "lead": "10 mm"},
+    {"scales": {"effort": "2.5 N/kN"}, "columns": {"slip": "V", "effort": "F [kN]"}, "name_pattern": "l{kind}g"},
+)
+
+
+@pytest.mark.parametrize("chosen", CHOSEN)
+def test_a_written_mapping_reads_the_same_log(log: Path, tmp_path: Path, chosen: dict[str, object]) -> None:
+    own = ColumnMap.from_dict(chosen)
+    text, missing, choices = mapping_text(read_table(log), own)
+    assert missing == ()
+    assert {"slip", "effort", "field"} <= set(choices)
+    write_mapping(tmp_path / "own.toml", text)
+    again = ColumnMap.from_toml(tmp_path / "own.toml")
+    assert (again.rate, again.lead, again.name_pattern, again.variable, again.invalid) == (
+        own.rate, own.lead, own.name_pattern, own.variable, own.invalid,
+    )  # fmt: skip
+    assert (again.constants, again.scales) == (own.constants, own.scales)
+    assert [c.column for c in again.inputs] == [c.column for c in own.inputs]
+    one, other = read(log, own), read(log, mapping_file=tmp_path / "own.toml")
+    for name, values in one.signals.items():
+        np.testing.assert_array_equal(values, other.signals[name])
+    assert (one.period, one.units, one.constants) == (other.period, other.units, other.constants)
+    assert list(one.extras) == list(other.extras)
+
+
+def test_the_text_itself(log: Path) -> None:
+    text, _, _ = mapping_text(read_table(log), ColumnMap.from_dict(CHOSEN[0]))
+    assert text.splitlines() == [
+        "# How l3g.csv is read (single device). All keys: documentation of erclutch.logs.mapping.",
+        'time = {column = "t", unit = "ms"}  # guessed from its name or unit',
+        'inputs = ["D [cm]"]',
+        "",
+        "[columns]",
+        'slip = {column = "V", unit = "cm/s", scale = -1.0}  # given',
+        'effort = {column = "F", unit = "N", scale = 2.5}  # given',
+        'field = {column = "Y", unit = "V"}  # guessed from its unit',
+        'position = {column = "D", unit = "cm"}  # guessed from its name',
+    ]
+
+
+def test_what_is_missing_is_named_and_commented_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("q,\x07r [V]\n" + "\n".join(f"{k},{k % 7}" for k in range(50)), encoding="utf-8")
+    text, missing, choices = mapping_text(read_table(path), ColumnMap())
+    assert len(missing) >= 2
+    assert "time" not in choices
+    for key in ("time", "effort"):
+        assert f"# {key} = " in text
+    assert all(line.startswith(("#", "[", "field")) or not line for line in text.splitlines())
+    assert all(letter.isprintable() or letter == "\n" for letter in text)
+
+
+def test_a_mapping_of_the_user_is_never_written_over(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text("mine", encoding="utf-8")
+    with pytest.raises(MappingError, match="there is such a file"):
+        write_mapping(own, "text")
+    assert own.read_text(encoding="utf-8") == "mine"
+    with pytest.raises(MappingError, match="cannot be written"):
+        write_mapping(tmp_path / "nowhere" / "own.toml", "text")

@@ -1,0 +1,35 @@
+"""A recording plays back at the loop's period, whatever its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.rig.playback import angles_of, at_period, fields_of
+from erclutch.signals.recording import Recording
+
+
+def damper(rows: int, period: float) -> Recording:
+    t = period * np.arange(rows)
+    signals = {"field": np.where(t < 0.02, -0.4, 2.2), "slip": np.full(rows, 0.3), "effort": 900.0 * t}
+    units = {"field": "V", "slip": "m/s", "effort": "N"}
+    return Recording("a", signals, units, t, period, ((0, rows),), True, "")
+
+
+@settings(deadline=None)
+@given(st.sampled_from([1e-4, 3.328e-4, 1e-3, 2e-3, 7e-3]))
+def test_speeds_and_fields_are_those_of_the_log(period: float) -> None:
+    """At 3 kHz a row a step would be a third of the speed."""
+    log = damper(round(0.05 / period), period)
+    angles = at_period(log, angles_of(log), 1e-3, held=False)
+    commands = at_period(log, fields_of(log), 1e-3, held=True)
+    assert len(angles) == len(commands)
+    assert len(angles) * 1e-3 == pytest.approx(log.rows * period, abs=1e-3 + period)
+    assert np.diff(angles[:, 0]) * 1e3 == pytest.approx(0.3)
+    assert angles[:, 2] == pytest.approx(0.9 * np.arange(len(angles)), abs=1e-9)
+    t = 1e-3 * np.arange(len(commands))
+    before, after = t < 0.02 - 1e-9, t >= 0.02 + period
+    assert np.all(commands[before] == [0.0, 0.4, 0.0])  # the negative part of a single field
+    assert np.all(commands[after] == [2.2, 0.0, 0.0])
