@@ -18,7 +18,7 @@
 #define THICKEST 3.0      /* of the drag that the log has */
 #define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
 #define AT_END 0.9        /* of the field limit: the model may end a little earlier */
-#define LOOK_ANEW 100u    /* periods at an end of the field */
+#define LOOK_ANEW 20u     /* periods at an end of the field */
 #define SECANTS 4u        /* at most, before the inverse begins anew */
 #define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
@@ -164,6 +164,13 @@ static void stay_at_end(erc_stages *s, double lacking, uint32_t *events) {
     s->beyond = LOOK_ANEW;
 }
 
+/* Torque per field at a field, towards zero. */
+static double slope_at(const erc_core *core, const double *in, double field, double torque) {
+    const double aside = ASIDE * core->config.field_limit, inside = field < 0.0 ? field + aside : field - aside;
+    const double slope = (torque - erc_at_rest(core, in, inside)) / (field - inside);
+    return isfinite(slope) ? slope : 0.0;
+}
+
 /* The field near the last one at which the model gives a torque at rest, by secants; whether there is one, or an end of
  * the field that does not suffice. It begins with what the last field gave and what the slips made of it a period ago,
  * so a smooth period asks the model once. The torque must go on changing with the field in the direction in which it did
@@ -179,7 +186,8 @@ static bool follow(erc_core *core, const double *in, double wanted, uint32_t *ev
         const double next = bounded(at - miss / slope, lowest, limit);
         const double there = erc_at_rest(core, in, next) - wanted;
         met = fabs(there) <= enough;
-        at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0;
+        at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0 &&
+                 slope_at(core, in, next, there + wanted) * s->slope > 0.0;
         if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
             slope = fabs(there) < fabs(miss) ? (there - miss) / (next - at) : 0.0;
         }
@@ -207,9 +215,10 @@ static bool still_out_of_reach(erc_core *core, const double *in, double wanted, 
         return false;
     }
     s->beyond--;
+    const double before = s->gave;
     s->gave = erc_at_rest(core, in, s->found);
     s->slope = s->beyond > 0u ? s->slope : 0.0;
-    const bool out = (wanted - s->gave) * s->lacking > 0.0;
+    const bool out = (wanted - s->gave) * s->lacking > 0.0 && s->gave * before > 0.0; /* else the slip has turned */
     *events |= out ? ERC_UNREACHABLE : 0u;
     return out;
 }
@@ -224,10 +233,8 @@ static void search(erc_core *core, const double *in, double wanted, uint32_t *ev
     s->gave = erc_at_rest(core, in, s->found);
     s->turned = 0.0;
     s->beyond = 0u;
-    const double inside = s->found < 0.0 ? s->found + ASIDE * limit : s->found - ASIDE * limit;
-    const double slope = (s->gave - erc_at_rest(core, in, inside)) / (s->found - inside);
     const bool far = fabs(s->found) > AT_END * limit;
-    s->slope = isfinite(slope) && (far || !out) ? slope : 0.0;
+    s->slope = far || !out ? slope_at(core, in, s->found, s->gave) : 0.0;
     if (out && far) {
         stay_at_end(s, wanted - s->gave, events);
     }
