@@ -103,11 +103,11 @@ def test_a_fluid_that_drags_more_on_the_drive_is_known_to_pull_the_output_more(t
     assert float(np.sqrt(np.mean(off * off))) < 0.15 * pull
 
 
-def test_hand_over_goes_through_zero_with_one_field_at_a_time(bingham: Path) -> None:
+def test_hand_over_has_one_field_at_a_time_and_no_jump(bingham: Path) -> None:
     frames = run(Core(replace(STAGES, programs=(torque(0.05, Waveform.SINE, 1.0),)), bingham), samples(2000), 0.9)
     signed = field(frames)[200:]
     assert np.all(np.minimum(frames["field1"], frames["field2"]) == 0.0)
-    assert {-1.0, 0.0, 1.0} == set(np.sign(signed))
+    assert {-1.0, 1.0} <= set(np.sign(signed))
     changes = np.flatnonzero(np.diff(np.sign(signed[signed != 0.0])))
     assert len(changes) in (3, 4)  # as often as the sine, no chatter
     assert float(np.max(np.abs(np.diff(signed)))) < 0.03

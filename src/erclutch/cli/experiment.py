@@ -89,6 +89,9 @@ def _control_table(runs: list[ControlRun], seeds: int) -> Table:
     """Means over the seeds, and the worst seed of what the models do not know."""
     from erclutch.paper.torque_control import INVERSES, KNOWS, WITHHELD
 
+    first = (next(iter(INVERSES)), next(iter(KNOWS)))
+    plain = [float(run.figures["chirp"]) for run in runs if (run.model, run.knows) == first]
+
     def row(model: str, knows: str) -> list[str]:
         own = [run.figures for run in runs if (run.model, run.knows) == (model, knows)]
 
@@ -98,9 +101,10 @@ def _control_table(runs: list[ControlRun], seeds: int) -> Table:
         shares = [f"{100.0 * mean(name):.2f}" for name in ("chirp", "steps", "random")]
         reach = [f"{mean(name):.0f}" for name in ("bandwidth", "within 10 %")]
         still = f"{sum(bool(figures['locked']) for figures in own)}/{len(own)}"
+        shares.append(f"{sum(3.0 * f['chirp'] <= base for f, base in zip(own, plain, strict=True))}/{len(own)}")
         return [model, knows, *shares, *reach, still, *(f"{100.0 * mean(name):.2f}" for name in WITHHELD)]
 
-    heads = ["inverse of", "controller", "chirp", "steps", "random", "-3 dB", "10 %", "locked", *WITHHELD]
+    heads = ["inverse of", "controller", "chirp", "steps", "random", "3 x below", "-3 dB", "10 %", "locked", *WITHHELD]
     title = f"TWIN, torque control, means of {seeds} seeds: RMS in % of the range, Hz, and chirps on a changed device"
     return terminal.table(title, heads, [row(m, k) for m in INVERSES for k in KNOWS], left=2)
 

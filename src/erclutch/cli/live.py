@@ -88,15 +88,19 @@ class ControlOptions:
     nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in --rig-file."""
     observer_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
-    torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 2.0e-3
+    torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 1.5e-3
     """Lead of the wanted torque in s: dead time and lag from command to torque, with --observer."""
     track_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 0.0
-    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. The output's inertia
-    and friction stand in --rig-file."""
+    """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. It needs --tuned or
+    --output-inertia."""
     stiffness: Annotated[float, Parameter(group=_CONTROL)] = 0.1
     """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
     damping: Annotated[float, Parameter(group=_CONTROL)] = 4.0e-3
     """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
+    output_inertia: Annotated[float | None, Parameter(group=_CONTROL)] = None
+    """Inertia that the model's torque moves, in kg m2, for --track-bandwidth; erclutch tune finds it."""
+    output_friction: Annotated[float, Parameter(group=_CONTROL)] = 0.0
+    """Dry friction of the output in N m, for --track-bandwidth."""
     tuned: Annotated[Path | None, Parameter(group=_CONTROL)] = None
     """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_CONTROL)] = None
@@ -141,6 +145,7 @@ def live(
     no_model: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
     explain: Annotated[bool, Parameter(negative=())] = False,
+    explain_page: Path | None = None,
     rig: RigOptions = _DEFAULTS[0],
     control: ControlOptions = _DEFAULTS[1],
     loop: LoopOptions = _DEFAULTS[2],
@@ -153,6 +158,7 @@ def live(
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
+        explain_page: Only write an HTML page that plays events to the loop's own C, without a network.
         rig: What is driven.
         control: What is done.
         loop: How the loop runs.
@@ -165,14 +171,15 @@ def live(
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import load_rig
 
-    if explain:
-        return _explained(terminal.console())
+    if explain or explain_page is not None:
+        return _explained(terminal.console(), explain, explain_page)
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     _checked(loop)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
+        _knows_inertia(control)
         what, program = _rig(rig, reading, folder, model)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
@@ -192,10 +199,16 @@ def live(
         return _ended(session, watch, observers, code, None if loop.json else output)
 
 
-def _explained(output: Console) -> int:
+def _explained(output: Console, table: bool, page: Path | None) -> int:
     from erclutch.cli import terminal
     from erclutch.live.explained_states import transitions
+    from erclutch.live.state_explorer import write_explorer
 
+    if page is not None:
+        write_explorer(page)
+        terminal.say(str(page))
+    if not table:
+        return 0
     found = list(transitions())
     for state in dict.fromkeys(line.state for line in found):
         rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
@@ -339,8 +352,7 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
     """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
     found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
     if control.track_bandwidth:
-        found["output_inertia"] = sum(parameters.value(f"screw.{part}_inertia") for part in ("rotor", "load"))
-        found["output_friction"] = parameters.value("screw.coulomb")
+        found |= {name: getattr(control, name) for name in ("output_inertia", "output_friction")}
     if control.observer == "off":
         return found
     found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
@@ -379,6 +391,12 @@ def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     options = {name: value for name, value in body.items() if hasattr(control, name)}
     default = {name: value for name, value in options.items() if getattr(control, name) == getattr(_DEFAULTS[1], name)}
     return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+
+
+def _knows_inertia(control: ControlOptions) -> None:
+    if control.track_bandwidth and control.output_inertia is None:
+        remedy = "Run erclutch tune RUN and give its control.toml to --tuned, or give --output-inertia in kg m2"
+        raise SettingError("--track-bandwidth without the inertia that the model's torque moves", remedy=remedy)
 
 
 def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:

@@ -8,7 +8,7 @@ Nothing is written down twice: each event is played to a core that was brought i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,59 +43,84 @@ class Transition:
     said: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Period:
+    """What a core meets in a period: orders, then a sample or none.
+
+    Attributes:
+        orders: each with its value.
+        good: a sample comes.
+        finite: the sample's angle is a number.
+        late: of the wake-up, in s.
+        status: of the rig, as bits.
+        times: how often that happens.
+    """
+
+    orders: tuple[tuple[Order, float], ...] = ()
+    good: bool = True
+    finite: bool = True
+    late: float = 0.0
+    status: int = 0
+    times: int = 1
+
+
+def _ordered(order: Order, value: float = 0.0, *, good: bool = True) -> Period:
+    return Period(((order, value),), good)
+
+
+#: What brings a core into each state.
+WAYS: Mapping[State, tuple[Period, ...]] = {
+    State.STARTING: (),
+    State.RUNNING: (Period(times=80),),
+    State.TRIPPED: (Period(times=80), _ordered(Order.ZERO)),
+    State.READY: (Period(times=80), _ordered(Order.ZERO), _ordered(Order.RESET)),
+}
+
+
+def events_of(settings: LoopSettings = _PUSH) -> dict[str, tuple[Period, ...]]:
+    """Each event, with the limits of the settings in its name, and the periods that play it."""
+    hold, trip, late = settings.hold + 1, settings.trip, settings.late_trip
+    return {
+        "a good sample": (Period(),),
+        "one period without a sample": (Period(good=False),),
+        f"{hold} periods without a sample": (Period(good=False, times=hold),),
+        f"{trip} periods without a sample": (Period(good=False, times=trip),),
+        "a sample that is not finite": (Period(finite=False),),
+        f"a wake-up more than {1e3 * late:g} ms late": (Period(late=late + 1e-3),),
+        "the rig reports a fault": (Period(status=CONSTANTS["ERC_STATUS_FAULT"]),),
+        "the rig's watchdog acted": (Period(status=CONSTANTS["ERC_STATUS_WATCHDOG"]),),
+        "order: zero fields": (_ordered(Order.ZERO),),
+        "order: reset": (_ordered(Order.RESET),),
+        "order: reset, without a sample since": (Period(good=False), _ordered(Order.RESET, good=False)),
+        "order: run a program": (_ordered(Order.PROGRAM),),
+        "order: run a program that is not there": (_ordered(Order.PROGRAM, 9.0),),
+        "order: stop, a signal, or the parent is gone": (_ordered(Order.STOP),),
+    }
+
+
 class _Played:
-    """A core with a rig that sends a good sample each period, until the events say otherwise."""
+    """A core with a rig."""
 
     def __init__(self, settings: LoopSettings, model: Path | None) -> None:
-        self.settings = settings
-        self.core, self.tick, self.before = Core(self.settings, model), 0, 0.0
+        self.core, self.tick = Core(settings, model), 0
 
-    def step(self, good: bool = True, status: int = 0, late: float = 0.0, finite: bool = True) -> Any:
+    def play(self, periods: Iterable[Period]) -> Any:
+        """The last frame; None of no period."""
+        frame: Any = None
+        for period in periods:
+            for order, value in period.orders:
+                if self.core.order(order, value):
+                    self.core.stop()
+            for _ in range(period.times):
+                frame = self._step(period)
+        return frame
+
+    def _step(self, period: Period) -> Any:
         self.tick += 1
-        sample = np.zeros(int(good), SAMPLE)
-        sample["seq"], sample["time_ns"], sample["status"] = self.tick, self.tick * 1_000_000, status
-        sample["theta"] = 1e-3 * self.tick if finite else np.nan
-        return self.core.step(sample, self.tick, late_ns=round(1e9 * late))[1].copy()
-
-    def silence(self, periods: int) -> Any:
-        for _ in range(periods - 1):
-            self.step(good=False)
-        return self.step(good=False)
-
-    def order(self, *orders: tuple[Order, float], good: bool = True) -> Any:
-        for order, value in orders:
-            if self.core.order(order, value):
-                self.core.stop()
-        return self.step(good)
-
-    def into(self, state: State) -> _Played:
-        if state is not State.STARTING:
-            for _ in range(80):
-                self.before = float(self.step()["field1"])
-        if state in (State.TRIPPED, State.READY):
-            self.order((Order.ZERO, 0.0))
-        if state is State.READY:
-            self.order((Order.RESET, 0.0))
-        assert self.core.state == state
-        return self
-
-
-_EVENTS: dict[str, Callable[[_Played], Any]] = {
-    "a good sample": lambda p: p.step(),
-    "one period without a sample": lambda p: p.silence(1),
-    "{degrade} periods without a sample": lambda p: p.silence(p.settings.hold + 1),
-    "{trip} periods without a sample": lambda p: p.silence(p.settings.trip),
-    "a sample that is not finite": lambda p: p.step(finite=False),
-    "a wake-up more than {late:g} ms late": lambda p: p.step(late=p.settings.late_trip + 1e-3),
-    "the rig reports a fault": lambda p: p.step(status=CONSTANTS["ERC_STATUS_FAULT"]),
-    "the rig's watchdog acted": lambda p: p.step(status=CONSTANTS["ERC_STATUS_WATCHDOG"]),
-    "order: zero fields": lambda p: p.order((Order.ZERO, 0.0)),
-    "order: reset": lambda p: p.order((Order.RESET, 0.0)),
-    "order: reset, without a sample since": lambda p: (p.step(good=False), p.order((Order.RESET, 0.0), good=False))[1],
-    "order: run a program": lambda p: p.order((Order.PROGRAM, 0.0)),
-    "order: run a program that is not there": lambda p: p.order((Order.PROGRAM, 9.0)),
-    "order: stop, a signal, or the parent is gone": lambda p: p.order((Order.STOP, 0.0)),
-}
+        sample = np.zeros(int(period.good), SAMPLE)
+        sample["seq"], sample["time_ns"], sample["status"] = self.tick, self.tick * 1_000_000, period.status
+        sample["theta"] = 1e-3 * self.tick if period.finite else np.nan
+        return self.core.step(sample, self.tick, late_ns=round(1e9 * period.late))[1].copy()
 
 
 def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> Iterator[Transition]:
@@ -108,15 +133,15 @@ def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> It
     Raises:
         RunError: no compiler is there to build the core.
     """
-    for state in (State.STARTING, State.RUNNING, State.TRIPPED, State.READY):
-        for event, play in _EVENTS.items():
-            played = _Played(settings, model).into(state)
-            frame = play(played)
+    for state, way in WAYS.items():
+        for event, periods in events_of(settings).items():
+            played = _Played(settings, model)
+            played.play(way)
+            assert played.core.state == state
+            frame = played.play(periods)
             names = tuple(name for name, bit in EVENT_BITS.items() if frame["events"] & bit)
-            limits = played.settings
-            text = event.format(degrade=limits.hold + 1, trip=limits.trip, late=1e3 * limits.late_trip)
             after = State.STOPPED if "stopping" in names else State(played.core.state)
-            yield Transition(state, text, after, _field(names, float(frame["field1"]), after), names)
+            yield Transition(state, event, after, _field(names, float(frame["field1"]), after), names)
 
 
 def _field(names: tuple[str, ...], field: float, after: State) -> str:

@@ -113,7 +113,7 @@ def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
     best = (-np.inf, 0, 0.0)
     for i in range(len(rows)):
         places: list[float] = (low[i] + _PLACES * wide[i]).tolist() if wide[i] > 0 else []
-        for at in places:
+        for at in (at for at in places if at < rows[i].max()):  # a few last digits wide, the last place is the end
             left = rows[i] <= at
             gain = whole - _volume(rows[:, left], reach) - _volume(rows[:, ~left], reach)
             best = max(best, (gain, i, at))

@@ -127,6 +127,8 @@ def test_the_weight_is_one_at_all_training_rows_and_zero_in_a_gap() -> None:
 
 def test_a_constant_input_and_a_single_row_have_a_box() -> None:
     assert np.all(cells_of(np.ones((3, 1))).weight([np.ones(1)] * 3) == 1.0)
+    close = np.array([[0.0, 1.0, np.nextafter(1.0, 2.0)]])  # no number lies between the last two
+    assert np.all(cells_of(close).weight(list(close)) == 1.0)
     cells = cells_of(np.array([[2.0, 2.0, 2.0], [0.0, 1.0, 5.0]]))
     assert np.all(cells.reach > 0)
 

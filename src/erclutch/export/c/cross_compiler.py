@@ -13,7 +13,8 @@ from pathlib import Path
 
 from erclutch.export.c.compilers import EXACT, run
 
-_ZIG = (sys.executable, "-P", "-m", "ziglang")
+#: The command that runs zig out of its package.
+ZIG = (sys.executable, "-P", "-m", "ziglang")
 #: msvcrt.dll is part of every Windows.
 _WINDOWS_C = ("calloc", "free", "malloc", "memcpy", "memset", "strcmp", "strncpy")
 
@@ -42,13 +43,13 @@ class Cross:
         objects = [out.parent / f"{source.stem}.o" for source in sources]
         machine = ("-mno-stack-arg-probe",) if self._windows else ("-fPIC", "-fvisibility=hidden")
         for source, made in zip(sources, objects, strict=True):
-            words = [*_ZIG, "cc", "-target", self.target, *EXACT, "-O2", *machine, "-c", str(source), "-o", str(made)]
+            words = [*ZIG, "cc", "-target", self.target, *EXACT, "-O2", *machine, "-c", str(source), "-o", str(made)]
             self._run(words, f"compile {source.name}")
         if self._windows:
             self._link_dll(objects, out)
         else:
             # The names that stay open are those of the C library of the program that loads this one.
-            self._run([*_ZIG, "ld.lld", "-shared", "-s", *map(str, objects), "-o", str(out)], f"link {out.name}")
+            self._run([*ZIG, "ld.lld", "-shared", "-s", *map(str, objects), "-o", str(out)], f"link {out.name}")
 
     @property
     def _windows(self) -> bool:
@@ -57,10 +58,10 @@ class Cross:
     def _link_dll(self, objects: Sequence[Path], out: Path) -> None:
         names, library = out.parent / "msvcrt.def", out.parent / "msvcrt.lib"
         names.write_text("\n".join(["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]), encoding="ascii")
-        self._run([*_ZIG, "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions")
+        self._run([*ZIG, "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions")
         # /Brepro: no date inside, so the same model gives the same bytes.
         options = ["/dll", "/noentry", "/nodefaultlib", "/lldmingw", "/Brepro", f"/out:{out}"]
-        self._run([*_ZIG, "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")
+        self._run([*ZIG, "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")
 
     def _run(self, words: Sequence[str], what: str) -> None:
         run(words, f"{self.name} cannot {what}", "Mend or remove that compiler")

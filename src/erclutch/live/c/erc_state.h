@@ -27,7 +27,8 @@ typedef struct {
     double late, modelled;          /* the model's torque as late as the measured one is */
     double reaction;                /* on the drive, with the model's torque filtered as it is */
     double speed, slow_speed;       /* of the drive one step ago, and filtered */
-    double found, slope;            /* the last field that gave what was asked, and the torque per field there; 0: none */
+    double found, gave, slope;      /* the last field that was found, its torque, and the torque per field; 0: none */
+    double turned;                  /* what slips, and a slope that turns, add to that torque in a period */
     double lacking;                 /* torque that the field is short of */
     uint32_t beyond;                /* periods left in which that is believed */
     double side, way;               /* +1: clutch 1, -1: clutch 2; +1: the motor turns or last turned forward */

@@ -18,6 +18,7 @@
 #define THICKEST 3.0      /* of the drag that the log has */
 #define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
 #define AT_END 0.9        /* of the field limit: the model may end a little earlier */
+#define LOOK_ANEW 20u     /* periods at an end of the field */
 #define SECANTS 4u        /* at most, before the inverse begins anew */
 #define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
@@ -156,42 +157,70 @@ static double lowest_field(const erc_core *core) {
     return core->config.device == ERC_SINGLE ? 0.0 : -core->config.field_limit;
 }
 
-/* The field near the last one at which the model gives a torque at rest, by secants; whether there is one. The torque
- * must go on changing with the field in the direction in which it did where the inverse found its field. */
-static bool follow(erc_core *core, const double *in, double wanted) {
+/* At an end of the field that does not suffice. Now and then the inverse looks anew for a better field. */
+static void stay_at_end(erc_stages *s, double lacking, uint32_t *events) {
+    *events |= ERC_UNREACHABLE;
+    s->lacking = lacking;
+    s->beyond = LOOK_ANEW;
+}
+
+/* Torque per field at a field, towards zero. */
+static double slope_at(const erc_core *core, const double *in, double field, double torque) {
+    const double aside = ASIDE * core->config.field_limit, inside = field < 0.0 ? field + aside : field - aside;
+    const double slope = (torque - erc_at_rest(core, in, inside)) / (field - inside);
+    return isfinite(slope) ? slope : 0.0;
+}
+
+/* The field near the last one at which the model gives a torque at rest, by secants; whether there is one, or an end of
+ * the field that does not suffice. It begins with what the last field gave and what the slips made of it a period ago,
+ * so a smooth period asks the model once. The torque must go on changing with the field in the direction in which it did
+ * where the inverse found its field. */
+static bool follow(erc_core *core, const double *in, double wanted, uint32_t *events) {
     erc_stages *s = &core->stages;
     const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
     const double lowest = lowest_field(core);
-    double at = s->found, slope = s->slope;
-    double miss = slope != 0.0 ? erc_at_rest(core, in, at) - wanted : 0.0;
+    double at = s->found, slope = s->slope, miss = s->gave + s->turned - wanted, first = 0.0;
+    bool met = false, at_end = false;
     uint32_t i;
-    for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && fabs(miss) > enough; i++) {
+    for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && !met && !at_end; i++) {
         const double next = bounded(at - miss / slope, lowest, limit);
         const double there = erc_at_rest(core, in, next) - wanted;
-        if (fabs(there) < fabs(miss)) {
-            slope = (there - miss) / (next - at);
-            at = next;
-            miss = there;
-        } else {
-            slope = 0.0; /* out of reach, or a step of the torque */
+        met = fabs(there) <= enough;
+        at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0 &&
+                 slope_at(core, in, next, there + wanted) * s->slope > 0.0;
+        if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
+            slope = fabs(there) < fabs(miss) ? (there - miss) / (next - at) : 0.0;
         }
+        first = i == 0u ? there : first;
+        at = next;
+        miss = there;
     }
-    if (!(slope * s->slope > 0.0 && fabs(miss) <= enough)) {
+    if (!(slope * s->slope > 0.0 && (met || at_end))) {
         return false;
     }
     s->found = at;
+    s->gave = miss + wanted;
     s->slope = slope;
+    s->turned = at_end ? 0.0 : s->turned + first;
+    if (at_end) {
+        stay_at_end(s, -miss, events);
+    }
     return true;
 }
 
-/* Whether what was out of reach of the field's end still is. Now and then the inverse looks anew for a better field. */
-static bool still_out_of_reach(erc_core *core, const double *in, double wanted) {
+/* Whether what was out of reach of the field's end still is. */
+static bool still_out_of_reach(erc_core *core, const double *in, double wanted, uint32_t *events) {
     erc_stages *s = &core->stages;
     if (s->beyond == 0u) {
         return false;
     }
     s->beyond--;
-    return (wanted - erc_at_rest(core, in, s->found)) * s->lacking > 0.0;
+    const double before = s->gave;
+    s->gave = erc_at_rest(core, in, s->found);
+    s->slope = s->beyond > 0u ? s->slope : 0.0;
+    const bool out = (wanted - s->gave) * s->lacking > 0.0 && s->gave * before > 0.0; /* else the slip has turned */
+    *events |= out ? ERC_UNREACHABLE : 0u;
+    return out;
 }
 
 /* Anew, from zero field on; then the slope is there for the next time. */
@@ -201,17 +230,15 @@ static void search(erc_core *core, const double *in, double wanted, uint32_t *ev
     double field = 0.0;
     const bool out = (erc_inverse(core, in, wanted, &field) & OUT_OF_REACH) != 0u;
     s->found = isfinite(field) ? bounded(field, lowest_field(core), limit) : 0.0;
-    s->slope = 0.0;
+    s->gave = erc_at_rest(core, in, s->found);
+    s->turned = 0.0;
     s->beyond = 0u;
-    if (out) {
-        *events |= ERC_UNREACHABLE;
-        s->lacking = wanted - erc_at_rest(core, in, s->found);
-        s->beyond = fabs(s->found) > AT_END * limit ? (uint32_t)EASE : (uint32_t)0u;
-    } else {
-        const double inside = s->found < 0.0 ? s->found + ASIDE * limit : s->found - ASIDE * limit;
-        const double slope = (erc_at_rest(core, in, s->found) - erc_at_rest(core, in, inside)) / (s->found - inside);
-        s->slope = isfinite(slope) ? slope : 0.0;
+    const bool far = fabs(s->found) > AT_END * limit;
+    s->slope = far || !out ? slope_at(core, in, s->found, s->gave) : 0.0;
+    if (out && far) {
+        stay_at_end(s, wanted - s->gave, events);
     }
+    *events |= out ? ERC_UNREACHABLE : 0u;
 }
 
 /* The field at which the model gives a torque at rest. Its memory is in the lead and in the observer's comparison: the
@@ -221,11 +248,7 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
     const double coaxial[5] = {0.0, 0.0, omega, alpha, 0.0};
     const double single[5] = {0.0, omega - alpha, 0.0, 0.0, 0.0};
     const double *in = core->config.device == ERC_SINGLE ? single : coaxial;
-    const bool beyond = still_out_of_reach(core, in, wanted);
-    if (beyond) {
-        *events |= ERC_UNREACHABLE;
-    }
-    if (!beyond && !follow(core, in, wanted)) {
+    if (!still_out_of_reach(core, in, wanted, events) && !follow(core, in, wanted, events)) {
         search(core, in, wanted, events);
     }
     return core->stages.found;
