@@ -27,7 +27,7 @@ from erclutch.fit.laws.variable_projection import (
 )
 from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import DiskRows, Stretch
+from erclutch.logs.disk_rows import RANGE, DiskRows, Stretch
 from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import ShapeParameter
 from erclutch.signals.array import Array, Mask
@@ -50,14 +50,16 @@ def separable(
 
 @dataclass(frozen=True)
 class RowsInSlices:
-    """Rows in memory, in ranges that stay in the cache, for laws without dynamics."""
+    """Rows in memory, in slices that stay in the cache, for laws without dynamics."""
 
     data: Dataset
 
     def stretches(self, of: Callable[[Iterable[Stretch]], Any], *, past: bool) -> Iterator[Any]:
         """What a function makes of each range of rows, in their order; no range needs its past."""
-        starts = range(0, self.data.rows, _SLICE)
-        return (of([(self.data.picked(slice(at, at + _SLICE)), slice(None))]) for at in starts)
+        rows = self.data.rows
+        for start in range(0, rows, RANGE):
+            slices = (slice(at, min(at + _SLICE, rows)) for at in range(start, min(start + RANGE, rows), _SLICE))
+            yield of((self.data.picked(some), slice(None)) for some in slices)
 
 
 _SLICE = 16384
