@@ -5,9 +5,9 @@
 A process that has imported the reader's library forks a child for each damaged file. The child has the limits of
 `child_process`, and 60 s by the clock. It runs the function that the reader's own child runs; only the start of Python
 is left out. Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
-Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence,
-children that crash or hang (an error for the user), and the largest memory. A mutation is known by format and number,
-so the study can be stopped and goes on where it was.
+Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence (and
+what `erclutch.read` makes of these), children that crash or hang (an error for the user), and the largest memory. A
+mutation is known by format and number, so the study can be stopped and goes on where it was.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+import erclutch
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
@@ -305,7 +306,7 @@ def difference(table: Table, whole: Table) -> str:
     return "" if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs) else "values"
 
 
-def outcome(find: Callable[[str], Table], log: Path, whole: Table) -> str:
+def outcome(find: Callable[[str], Table], log: Path, whole: Table, usual: frozenset[str]) -> str:
     """What a damaged log gives, as one phrase."""
     try:
         table = find(str(log))
@@ -318,10 +319,24 @@ def outcome(find: Callable[[str], Table], log: Path, whole: Table) -> str:
     found = difference(table, whole)
     if not table.columns or not table.rows:
         return "error"  # by `read_table`
-    return f"{'noted' if table.notes != whole.notes else 'silent'}: {found}" if found else "same"
+    if not found:
+        return "same"
+    if table.notes != whole.notes:
+        return f"noted: {found}"
+    notes = notes_of(log)
+    return f"silent: {found}, then {'refused' if notes is None else 'noted' if notes - usual else 'silent'}"
 
 
-def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str, int]:
+def notes_of(log: Path) -> frozenset[str] | None:
+    """What `erclutch.read` notes of a log; None where it refuses the log."""
+    named = {name: {"column": k, "unit": unit} for k, (name, (unit, _)) in enumerate(small_log().items(), 1)}
+    try:
+        return frozenset(erclutch.read(log, named if log.suffix == ".txt" else None).notes)
+    except erclutch.ErclutchError:
+        return None
+
+
+def in_child(find: Callable[[str], Table], log: Path, whole: Table, usual: frozenset[str]) -> tuple[str, int]:
     """The outcome in a forked child with its limits, and the child's largest memory in KiB."""
     reading, writing = os.pipe()
     child = os.fork()
@@ -332,7 +347,7 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table) -> tuple[str
         for standard in (1, 2):
             os.dup2(silence, standard)
         try:
-            said = outcome(find, log, whole)
+            said = outcome(find, log, whole, usual)
         except SystemExit as crash:
             said = str(crash)
         os.write(writing, said.encode()[:200])
@@ -355,7 +370,7 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
     write(log, small_log())
     parts = sorted(log.iterdir(), reverse=True) if log.is_dir() else [log]
     data, find = {part: part.read_bytes() for part in parts}, finder(reader)
-    whole = find(str(log))
+    whole, usual = find(str(log)), notes_of(log) or frozenset[str]()
     chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     for first in range(len(chunks) * CHUNK, count, CHUNK):
         began, found, peak = time.perf_counter(), Counter[str](), 0
@@ -364,7 +379,7 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
             for each in parts:
                 seed = (zlib.crc32(name.encode()), number)
                 each.write_bytes(mutated(data[each], seed) if each == part else data[each])
-            said, memory = in_child(find, log, whole)
+            said, memory = in_child(find, log, whole, usual)
             found[said], peak = found[said] + 1, max(peak, memory)
             if said.startswith(("crash", "hang")):
                 (results / f"{said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
