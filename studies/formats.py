@@ -306,7 +306,7 @@ def difference(table: Table, whole: Table) -> str:
     return "" if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs) else "values"
 
 
-def outcome(find: Callable[[str], Table], log: Path, whole: Table, usual: frozenset[str]) -> str:
+def outcome(find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]) -> str:
     """What a damaged log gives, as one phrase."""
     try:
         table = find(str(log))
@@ -323,20 +323,29 @@ def outcome(find: Callable[[str], Table], log: Path, whole: Table, usual: frozen
         return "same"
     if table.notes != whole.notes:
         return f"noted: {found}"
-    notes = notes_of(log)
-    return f"silent: {found}, then {'refused' if notes is None else 'noted' if notes - usual else 'silent'}"
+    more = notes()
+    return f"silent: {found}, then {'refused' if more is None else 'noted' if more else 'silent'}"
 
 
-def notes_of(log: Path) -> frozenset[str] | None:
+def choices(name: str) -> dict[str, Any] | None:
+    """Columns and units of a format that has no names or no units; None for the others."""
+    if name not in ("white space", "mat 5", "mat 7.3"):
+        return None
+    places = enumerate(small_log().items(), 1)
+    return {s: {"column": k if name == "white space" else s, "unit": unit} for k, (s, (unit, _)) in places}
+
+
+def notes_of(log: Path, name: str) -> frozenset[str] | None:
     """What `erclutch.read` notes of a log; None where it refuses the log."""
-    named = {name: {"column": k, "unit": unit} for k, (name, (unit, _)) in enumerate(small_log().items(), 1)}
     try:
-        return frozenset(erclutch.read(log, named if log.suffix == ".txt" else None).notes)
+        return frozenset(erclutch.read(log, choices(name)).notes)
     except erclutch.ErclutchError:
         return None
 
 
-def in_child(find: Callable[[str], Table], log: Path, whole: Table, usual: frozenset[str]) -> tuple[str, int]:
+def in_child(
+    find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]
+) -> tuple[str, int]:
     """The outcome in a forked child with its limits, and the child's largest memory in KiB."""
     reading, writing = os.pipe()
     child = os.fork()
@@ -347,7 +356,7 @@ def in_child(find: Callable[[str], Table], log: Path, whole: Table, usual: froze
         for standard in (1, 2):
             os.dup2(silence, standard)
         try:
-            said = outcome(find, log, whole, usual)
+            said = outcome(find, log, whole, notes)
         except SystemExit as crash:
             said = str(crash)
         os.write(writing, said.encode()[:200])
@@ -370,7 +379,12 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
     write(log, small_log())
     parts = sorted(log.iterdir(), reverse=True) if log.is_dir() else [log]
     data, find = {part: part.read_bytes() for part in parts}, finder(reader)
-    whole, usual = find(str(log)), notes_of(log) or frozenset[str]()
+    whole, usual = find(str(log)), notes_of(log, name) or frozenset[str]()
+
+    def notes() -> bool | None:
+        found = notes_of(log, name)
+        return None if found is None else bool(found - usual)
+
     chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     for first in range(len(chunks) * CHUNK, count, CHUNK):
         began, found, peak = time.perf_counter(), Counter[str](), 0
@@ -379,7 +393,7 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
             for each in parts:
                 seed = (zlib.crc32(name.encode()), number)
                 each.write_bytes(mutated(data[each], seed) if each == part else data[each])
-            said, memory = in_child(find, log, whole, usual)
+            said, memory = in_child(find, log, whole, notes)
             found[said], peak = found[said] + 1, max(peak, memory)
             if said.startswith(("crash", "hang")):
                 (results / f"{said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
