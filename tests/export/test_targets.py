@@ -84,7 +84,6 @@ def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, n
     _conforms(models[QUICK[0]], "onnx", "float64", tmp_path, need)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", list(WRAPPERS))
 @pytest.mark.parametrize("label", QUICK)
