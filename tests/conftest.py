@@ -1,10 +1,16 @@
-"""What all tests share: where ERCLUTCH_NO_SKIP=1 is set, a test that cannot run is a failure."""
+"""What all tests share: where ERCLUTCH_NO_SKIP=1 is set, a test that cannot run is a failure.
+
+Some tests pin what they find: the fixture `pinned` compares it with the file of the test's name that ends in `.json`.
+`ERCLUTCH_PIN=1 python -m pytest FILE` writes that file anew after a change that is meant.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import re
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -89,3 +95,46 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, A
     if _strict():
         _fail(report)
     return report
+
+
+_NUMBER = re.compile(r"([-+]?(?:\d[\d,]*\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b))", re.IGNORECASE)
+
+
+def _same(found: Any, expected: Any, rel: float) -> bool:
+    """Whether two JSON values are alike; numbers, those inside texts too, may differ by a share."""
+    if isinstance(expected, dict):
+        return found.keys() == expected.keys() and all(_same(found[k], v, rel) for k, v in expected.items())
+    if isinstance(expected, list):
+        return len(found) == len(expected) and all(_same(f, e, rel) for f, e in zip(found, expected, strict=True))
+    if isinstance(expected, float) and isinstance(found, int | float):
+        return found == pytest.approx(expected, rel=rel, abs=1e-300, nan_ok=True)
+    if isinstance(expected, str) and isinstance(found, str) and found != expected:
+        parts = [_NUMBER.split(text) for text in (found, expected)]
+        if parts[0][::2] != parts[1][::2]:
+            return False
+        numbers = [[float(x.replace(",", "")) for x in one[1::2]] for one in parts]
+        return numbers[0] == pytest.approx(numbers[1], rel=rel, nan_ok=True)
+    return type(found) is type(expected) and found == expected
+
+
+def _in_json(value: Any) -> Any:
+    """Arrays and numbers of NumPy as those of Python."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+@pytest.fixture
+def pinned(request: pytest.FixtureRequest) -> Callable[..., None]:
+    """``pinned(found, rel=1e-6)`` fails where a value differs from the one that is kept for this test."""
+    path, key = Path(str(request.node.path)).with_suffix(".json"), request.node.name
+
+    def check(found: Any, rel: float = 1e-6) -> None:
+        found = json.loads(json.dumps(found, default=_in_json))
+        kept = json.loads(path.read_text("utf-8")) if path.exists() else {}
+        if os.environ.get("ERCLUTCH_PIN") and not _same(found, kept.get(key), rel):
+            kept[key] = found
+            lines = ",\n".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(kept.items()))
+            path.write_text(f"{{\n{lines}\n}}\n", "utf-8")
+        if not _same(found, kept[key], rel):
+            assert found == kept[key]  # pytest shows where they differ
+
+    return check

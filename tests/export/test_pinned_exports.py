@@ -2,18 +2,16 @@
 
 The product of an export is its text, so a change of any line, however small, is to be seen here and meant. Numbers in
 the texts count to nine digits: the last digits of a model's parameters differ between processors. After a change that
-is meant, `ERCLUTCH_PIN=1 python -m pytest tests/export/test_pinned_exports.py` writes `pinned_exports.json` anew; its
-difference says which models and targets the change reaches.
+is meant, `ERCLUTCH_PIN=1 python -m pytest tests/export/test_pinned_exports.py` writes the `.json` beside this file anew;
+its difference says which models and targets the change reaches.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
-import os
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,7 +36,6 @@ from erclutch.models.model import Model
 from erclutch.models.residual_model import ResidualModel
 from erclutch.signals.speed import Derivative
 
-PINNED = Path(__file__).with_name("pinned_exports.json")
 WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
 BAND = Band(
     *(0.95, 0.01, 40.0, (0.0, 2000 / 3), (-30.1, 30.1), (100.0, 300.0, 500.0), (5.0, 20.0)),
@@ -81,8 +78,6 @@ _NUMBER = re.compile(r"(?<![\w.])(?:0x[\da-f]+\.?[\da-f]*p[+-]\d+|\d+\.\d+(?:e[+
 _DIGEST = re.compile(r"\{[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}\}|(?<=lib)m-[\da-f]{12}(?=\.so)")
 
 
-#: Numbers that all processors count alike.
-_EXACT = ("operations", "state", "flags")
 #: C of an FMU that is the same for all models.
 FMU_C = {"core.h", "fmi_common.h", "fmi2.h", "fmi2.c", "fmi3.h", "fmi3.c"}
 
@@ -187,42 +182,29 @@ def _summed(values: Any) -> list[float]:
     return [float(np.abs(flat).sum()), float(flat @ np.cos(np.arange(flat.size)))]
 
 
-def _pinned() -> dict[str, Any]:
-    return json.loads(PINNED.read_text("utf-8")) if PINNED.exists() else {}
+def _found(key: str, step: ExportedStep, folder: Path, patch: pytest.MonkeyPatch) -> dict[str, Any]:
+    made: dict[str, Any] = {to: digest(files) for to, files in texts(step, folder, patch).items()}
+    return made | (numbers_of(step) if key in (*OPTIONS, *COMPUTED) else {})
 
 
-def _stays(key: str, step: ExportedStep, folder: Path, patch: pytest.MonkeyPatch) -> None:
-    found: dict[str, Any] = {to: digest(files) for to, files in texts(step, folder, patch).items()}
-    numbers = numbers_of(step) if "; " in key or key in COMPUTED else {}
-    if os.environ.get("ERCLUTCH_PIN"):
-        all_of_them = _pinned() | {key: found | {"numbers": numbers}}
-        lines = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(all_of_them.items()))
-        PINNED.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
-    pinned = _pinned()[key]
-    expected = pinned.pop("numbers")
-    assert found == pinned
-    for name, value in numbers.items():
-        assert value == (expected[name] if name in _EXACT else pytest.approx(expected[name], rel=1e-6, abs=1e-300)), (
-            name
-        )
-
-
-def test_every_model(model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _stays(f"{model.name}, {model.structure.device}", made(model, ""), tmp_path, monkeypatch)
+def test_every_model(
+    model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pinned: Callable[..., None]
+) -> None:
+    pinned(_found(f"{model.name}, {model.structure.device}", made(model, ""), tmp_path, monkeypatch))
 
 
 @pytest.mark.parametrize(
     ("label", "options"), [(label, name) for name, (_, labels) in OPTIONS.items() for label in labels]
 )
 def test_every_option(
-    label: str, options: str, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    label: str,
+    options: str,
+    models: dict[str, Model],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    pinned: Callable[..., None],
 ) -> None:
-    _stays(f"{label}; {options}", made(models[label], options), tmp_path, monkeypatch)
-
-
-def test_nothing_else_is_pinned(models: dict[str, Model]) -> None:
-    options = {f"{label}; {name}" for name, (_, labels) in OPTIONS.items() for label in labels}
-    assert set(_pinned()) == set(models) | options
+    pinned(_found(options, made(models[label], options), tmp_path, monkeypatch))
 
 
 def digest(files: Mapping[str, str]) -> str:
