@@ -221,6 +221,23 @@ def test_findings(name: str, pinned: Pinned) -> None:
     pinned([found, steady_command(rows), None if memory is None else vars(memory)], rel=1e-3)
 
 
+def test_rows_that_are_just_enough(pinned: Pinned) -> None:
+    """Fifty to train on, a thousand for a memory, twenty to recalibrate with; one less is too few."""
+    base = fit_structure(data(600), Structure("single", "bingham", law_from_name("bingham"), "none", True, True)).model
+    found: list[Any] = []
+    for rows in (49, 50):
+        found.append(told(lambda n=rows: len(check(data(80), np.arange(80) >= n))))
+    for rows in (999, 1000):
+        log = data(rows)
+        error = 0.3 * np.roll(log.effort, 40)
+        for own in (error, np.where(np.arange(rows) == 7, np.nan, error)):
+            memory = history_finding(log, own, "own", "none")
+            found.append(None if memory is None else vars(memory))
+    for rows in (19, 20):
+        found.append(told(lambda n=rows: recalibrate(base, data(900, 5), np.arange(900) < n).way))
+    pinned(found, rel=1e-3)
+
+
 def test_findings_of_several_logs(pinned: Pinned) -> None:
     logs = [recorded(seed, gain, offset) for seed, gain, offset in ((1, 1.0, 0.0), (2, 1.3, 0.05), (3, 1.0, -0.1))]
     rows = build_dataset(logs)

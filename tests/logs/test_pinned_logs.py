@@ -181,6 +181,8 @@ MAPPED: dict[str, Any] = {
     "the time of another column": ({**PLAIN, "clock": ROWS}, {}, {"time": "clock"}, "single"),
     "time in microseconds": ({**PLAIN, "t": ROWS * 1e4}, {"t": "us"}, {}, "single"),
     "time backwards": ({**PLAIN, "t": ROWS[::-1] / 100}, {}, {}, "single"),
+    "eight spare columns": ({**PLAIN, **{f"s{i}": TURN + i for i in range(8)}}, {}, {}, "single"),
+    "nine spare columns": ({**PLAIN, **{f"s{i}": TURN + i for i in range(9)}}, {}, {}, "single"),
     "nine rows": ({k: v[:9] for k, v in PLAIN.items()}, {}, {}, "single"),
     "ten rows": ({k: v[:10] for k, v in PLAIN.items()}, {}, {}, "single"),
 }
@@ -354,7 +356,7 @@ def recording(gap: bool = True, name: str = "a.csv", rows: int = 300) -> Recordi
 
 def test_other_rates(pinned: Pinned) -> None:
     log = recording()
-    rates = (1.0, 9.9, 25.0, 50.0, 99.0, 100.0, 150.0, 333.0, 1000.0, 1010.0, 5000.0, 1e5, 1e-3)
+    rates = (1.0, 9.9, 25.0, 50.0, 99.0, 100.0, 150.0, 333.0, 1000.0, 1010.0, 5000.0, 1e5, 1e-3, 0.0099, 0.01, 0.015)
     pinned([told(lambda rate=rate: resampled(log, rate)) for rate in rates])
 
 

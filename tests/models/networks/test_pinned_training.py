@@ -1,4 +1,4 @@
-"""Parts of the training of networks, from numbers that are given: what they compute stays as it is kept beside this file.
+"""Parts of the training of networks, from given numbers: what they compute stays as it is kept beside this file.
 
 `tests/conftest.py` says how to pin anew after a change that is meant.
 """
