@@ -81,7 +81,8 @@ def test_alarms(pinned: Pinned) -> None:
     widths = tuple(0.01 * 1.1**k for k in range(24))
     head: Any = (0.95, 0.01, 40.0)
     ranges: Any = ((0.0, 600.0), (-20.0, 20.0), (100.0, 300.0, 500.0), (5.0, 15.0))
-    band = Band(*head, *ranges, widths, tuple(1.5 * w for w in widths))
+    parts: Any = (*head, *ranges, widths, tuple(1.5 * w for w in widths))
+    band = Band(*parts)
     found: list[Any] = []
     for largest, period in ((2.0, 1e-3), (0.5, 0.02), (2.0, 10.0)):
         alarms = alarms_of(band, largest, period)
