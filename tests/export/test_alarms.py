@@ -301,3 +301,11 @@ def test_a_library_without_alarms_has_no_band(models: dict[str, Model], need: Ca
     device: CompiledModel = compile_model(step_of(models[LABELS[0]], ExportOptions("m", period=1e-3)))
     with pytest.raises(TypeError, match="exported without alarms"):
         _ = device.band
+
+
+def test_alarms_need_a_period_and_a_band(models: dict[str, Model]) -> None:
+    model: Any = models["fnn-16, coaxial"]
+    with pytest.raises(ExportError, match="alarms need a sampling period"):
+        step_of(replace(model, band=BAND), ExportOptions(alarms=True))
+    with pytest.raises(ExportError, match="alarms need a band"):
+        step_of(model, ExportOptions(alarms=True, period=1e-3))

@@ -95,11 +95,8 @@ def zigs_words(target: str, folder: Path, patch: pytest.MonkeyPatch) -> list[lis
 
 
 def test_zigs_words_for_linux(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled = [
-        [*"cc -target aarch64-linux-gnu".split(), *EXACT, "-O2", "-fPIC", "-fvisibility=hidden", "-c", f"{name}.c"]
-        + ["-o", f"OUT/{name}.o"]
-        for name in "ab"
-    ]
+    machine = ["-target", "aarch64-linux-gnu", *EXACT, "-O2", "-fPIC", "-fvisibility=hidden"]
+    compiled = [["cc", *machine, "-c", f"{name}.c", "-o", f"OUT/{name}.o"] for name in "ab"]
     linked = ["ld.lld", "-shared", "-s", "OUT/a.o", "OUT/b.o", "-o", "OUT/m.so"]
     assert zigs_words("aarch64-linux-gnu", tmp_path, monkeypatch) == [*compiled, linked]
     assert "-ffp-contract=off" in EXACT

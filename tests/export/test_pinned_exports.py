@@ -2,8 +2,8 @@
 
 The product of an export is its text, so a change of any line, however small, is to be seen here and meant. Numbers in
 the texts count to nine digits: the last digits of a model's parameters differ between processors. After a change that
-is meant, `ERCLUTCH_PIN=1 python -m pytest tests/export/test_pinned_exports.py` writes the `.json` beside this file anew;
-its difference says which models and targets the change reaches.
+is meant, the values are pinned anew (`tests/conftest.py` says how); their difference says which models and targets the
+change reaches.
 """
 
 from __future__ import annotations

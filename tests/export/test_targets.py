@@ -90,7 +90,7 @@ def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, n
 def test_angles_on_every_target(
     to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
-    _conforms(models[label], to, "float64", tmp_path, need, inputs="angles")
+    _conforms(models[label], to, "float64", tmp_path, need, inputs="angles", period=2e-3)
 
 
 @pytest.mark.parametrize("to", ["onnx", pytest.param("simulink", marks=pytest.mark.slow)])

@@ -1,0 +1,417 @@
+"""What fits of small made-up logs report stays as it is kept beside this file: estimates, intervals, findings, words.
+
+Data are SYNTHETIC. Numbers that a search ends at are compared loosely, those of one pass closely: processors differ in
+the last digits (`tests/conftest.py` says how to pin anew).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import ErclutchError
+from erclutch.fit import scoring
+from erclutch.fit.centroids import compress, grid_of
+from erclutch.fit.comparison import Settings, networks_for, residuals_for, scored, structures_for, with_bands
+from erclutch.fit.data_check import check, sensor_findings, steady_command
+from erclutch.fit.fleet_statistics import control_chart, outlier_scores, trend
+from erclutch.fit.flow_curve import FlowCurve, ranked
+from erclutch.fit.history import effort_finding, history_finding
+from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
+from erclutch.fit.ladder import families, with_stage
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.log_zeros import log_differences, per_log
+from erclutch.fit.networks import fit_rbfn
+from erclutch.fit.networks.backprop import WeightedRows
+from erclutch.fit.networks.exchange import exchanged
+from erclutch.fit.networks.first_weights import Slips, first_weights, new_neurons
+from erclutch.fit.networks.fit_fnn import schedule_for
+from erclutch.fit.networks.geodesic import levenberg_marquardt
+from erclutch.fit.networks.pruning import smaller, without_one
+from erclutch.fit.past_samples import past_finding, past_rows
+from erclutch.fit.prediction_bands import calibrated, pieces
+from erclutch.fit.recalibration import recalibrate
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.synthetic import synthetic_log
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import law_from_name
+from erclutch.signals.array import Array
+
+Pinned = Callable[..., None]
+
+
+def summed(values: Any) -> list[float]:
+    """How large numbers are, and a sum that knows their order."""
+    flat = np.asarray(values, np.float64).ravel()
+    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
+
+
+def told(of: Callable[[], Any]) -> Any:
+    """What comes of it, or the words of the error."""
+    try:
+        return of()
+    except ErclutchError as error:
+        return f"{type(error).__name__}: {error}"
+
+
+@cache
+def data(rows: int = 1500, seed: int = 0, **more: float) -> Dataset:
+    """The demonstration log, perhaps with a gain, an offset, a constant field, steps of resolution."""
+    columns = {name: values for name, (_, values) in synthetic_log(rows / 1000.0, seed).items()}
+    effort = more.get("gain", 1.0) * columns["torque"] + more.get("offset", 0.0)
+    effort = np.round(effort / more["step"]) * more["step"] if "step" in more else effort
+    effort = np.clip(effort, -more["most"], more["most"]) if "most" in more else effort
+    field = np.full(rows, more["field"]) if "field" in more else columns["field"]
+    slip = columns["slip"] * more.get("speed", 1.0) + more.get("shift", 0.0)
+    if "stuck" in more:
+        effort[300 : 300 + int(more["stuck"])] = effort[300]
+    if "spikes" in more:
+        effort[:: int(more["spikes"])] *= 40.0
+    units = {"field": "V", "slip": "rad/s", "effort": "N*m"}
+    signals = {"field": field, "slip": slip, "effort": effort}
+    return build_dataset(recording_from_arrays(signals, units, time=columns["time"], name=f"log {seed}"))
+
+
+def pair(rows: int = 800) -> Dataset:
+    """A coaxial pair."""
+    t = np.arange(rows) / 1000.0
+    e1, e2 = np.maximum(np.sin(9.0 * t), 0.0) * 0.4, np.maximum(-np.sin(9.0 * t), 0.0) * 0.4
+    theta, alpha = 20.0 + 4.0 * np.sin(31.0 * t), 6.0 * np.cos(23.0 * t)
+    noise = np.random.default_rng(2).normal(size=rows)
+    effort = (2.0 * e1**2 + 0.02 * (theta - alpha)) - (1.7 * e2**2 + 0.02 * (theta + alpha)) + 0.01 * noise
+    signals = {"E1": e1, "E2": e2, "theta_dot": theta, "alpha_dot": alpha, "T": effort}
+    log = recording_from_arrays(signals, {"T": "N*m"}, rate=1000.0, name="pair", device="coaxial")
+    return build_dataset(log, device="coaxial")
+
+
+# --- laws ------------------------------------------------------------------------------------------------------------
+
+LAWS = ("bingham", "quadratic", "on-off", "casson", "hem", "bingham+lag", "herschel-bulkley/critical", "rbfm-5")
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_laws(name: str, pinned: Pinned) -> None:
+    law, _, dynamics = name.partition("+")
+    rows = data(600)
+    structure = Structure("single", law, law_from_name(law), dynamics or "none", True, True)
+    found = fit_structure(rows, structure)
+    said = found.to_dict()
+    model = said.pop("model")
+    pinned(
+        {
+            "numbers": [[e.value, e.at_bound] for e in found.estimates],
+            "about": [[e.name, e.meaning, e.unit] for e in found.estimates],
+            "said": [found.stop, found.rank, found.unknowns, found.train_rows, found.parameters, sorted(said)],
+            "ranges": {k: v for k, v in model.items() if k.startswith("trained") or k in ("units", "reference")},
+            "cost": found.train_cost,
+        },
+        rel=1e-3,
+    )
+
+
+@pytest.mark.parametrize("name", ["bingham", "casson", "bingham+lag"])
+def test_intervals_of_laws(name: str, pinned: Pinned) -> None:
+    law, _, dynamics = name.partition("+")
+    structure = Structure("single", law, law_from_name(law), dynamics or "none", True, True)
+    found = fit_structure(data(600), structure)
+    pinned([[[e.low, e.high] for e in found.estimates], found.bandwidth, found.condition], rel=0.01)
+
+
+def test_laws_of_a_pair(pinned: Pinned) -> None:
+    found = [
+        fit_structure(pair(), Structure("coaxial", law, law_from_name(law, "coaxial"), "none", False, False))
+        for law in ("bingham", "hem")
+    ]
+    pinned(
+        [[[e.name, e.unit, e.value] for e in f.estimates] + [f.train_cost, sorted(f.paper_form)] for f in found], 1e-3
+    )
+
+
+def banded(entry: Any) -> list[Any]:
+    return [] if entry.band is None else [vars(entry.band.held), entry.band.plain]
+
+
+def test_a_comparison(pinned: Pinned) -> None:
+    """Scores, criteria, bands and notes of models that are fitted once."""
+    rows = data()
+    test = np.arange(rows.rows) >= 1050
+    structures = structures_for(rows, Settings(models=("bingham", "quadratic"), lag="none"))
+    outcomes = [fit_structure(rows.take(~test), structure) for structure in structures]
+    settings = Settings(blocks=3, seed=4)
+    entries = with_bands(rows, test, scored(rows, rows.take(~test), test, outcomes, settings))
+    pinned(
+        [
+            [
+                e.name,
+                e.train.to_dict(),
+                e.test.to_dict(),
+                e.criteria,
+                e.folds,
+                e.excess.to_list(),
+                e.sound,
+                e.notes,
+                *banded(e),
+            ]
+            for e in entries
+        ],
+        rel=1e-3,
+    )
+
+
+NAMED: dict[str, dict[str, Any]] = {
+    "all": {},
+    "paper": {"models": ("paper",)},
+    "no lag": {"models": ("bingham", "fnn-3"), "lag": "none"},
+    "own stages": {"models": ("bingham+dahl", "casson", "rbfn-4+lag", "bingham+fnn-2+lag"), "lag": "auto"},
+    "friction": {"models": ("bingham", "hem"), "friction": False, "offset": False, "lag": "rise-fall"},
+    "past": {"models": ("fnn-2", "bingham+fnn-2"), "past": (1, "3ms")},
+    "unknown": {"models": ("bingam",)},
+    "unknown stage": {"models": ("bingham",), "lag": "lagg"},
+}
+
+
+def named(structure: Any) -> list[Any]:
+    if hasattr(structure, "network"):
+        return [*named(structure.law), *named(structure.network)]
+    names = ("specification", "kind", "dynamics", "friction", "offset", "extras", "hidden", "inputs", "past")
+    return [getattr(structure, name) for name in names if hasattr(structure, name)]
+
+
+@pytest.mark.parametrize("name", list(NAMED))
+def test_names(name: str, pinned: Pinned) -> None:
+    settings = Settings(**NAMED[name])
+    found: list[Any] = [settings.to_dict()]
+    for rows in (data(), pair(), data(field=700.0)):
+        for what in (structures_for, networks_for, residuals_for):
+            found.append(told(lambda rows=rows, what=what: [named(s) for s in what(rows, settings)]))
+    pinned(found)
+
+
+# --- checks ----------------------------------------------------------------------------------------------------------
+
+ODD: dict[str, dict[str, float]] = {
+    "as it is": {},
+    "few": {"rows": 70},
+    "sixty": {"rows": 60},
+    "coarse": {"step": 0.05},
+    "less coarse": {"step": 0.004},
+    "saturated": {"most": 0.25},
+    "stuck": {"stuck": 200},
+    "stuck for a while": {"stuck": 40},
+    "spikes": {"spikes": 400},
+    "many spikes": {"spikes": 60},
+    "one field": {"field": 700.0},
+    "no field": {"field": 0.0},
+    "one way": {"shift": 200.0},
+    "turned": {"gain": -1.0},
+    "far off": {"offset": 5.0},
+    "huge": {"gain": 1e9},
+    "tiny": {"gain": 1e-9},
+    "fast": {"speed": 1e5},
+    "no slip": {"speed": 0.0},
+    "no effort": {"gain": 0.0},
+}
+
+
+@pytest.mark.parametrize("name", list(ODD))
+def test_findings(name: str, pinned: Pinned) -> None:
+    more = dict(ODD[name])
+    rows = data(int(more.pop("rows", 1500)), **more)
+    test = np.arange(rows.rows) >= 0.7 * rows.rows
+    found = [told(lambda: [vars(f) for f in check(rows, test)]), [vars(f) for f in sensor_findings(rows)]]
+    memory = told(lambda: effort_finding(rows))
+    pinned([found, steady_command(rows), None if memory is None else vars(memory)], rel=1e-3)
+
+
+def test_findings_of_several_logs(pinned: Pinned) -> None:
+    logs = [recorded(seed, gain, offset) for seed, gain, offset in ((1, 1.0, 0.0), (2, 1.3, 0.05), (3, 1.0, -0.1))]
+    rows = build_dataset(logs)
+    predicted = np.concatenate([data(900, seed).effort for seed in (1, 2, 3)]) + 0.01 * walk(2700, 0.5, 6)[:, 0]
+    test = np.arange(rows.rows) % 900 > 600
+    found: list[Any] = [vars(f) for f in (*log_differences(rows, predicted), *check(rows, test))]
+    memory = history_finding(rows, rows.effort - predicted + 0.1 * np.roll(predicted, 30), "own", "lag")
+    fewer = [slice(0, 500), slice(900, 1500)]
+    each = per_log([rows.effort[s] for s in fewer], [predicted[s] for s in fewer], [np.ones(500), np.ones(600)])
+    at = pieces(rows, test)
+    pinned([found, None if memory is None else vars(memory), vars(each), [[n, summed(p)] for n, p in at]], rel=1e-3)
+
+
+def recorded(seed: int, gain: float, offset: float) -> Any:
+    columns = {name: values for name, (_, values) in synthetic_log(0.9, seed).items()}
+    signals = {"field": columns["field"], "slip": columns["slip"], "effort": gain * columns["torque"] + offset}
+    return recording_from_arrays(signals, {"effort": "N*m"}, rate=1000.0, name=f"log {seed}")
+
+
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+def walk(rows: int, pole: float, seed: int, columns: int = 1) -> Array:
+    found = np.random.default_rng(seed).normal(size=(rows, columns))
+    for k in range(1, rows):
+        found[k] += pole * found[k - 1]
+    return found
+
+
+def test_standard_errors(pinned: Pinned) -> None:
+    found: list[Any] = []
+    for rows, pole, columns in ((30, 0.0, 2), (300, 0.5, 3), (700, 0.95, 2), (400, -0.6, 1), (500, 0.9999, 2)):
+        jacobian, residual = walk(rows, 0.8, 1, columns), walk(rows, pole, 2)[:, 0]
+        scores = jacobian * residual[:, None]
+        for ordered in (True, False):
+            found.append(vars(uncertainty(jacobian, residual, ordered=ordered)))
+        found += [vars(unknown(jacobian)), bandwidth_of(scores), long_run(scores), correlated_rows(residual)]
+    twice = np.repeat(walk(90, 0.3, 4), 2, axis=1)
+    found += [vars(uncertainty(twice, walk(90, 0.3, 5)[:, 0], ordered=o)) for o in (True, False)]
+    gone = np.column_stack([walk(90, 0.3, 4), np.zeros(90)])
+    found += [vars(uncertainty(gone, walk(90, 0.3, 5)[:, 0], ordered=o)) for o in (True, False)]
+    pinned([{k: v for k, v in f.items() if k != "condition"} if isinstance(f, dict) else f for f in found])
+
+
+def test_scores(pinned: Pinned) -> None:
+    y, error, other = (walk(240, pole, seed)[:, 0] for pole, seed in ((0.9, 1), (0.7, 2), (0.2, 3)))
+    found: list[Any] = [scoring.score(y, y - e, block=b, seed=s).to_dict() for e, b, s in (
+        (error, None, 0), (other, 7, 1), (0.0 * y, 3, 0), (np.where(y > 2, np.nan, y), None, 0))]  # fmt: skip
+    found += [scoring.block_rows([error]), scoring.block_rows([error, other]), scoring.independent_rows(error)]
+    found += [
+        f(error, o, block=9, seed=2).to_list() for f in (scoring.excess, scoring.difference) for o in (other, error)
+    ]
+    found.append(scoring.excess(error, 0.0 * error, block=9).to_list())
+    found += [scoring.information_criteria(12.5, 240, n, 7) for n in (240.0, 30.0, 1.0)]
+    rows = {name: scoring.score(y, y - scale * error, block=9) for name, scale in (("a", 1.0), ("b", 1.04), ("c", 1.3))}
+    best = [scoring.excess(scale * error, error, block=9) for scale in (1.0, 1.04, 1.3)]
+    for sizes in ((9, 5, 1), (5, 5, 5), (3, 9, 1)):
+        given = dict(zip("abc", best, strict=True)), dict(zip("abc", sizes, strict=True))
+        found += [scoring.recommend(rows, *given, sound) for sound in (None, {"b", "c"}, {"c"}, set())]
+    pinned(found)
+
+
+def test_bands(pinned: Pinned) -> None:
+    rows = data()
+    train = np.arange(rows.rows) < 1050
+    errors = [0.02 * walk(rows.rows, pole, 7)[:, 0] * (1.0 + rows.elements[0].field / 500.0) for pole in (0.2, 0.9)]
+    found = calibrated(rows, train, [*errors, np.full(rows.rows, np.nan)], [3, 40, 1])
+    pinned([None if f is None else [vars(f[0]), f[1]] for f in found])
+
+
+def test_fleets(pinned: Pinned) -> None:
+    y = walk(14, 0.3, 3)[:, 0] + 0.2 * np.arange(14.0)
+    y[5] += 9.0
+    given = [(y, y - 0.3, y + 0.4), (y[:4], y[:4], y[:4]), (np.ones(6), np.ones(6), np.ones(6)), (y, y - np.inf, y + 1)]
+    found: list[Any] = [outlier_scores(*g) for g in given]
+    charts = [*(trend(np.arange(float(n)), y[:n]) for n in (3, 4, 5, 14)), trend(np.ones(14), y)]
+    charts += [control_chart(y[:n], first) for n in (1, 2, 4, 5, 14) for first in (0, 2, 5, 20)]
+    pinned([found, [None if c is None else vars(c) for c in charts]])
+
+
+def test_flow_curves(pinned: Pinned) -> None:
+    rate = np.geomspace(0.5, 300.0, 12)
+    noise = np.exp(0.03 * np.random.default_rng(4).normal(size=12))
+    curve = FlowCurve("1 kV/mm", rate, (120.0 + 5.0 * rate**0.6) * noise)
+    laws = ("bingham", "casson", "herschel-bulkley")
+    found = [[f.law, f.stop, f.log_rmse, f.rmse, f.aicc, summed(f.predicted)] for f in ranked(curve, laws)]
+    fewer = [FlowCurve("x", rate[:n], curve.stress[:n]) for n in (3, 4, 5)]
+    odd = [*fewer, replace(curve, stress=-curve.stress)]
+    pinned([found, [told(lambda c=c: [f.law for f in ranked(c, laws)]) for c in odd]], rel=1e-3)
+
+
+def test_steps_of_the_ladder(pinned: Pinned) -> None:
+    names = [name for family in families() for name in family]
+    forms = ("none", "lag", "rise-fall+dahl", "lag+dahl-2/field+inertia")
+    pinned([families(), [[told(lambda f=f, n=n: with_stage(f, n)) for n in names] for f in forms]])
+
+
+def test_past_samples(pinned: Pinned) -> None:
+    asked: tuple[Any, ...] = (
+        (),
+        (1,),
+        (0,),
+        (1000,),
+        (1001,),
+        ("2ms", 2),
+        ("0.4 ms",),
+        ("1.5 s",),
+        ("5",),
+        ("x",),
+        (-1,),
+    )
+    pinned(
+        [
+            [told(lambda a=a: past_rows(a, data())), told(lambda a=a: [vars(f) for f in past_finding(a, data())])]
+            for a in asked
+        ]
+    )
+
+
+@pytest.mark.parametrize("change", [{"gain": 1.3}, {"offset": 0.05}, {"gain": 0.7, "offset": -0.2}, {}])
+def test_recalibrations(change: dict[str, float], pinned: Pinned) -> None:
+    base = fit_structure(data(600), Structure("single", "bingham", law_from_name("bingham"), "none", True, True)).model
+    found = recalibrate(base, data(900, 5, **change), np.arange(900) < 300)
+    pinned([found.way, found.reason, {k: list(v) for k, v in found.folds.items()}, found.numbers], rel=5e-3)
+
+
+# --- networks --------------------------------------------------------------------------------------------------------
+
+
+def inputs(count: int = 400) -> tuple[Array, Array]:
+    x = np.random.default_rng(3).uniform(-1.0, 1.0, (2, count))
+    return x, np.tanh(3.0 * x[0]) * x[1] + 0.3 * x[0] ** 2
+
+
+def test_centroids(pinned: Pinned) -> None:
+    x, y = inputs(5000)
+    found: list[Any] = [[grid_of(n, level) for level in (0, 1, 2)] for n in (1, 2, 3, 4, 5)]
+    for level in (0, 1, 2):
+        for by in (None, x**3):
+            cells = compress(x, y, level, by)
+            found.append([summed(cells.x), summed(cells.y), summed(cells.count), cells.scatter])
+    pinned(found)
+
+
+def test_steps_of_training(pinned: Pinned) -> None:
+    """From weights that are given: a few steps, neurons that go and come."""
+    x, y = inputs()
+    rng, found = np.random.default_rng(5), []
+    slips = Slips(np.array([[0.0, 3.0]]), np.array([0.1]))
+    for sizes, along in (((2, 4, 1), slips), ((2, 3, 3, 1), None)):
+        theta = first_weights(rng, sizes, along)
+        rows = WeightedRows(x, y, 1.0 + x[0] ** 2, sizes, False)
+        now = rows.at(theta)
+        trained = levenberg_marquardt(rows, theta, 6)
+        found += [summed(theta), now.cost, summed(rows.gram(now)), summed(rows.bend(now, 0.1 * theta)), trained.cost]
+        found += [trained.steps, trained.stop, trained.damping, [summed(t) for t in without_one(rows, trained.theta)]]
+        found += [summed(part) for part in new_neurons(rng, sizes, 5, along)]
+        found.append(smaller(sizes))
+    pinned(found, rel=1e-5)
+
+
+def test_exchanges(pinned: Pinned) -> None:
+    x, y = inputs(200)
+    sizes, rng = (2, 3, 1), np.random.default_rng(5)
+    rows_of = lambda sizes: WeightedRows(x, y, None, sizes, False)  # noqa: E731
+    start = levenberg_marquardt(rows_of(sizes), first_weights(rng, sizes), 5)
+    found = exchanged(rows_of, sizes, start, rng, None, 2, 2)
+    pinned([found.cost, found.steps, found.stop], rel=0.02)
+
+
+def test_centres(pinned: Pinned) -> None:
+    x, y = inputs(900)
+    cells = compress(x, y, 0)
+    found: list[Any] = []
+    for way in (fit_rbfn.by_forward_selection, fit_rbfn.by_k_means):
+        first = way(cells, 5, 1)
+        found += [summed(first.centres), summed(first.spreads)]
+    costs = fit_rbfn.forward_selection(cells, fit_rbfn.candidates(cells, 2), 0.7, 6)
+    better = fit_rbfn.refined(cells, fit_rbfn.by_k_means(cells, 3, 1), one_spread=True)
+    left = fit_rbfn.weights_for(x, y, None, better.centres, better.spreads)[1]
+    pinned([found, costs[0], costs[1], better.stop, left], rel=1e-3)
+
+
+def test_schedules(pinned: Pinned) -> None:
+    kinds = [((8,), 2), ((16,), 3), ((12, 6), 3), ((16,), 5), ((16,), 9), ((4, 4), 4), ((40,), 2), ((2,), 2)]
+    pinned([str(schedule_for(hidden, count, polish)) for hidden, count in kinds for polish in (False, True)])
