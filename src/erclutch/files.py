@@ -20,9 +20,15 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
 
 
-def unwritable(path: Path, error: OSError) -> RunError:
-    """The error of a file that cannot be written."""
-    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place")
+def unwritable(
+    path: Path,
+    error: OSError,
+    problem: str = "cannot be written",
+    remedy: str = "Give another place",
+    kind: type[ErclutchError] = RunError,
+) -> ErclutchError:
+    """The error of a file or folder that cannot be written."""
+    return kind(f"{problem}: {error.strerror or error}", where=str(path), remedy=remedy)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from erclutch.paper.hand_experiments import HandName, HandRun
+    from erclutch.paper.hand_experiments import HandName
     from erclutch.paper.online import ErrorLine, OnlineTrace
     from erclutch.paper.torque_control import ControlRun
 
@@ -122,7 +122,7 @@ def _hand(name: HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
         terminal.say(str(file))
 
 
-def _hand_table(name: HandName, runs: list[HandRun], seeds: int) -> Table:
+def _hand_table(name: HandName, runs: list[ControlRun], seeds: int) -> Table:
     """Means over the seeds, and how many seeds keep their promise."""
     import numpy as np
 

@@ -95,15 +95,14 @@ def _table(log: Path, reading: LogOptions) -> Table:
 
     variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
     with terminal.progress("reading") as bar:
-        return read_table(
-            log,
-            variable=variable,
-            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
-        )
 
+        def told(done: int, size: int) -> None:
+            if done < size:
+                bar(done, size, f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read")
+            else:
+                bar(done, None, "columns, clock and checks")
 
-def _read_so_far(done: int, size: int) -> str:
-    return f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read" if done < size else "columns, clock and checks"
+        return read_table(log, variable=variable, told=told)
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:

@@ -288,7 +288,9 @@ def _memory(
     titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
     for run in runs:
         cells = {
-            variant.replace(" ", "\n", 1): [_error(models.get(name), run) for name in titles]
+            variant.replace(" ", "\n", 1): [
+                _or_dash(models[name][run][0] if name in models else None, "{:.2e}") for name in titles
+            ]
             for variant, models in found.items()
         }
         screen.print(terminal.narrowed(f"{origin}, {run}", {"model": [*titles.values()], **cells}, (), screen.width))
@@ -301,10 +303,6 @@ def _memory(
         for name, figures in models.items()
     ]
     terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
-
-
-def _error(figures: Mapping[str, Any] | None, run: str) -> str:
-    return "-" if figures is None else f"{figures[run][0]:.2e}"
 
 
 def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]) -> Points:

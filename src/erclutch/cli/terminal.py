@@ -42,17 +42,14 @@ def narrowed(
     """A table of columns by heading, without those that are less needed, in their order, until it fits the screen."""
     kept = dict(columns)
     for name in less_needed:
-        if sum(_across(head, cells) + 3 for head, cells in kept.items()) <= width:
+        across = (max(map(len, [*head.split("\n"), *cells])) + 3 for head, cells in kept.items())
+        if sum(across) <= width:
             break
         kept.pop(name, None)
     made = table(title, list(kept), list(zip(*kept.values(), strict=True)), left)
     for column in made.columns:
         column.no_wrap = True
     return made
-
-
-def _across(head: str, cells: Sequence[str]) -> int:
-    return max(map(len, [*head.split("\n"), *cells]))
 
 
 def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:

@@ -21,11 +21,13 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import RunError
 from erclutch.files import whole_folder
@@ -43,6 +45,9 @@ RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
 _GUARDED = ("table.csv", "predictions.parquet")
 _LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
+_REMEDY = "Give --out a folder on a disk that can be written and has space"
+#: The error of a run's folder that cannot be written.
+unwritable = partial(files.unwritable, problem="the run cannot be written", remedy=_REMEDY)
 
 
 def write_run(
@@ -74,15 +79,6 @@ def write_run(
     with whole_folder(target, unwritable) as partial:
         _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
     return target
-
-
-def unwritable(target: Path, error: OSError) -> RunError:
-    """The error of a run's folder that cannot be written."""
-    return RunError(
-        f"the run cannot be written: {error.strerror or error}",
-        where=str(target),
-        remedy="Give --out a folder on a disk that can be written and has space",
-    )
 
 
 def may_write(folder: str | Path, force: bool = False, marker: str = "run.json") -> None:
