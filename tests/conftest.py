@@ -100,20 +100,22 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, A
 _NUMBER = re.compile(r"([-+]?(?:\d[\d,]*\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b))", re.IGNORECASE)
 
 
-def _same(found: Any, expected: Any, rel: float) -> bool:
+def _same(found: Any, expected: Any, rel: float, least: float) -> bool:
     """Whether two JSON values are alike; numbers, those inside texts too, may differ by a share."""
     if isinstance(expected, dict):
-        return found.keys() == expected.keys() and all(_same(found[k], v, rel) for k, v in expected.items())
+        return found.keys() == expected.keys() and all(_same(found[k], v, rel, least) for k, v in expected.items())
     if isinstance(expected, list):
-        return len(found) == len(expected) and all(_same(f, e, rel) for f, e in zip(found, expected, strict=True))
+        return len(found) == len(expected) and all(
+            _same(f, e, rel, least) for f, e in zip(found, expected, strict=True)
+        )
     if isinstance(expected, float) and isinstance(found, int | float):
-        return found == pytest.approx(expected, rel=rel, abs=1e-300, nan_ok=True)
+        return found == pytest.approx(expected, rel=rel, abs=least, nan_ok=True)
     if isinstance(expected, str) and isinstance(found, str) and found != expected:
         parts = [_NUMBER.split(text) for text in (found, expected)]
         if parts[0][::2] != parts[1][::2]:
             return False
         numbers = [[float(x.replace(",", "")) for x in one[1::2]] for one in parts]
-        return numbers[0] == pytest.approx(numbers[1], rel=rel, nan_ok=True)
+        return numbers[0] == pytest.approx(numbers[1], rel=rel, abs=least, nan_ok=True)
     return type(found) is type(expected) and found == expected
 
 
@@ -124,17 +126,20 @@ def _in_json(value: Any) -> Any:
 
 @pytest.fixture
 def pinned(request: pytest.FixtureRequest) -> Callable[..., None]:
-    """``pinned(found, rel=1e-6)`` fails where a value differs from the one that is kept for this test."""
+    """``pinned(found, rel=1e-6)`` fails where a value differs from the one that is kept for this test.
+
+    Numbers may differ by a share ``rel``, or by ``least`` where they are that small.
+    """
     path, key = Path(str(request.node.path)).with_suffix(".json"), request.node.name
 
-    def check(found: Any, rel: float = 1e-6) -> None:
+    def check(found: Any, rel: float = 1e-6, least: float = 1e-300) -> None:
         found = json.loads(json.dumps(found, default=_in_json))
         kept = json.loads(path.read_text("utf-8")) if path.exists() else {}
-        if os.environ.get("ERCLUTCH_PIN") and not _same(found, kept.get(key), rel):
+        if os.environ.get("ERCLUTCH_PIN") and not _same(found, kept.get(key), rel, least):
             kept[key] = found
             lines = ",\n".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(kept.items()))
             path.write_text(f"{{\n{lines}\n}}\n", "utf-8")
-        if not _same(found, kept[key], rel):
+        if not _same(found, kept[key], rel, least):
             assert found == kept[key]  # pytest shows where they differ
 
     return check

@@ -26,6 +26,8 @@ from erclutch.export.rounding import refuse_noise
 from erclutch.export.step_vectors import _edges, vectors_of
 from erclutch.export.target_check import Check, near, ulps
 from erclutch.export.targets import c
+from erclutch.models.alarms import alarms_of
+from erclutch.models.band import Band
 from erclutch.models.model import Model
 from erclutch.signals.speed import Derivative
 
@@ -73,6 +75,22 @@ def test_options(label: str, models: dict[str, Model], pinned: Pinned) -> None:
         return [*own, vars(step.field), vars(step.slip), step.both, step.scale, vars(step.search), step.measures]
 
     pinned([told(lambda o=o: said(o)) for o in OPTIONS])
+
+
+def test_alarms(pinned: Pinned) -> None:
+    widths = tuple(0.01 * 1.1**k for k in range(24))
+    head: Any = (0.95, 0.01, 40.0)
+    ranges: Any = ((0.0, 600.0), (-20.0, 20.0), (100.0, 300.0, 500.0), (5.0, 15.0))
+    parts: Any = (*head, *ranges, widths, tuple(1.5 * w for w in widths))
+    band = Band(*parts)
+    found: list[Any] = []
+    for largest, period in ((2.0, 1e-3), (0.5, 0.02), (2.0, 10.0)):
+        alarms = alarms_of(band, largest, period)
+        named = {k: v for k, v in vars(alarms).items() if k != "band"}
+        found.append(
+            [named, [alarms.wealth(x, s, t) for x in (1.0, 9.0) for s in (0.0, 0.1, 1.0) for t in (0.05, 0.5)]]
+        )
+    pinned(found)
 
 
 def test_names_of_c(pinned: Pinned) -> None:

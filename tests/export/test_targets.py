@@ -86,7 +86,7 @@ def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, n
 
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", list(WRAPPERS))
-@pytest.mark.parametrize("label", QUICK)
+@pytest.mark.parametrize("label", [pytest.param(QUICK[0], marks=pytest.mark.slow), QUICK[1]])
 def test_angles_on_every_target(
     to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:

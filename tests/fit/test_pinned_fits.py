@@ -16,29 +16,21 @@ import pytest
 
 from erclutch.errors import ErclutchError
 from erclutch.fit import scoring
-from erclutch.fit.centroids import compress, grid_of
 from erclutch.fit.comparison import Settings, networks_for, residuals_for, scored, structures_for, with_bands
 from erclutch.fit.data_check import check, sensor_findings, steady_command
-from erclutch.fit.fleet_statistics import control_chart, outlier_scores, trend
 from erclutch.fit.flow_curve import FlowCurve, ranked
 from erclutch.fit.history import effort_finding, history_finding
 from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
 from erclutch.fit.ladder import families, with_stage
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.log_zeros import log_differences, per_log
-from erclutch.fit.networks import fit_rbfn
-from erclutch.fit.networks.backprop import WeightedRows
-from erclutch.fit.networks.exchange import exchanged
-from erclutch.fit.networks.first_weights import Slips, first_weights, new_neurons
-from erclutch.fit.networks.fit_fnn import schedule_for
-from erclutch.fit.networks.geodesic import levenberg_marquardt
-from erclutch.fit.networks.pruning import smaller, without_one
 from erclutch.fit.past_samples import past_finding, past_rows
 from erclutch.fit.prediction_bands import calibrated, pieces
 from erclutch.fit.recalibration import recalibrate
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import synthetic_log
+from erclutch.models.adaptive_band import adapted
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.signals.array import Array
@@ -92,7 +84,7 @@ def pair(rows: int = 800) -> Dataset:
 
 # --- laws ------------------------------------------------------------------------------------------------------------
 
-LAWS = ("bingham", "quadratic", "on-off", "casson", "hem", "bingham+lag", "herschel-bulkley/critical", "rbfm-5")
+LAWS = ("bingham", "quadratic", "casson", "hem", "bingham+lag", "herschel-bulkley/critical")
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -112,6 +104,7 @@ def test_laws(name: str, pinned: Pinned) -> None:
             "cost": found.train_cost,
         },
         rel=1e-3,
+        least=1e-9,
     )
 
 
@@ -124,13 +117,12 @@ def test_intervals_of_laws(name: str, pinned: Pinned) -> None:
 
 
 def test_laws_of_a_pair(pinned: Pinned) -> None:
+    """Slip at which a sign turns is far from the rows here, so numbers are no more than rounding leaves of them."""
     found = [
         fit_structure(pair(), Structure("coaxial", law, law_from_name(law, "coaxial"), "none", False, False))
         for law in ("bingham", "hem")
     ]
-    pinned(
-        [[[e.name, e.unit, e.value] for e in f.estimates] + [f.train_cost, sorted(f.paper_form)] for f in found], 1e-3
-    )
+    pinned([[[[e.name, e.unit] for e in f.estimates], f.train_cost, sorted(f.paper_form)] for f in found], rel=1e-3)
 
 
 def banded(entry: Any) -> list[Any]:
@@ -161,6 +153,7 @@ def test_a_comparison(pinned: Pinned) -> None:
             for e in entries
         ],
         rel=1e-3,
+        least=1e-9,
     )
 
 
@@ -227,6 +220,23 @@ def test_findings(name: str, pinned: Pinned) -> None:
     found = [told(lambda: [vars(f) for f in check(rows, test)]), [vars(f) for f in sensor_findings(rows)]]
     memory = told(lambda: effort_finding(rows))
     pinned([found, steady_command(rows), None if memory is None else vars(memory)], rel=1e-3)
+
+
+def test_rows_that_are_just_enough(pinned: Pinned) -> None:
+    """Fifty to train on, a thousand for a memory, twenty to recalibrate with; one less is too few."""
+    base = fit_structure(data(600), Structure("single", "bingham", law_from_name("bingham"), "none", True, True)).model
+    found: list[Any] = []
+    for rows in (49, 50):
+        found.append(told(lambda n=rows: len(check(data(80), np.arange(80) >= n))))
+    for rows in (999, 1000):
+        log = data(rows)
+        error = 0.3 * np.roll(log.effort, 40)
+        for own in (error, np.where(np.arange(rows) == 7, np.nan, error)):
+            memory = history_finding(log, own, "own", "none")
+            found.append(None if memory is None else vars(memory))
+    for rows in (19, 20):
+        found.append(told(lambda n=rows: recalibrate(base, data(900, 5), np.arange(900) < n).way))
+    pinned(found, rel=1e-3)
 
 
 def test_findings_of_several_logs(pinned: Pinned) -> None:
@@ -296,17 +306,10 @@ def test_bands(pinned: Pinned) -> None:
     train = np.arange(rows.rows) < 1050
     errors = [0.02 * walk(rows.rows, pole, 7)[:, 0] * (1.0 + rows.elements[0].field / 500.0) for pole in (0.2, 0.9)]
     found = calibrated(rows, train, [*errors, np.full(rows.rows, np.nan)], [3, 40, 1])
-    pinned([None if f is None else [vars(f[0]), f[1]] for f in found])
-
-
-def test_fleets(pinned: Pinned) -> None:
-    y = walk(14, 0.3, 3)[:, 0] + 0.2 * np.arange(14.0)
-    y[5] += 9.0
-    given = [(y, y - 0.3, y + 0.4), (y[:4], y[:4], y[:4]), (np.ones(6), np.ones(6), np.ones(6)), (y, y - np.inf, y + 1)]
-    found: list[Any] = [outlier_scores(*g) for g in given]
-    charts = [*(trend(np.arange(float(n)), y[:n]) for n in (3, 4, 5, 14)), trend(np.ones(14), y)]
-    charts += [control_chart(y[:n], first) for n in (1, 2, 4, 5, 14) for first in (0, 2, 5, 20)]
-    pinned([found, [None if c is None else vars(c) for c in charts]])
+    assert found[0] is not None
+    ends = found[0][0].around(rows.effort - errors[0], rows.elements, rows.clock)
+    taught = adapted(found[0][0], ends, rows.effort - errors[0], rows.effort, rows.clock)
+    pinned([[None if f is None else [vars(f[0]), f[1]] for f in found], [summed(end) for end in taught]])
 
 
 def test_flow_curves(pinned: Pinned) -> None:
@@ -353,65 +356,3 @@ def test_recalibrations(change: dict[str, float], pinned: Pinned) -> None:
     base = fit_structure(data(600), Structure("single", "bingham", law_from_name("bingham"), "none", True, True)).model
     found = recalibrate(base, data(900, 5, **change), np.arange(900) < 300)
     pinned([found.way, found.reason, {k: list(v) for k, v in found.folds.items()}, found.numbers], rel=5e-3)
-
-
-# --- networks --------------------------------------------------------------------------------------------------------
-
-
-def inputs(count: int = 400) -> tuple[Array, Array]:
-    x = np.random.default_rng(3).uniform(-1.0, 1.0, (2, count))
-    return x, np.tanh(3.0 * x[0]) * x[1] + 0.3 * x[0] ** 2
-
-
-def test_centroids(pinned: Pinned) -> None:
-    x, y = inputs(5000)
-    found: list[Any] = [[grid_of(n, level) for level in (0, 1, 2)] for n in (1, 2, 3, 4, 5)]
-    for level in (0, 1, 2):
-        for by in (None, x**3):
-            cells = compress(x, y, level, by)
-            found.append([summed(cells.x), summed(cells.y), summed(cells.count), cells.scatter])
-    pinned(found)
-
-
-def test_steps_of_training(pinned: Pinned) -> None:
-    """From weights that are given: a few steps, neurons that go and come."""
-    x, y = inputs()
-    rng, found = np.random.default_rng(5), []
-    slips = Slips(np.array([[0.0, 3.0]]), np.array([0.1]))
-    for sizes, along in (((2, 4, 1), slips), ((2, 3, 3, 1), None)):
-        theta = first_weights(rng, sizes, along)
-        rows = WeightedRows(x, y, 1.0 + x[0] ** 2, sizes, False)
-        now = rows.at(theta)
-        trained = levenberg_marquardt(rows, theta, 6)
-        found += [summed(theta), now.cost, summed(rows.gram(now)), summed(rows.bend(now, 0.1 * theta)), trained.cost]
-        found += [trained.steps, trained.stop, trained.damping, [summed(t) for t in without_one(rows, trained.theta)]]
-        found += [summed(part) for part in new_neurons(rng, sizes, 5, along)]
-        found.append(smaller(sizes))
-    pinned(found, rel=1e-5)
-
-
-def test_exchanges(pinned: Pinned) -> None:
-    x, y = inputs(200)
-    sizes, rng = (2, 3, 1), np.random.default_rng(5)
-    rows_of = lambda sizes: WeightedRows(x, y, None, sizes, False)  # noqa: E731
-    start = levenberg_marquardt(rows_of(sizes), first_weights(rng, sizes), 5)
-    found = exchanged(rows_of, sizes, start, rng, None, 2, 2)
-    pinned([found.cost, found.steps, found.stop], rel=0.02)
-
-
-def test_centres(pinned: Pinned) -> None:
-    x, y = inputs(900)
-    cells = compress(x, y, 0)
-    found: list[Any] = []
-    for way in (fit_rbfn.by_forward_selection, fit_rbfn.by_k_means):
-        first = way(cells, 5, 1)
-        found += [summed(first.centres), summed(first.spreads)]
-    costs = fit_rbfn.forward_selection(cells, fit_rbfn.candidates(cells, 2), 0.7, 6)
-    better = fit_rbfn.refined(cells, fit_rbfn.by_k_means(cells, 3, 1), one_spread=True)
-    left = fit_rbfn.weights_for(x, y, None, better.centres, better.spreads)[1]
-    pinned([found, costs[0], costs[1], better.stop, left], rel=1e-3)
-
-
-def test_schedules(pinned: Pinned) -> None:
-    kinds = [((8,), 2), ((16,), 3), ((12, 6), 3), ((16,), 5), ((16,), 9), ((4, 4), 4), ((40,), 2), ((2,), 2)]
-    pinned([str(schedule_for(hidden, count, polish)) for hidden, count in kinds for polish in (False, True)])

@@ -181,6 +181,8 @@ MAPPED: dict[str, Any] = {
     "the time of another column": ({**PLAIN, "clock": ROWS}, {}, {"time": "clock"}, "single"),
     "time in microseconds": ({**PLAIN, "t": ROWS * 1e4}, {"t": "us"}, {}, "single"),
     "time backwards": ({**PLAIN, "t": ROWS[::-1] / 100}, {}, {}, "single"),
+    "eight spare columns": ({**PLAIN, **{f"s{i}": TURN + i for i in range(8)}}, {}, {}, "single"),
+    "nine spare columns": ({**PLAIN, **{f"s{i}": TURN + i for i in range(9)}}, {}, {}, "single"),
     "nine rows": ({k: v[:9] for k, v in PLAIN.items()}, {}, {}, "single"),
     "ten rows": ({k: v[:10] for k, v in PLAIN.items()}, {}, {}, "single"),
 }
@@ -354,7 +356,7 @@ def recording(gap: bool = True, name: str = "a.csv", rows: int = 300) -> Recordi
 
 def test_other_rates(pinned: Pinned) -> None:
     log = recording()
-    rates = (1.0, 9.9, 25.0, 50.0, 99.0, 100.0, 150.0, 333.0, 1000.0, 1010.0, 5000.0, 1e5, 1e-3)
+    rates = (1.0, 9.9, 25.0, 50.0, 99.0, 100.0, 150.0, 333.0, 1000.0, 1010.0, 5000.0, 1e5, 1e-3, 0.0099, 0.01, 0.015)
     pinned([told(lambda rate=rate: resampled(log, rate)) for rate in rates])
 
 
@@ -379,4 +381,159 @@ def test_rows_of_logs(name: Any, pinned: Pinned) -> None:
     for count in (1, 2, 7, 25, 26):
         found.append(told(lambda count=count: [summed(mask) for mask in time_folds(data, count)]))
     found.append(told(lambda: build_dataset([logs[0], logs[0]])))
+    pinned(found)
+
+
+# --- other files -----------------------------------------------------------------------------------------------------
+
+PAIRS = "0 V,,1 kV,\n0.1,2,0.1,20\n1,3,1,30\n10,8,10,\n100,,100,90\n"
+FLOW = {
+    "pairs": PAIRS,
+    "pairs with semicolons": PAIRS.replace(",", ";"),
+    "one rate": "rate,0 V,1 kV\n0.1,2,20\n1,3,30\n10,8,\n",
+    "no labels": "0.1,2\n1,3\n",
+    "turned": "stress [Pa],rate [1/s]\n2,0.1\n",
+    "one column": "a\n1\n",
+    "a label alone": "a,b\n",
+    "a word": PAIRS.replace("30", "off"),
+    "a rate is missing": PAIRS.replace("1,3,", ",3,"),
+    "wide": PAIRS.replace("8,10,", "8,10,,5"),
+    "a name is missing": "rate,,1 kV\n1,2,3\n2,3,4\n",
+    "blank lines": "\n" + PAIRS.replace("\n", "\n\n"),
+    "empty": "",
+    "nul": PAIRS.replace("30", "3\0"),
+    "three": "a,,b\n1,2,3\n",
+    "nan": PAIRS.replace("30", "nan"),
+}
+
+
+WRITTEN = (
+    *("plain", "coaxial", "a missing effort", "two efforts", "a rate", "no time", "no lead", "a scale and an offset"),
+    *("extras", "a constant"),
+)
+
+
+def test_flow_curve_files(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch) -> None:
+    from erclutch.logs import flow_curve_file
+
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, Any] = {}
+    for name, text in FLOW.items():
+        Path("curves.csv").write_text(text)
+        found[name] = told(lambda: flow_curve_file.read_flow_curves("curves.csv"))
+    pinned({**found, "none": told(lambda: flow_curve_file.read_flow_curves("nowhere.csv"))})
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
+    from erclutch.logs import mapping_file
+
+    columns, units, mapping, device = MAPPED[name]
+    table = Table("a.csv", {k.partition(" [")[0]: v for k, v in columns.items()}, {"t": "s", **units}, "0" * 64)
+
+    def made() -> Any:
+        text, missing, choices = mapping_file.mapping_text(table, ColumnMap.from_dict(mapping), device)
+        return [text, missing, {k: vars(v) for k, v in choices.items()}]
+
+    pinned(told(made))
+    path = tmp_path / "a.toml"
+    mapping_file.write_mapping(path, "x = 1\n")
+    assert told(lambda: mapping_file.write_mapping(path, "")).startswith("MappingError: ")
+    assert path.read_text() == "x = 1\n"
+
+
+def test_dates(pinned: Pinned) -> None:
+    import pandas as pd
+
+    from erclutch.logs.readers import dates
+
+    texts = (
+        *(
+            "2024-03-01 12:00:00",
+            "2024-03-01T12:00:00.5",
+            "03/01/2024 12:00:00",
+            "31/12/2024 12:00",
+            "01.03.2024 1:00:00 PM",
+        ),
+        *(
+            "1-Mar-2024 12:00:00",
+            "12:00:01,5",
+            "2024-03-01 12:00:00+01:00",
+            "2024-03-01T12:00:00Z",
+            "noon",
+            "12",
+            "2024-03-01",
+        ),
+    )
+    found = [dates.seconds(pd.Series([text, text.replace(":00", ":01", 1), text])) for text in texts]
+    night = pd.Series(["23:59:59", "00:00:01", "00:00:02"])
+    days = {"day": pd.Series(["2024-03-01"] * 3), "at": night, "more": pd.Series(["x"] * 3)}
+    pinned(
+        [
+            found,
+            dates.seconds(night),
+            dates.seconds(pd.Series(["12:00:00", None])),
+            dates.clock_of(days),
+            dates.clock_of({}),
+        ]
+    )
+
+
+def test_vectors_in_files(pinned: Pinned) -> None:
+    from erclutch.logs.readers import found_recordings as f
+
+    long, short = np.arange(9.0), np.arange(4.0)
+    nodes: dict[str, dict[str, Any]] = {
+        "vectors": {"t": long, "a": long + 1.0, "gain": np.array([2.0]), "note": "of text"},
+        "lengths": {"a": long, "b": short, "c": short + 1.0},
+        "time decides": {"time": short, "b": long, "c": long},
+        "matrices": {"a": np.ones((9, 2)), "b": np.ones((2, 9)), "c": np.ones((3, 3)), "t": long},
+        "square": {"a": np.arange(16.0).reshape(4, 4)},
+        "cells": {"a": np.array(["x", "y"]), "b": long, "c": np.ones((2, 2, 2))},
+        "nothing": {"a": np.array([1.0])},
+        "whole numbers": {"a": np.arange(5), "b": np.array([True, False] * 2 + [True])},
+    }
+    found: dict[str, Any] = {}
+    for name, given in nodes.items():
+        made = f.of_vectors(given)
+        found[name] = None if made is None else told(made.table)
+    names = {name: f.Found({"a": long}) for name in ("one", "two", "three")}
+    for asked, among in (
+        (None, {}),
+        (None, names),
+        ("two", names),
+        ("four", names),
+        (None, {"one": names["one"]}),
+        ("x", {}),
+    ):
+        found[f"{asked} of {len(among)}"] = told(lambda a=asked, n=among: f.choose(n, a, "group", "no group")[0])
+    found["listed"] = [f.listed(map(str, range(n))) for n in (0, 1, 20, 21)]
+    found["turned"] = [[n, summed(v)] for n, v in f.columns_of("m", np.arange(18.0).reshape(2, 9), None)]
+    pinned(found)
+
+
+def test_a_log_in_batches(tmp_path: Path, pinned: Pinned) -> None:
+    import erclutch.logs as logs
+    from erclutch.logs import batches
+
+    rows = 25_000
+    t = np.arange(float(rows))
+    columns = {
+        "t [s]": (t + 50.0 * (t > 12_345)) / 1000,
+        "field [V]": np.sin(t / 300),
+        "position [rad]": np.cos(t / 200),
+    }
+    path = tmp_path / "long.parquet"
+    import pandas as pd
+
+    pd.DataFrame({**columns, "torque [N*m]": np.sin(t / 150)}).to_parquet(path)
+    found: list[Any] = [told(lambda n=n: [1 for _ in logs.read_batches(path, rows=n)]) for n in (9_999, 10_000)]
+    made = logs.read_batches(path, rows=10_000)
+    for batch, data in batches.datasets(made, "single", Derivative()):
+        own = [batch.start, batch.stop, summed(batch.rows), batch.recording.segments]
+        found.append(
+            [own, None if data is None else [summed(data.elements[0].slip), [vars(s) for s in data.clock.spans]]]
+        )
+    slow = logs.read_batches(path, rows=10_000)
+    found.append(told(lambda: sum(1 for _ in batches.datasets(slow, "single", Derivative("lowpass", 0.01)))))
     pinned(found)

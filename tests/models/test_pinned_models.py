@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError
-from erclutch.models.adaptive_band import adapted
-from erclutch.models.alarms import alarms_of
 from erclutch.models.band import Band, centres
 from erclutch.models.covered_cells import CoveredCells, cells_of
 from erclutch.models.gain_tracking import BASE, tracking_of
@@ -267,15 +265,7 @@ def test_bands(pinned: Pinned) -> None:
     found: list[Any] = [BAND.shape, BAND.to_dict(), summed(centres(BAND.field)), summed(centres((-3.0, 5.0)))]
     for each in elements:
         low, high = BAND.around(effort, each, CLOCK)
-        measured = effort + 0.05 * np.cos(77.0 * T) + 0.02
         found += [summed(BAND.cells(each, CLOCK)), summed(low), summed(high)]
-        found += [summed(end) for end in adapted(BAND, (low, high), effort, measured, CLOCK)]
-    for largest, period in ((2.0, 1e-3), (0.5, 0.02), (2.0, 10.0)):
-        alarms = alarms_of(BAND, largest, period)
-        named = {k: v for k, v in vars(alarms).items() if k != "band"}
-        found.append(
-            [named, [alarms.wealth(x, s, t) for x in (1.0, 9.0) for s in (0.0, 0.1, 1.0) for t in (0.05, 0.5)]]
-        )
     pinned(found)
 
 
