@@ -102,8 +102,7 @@ def align(
     from erclutch.report.plots.clocks_plot import describe_clocks
     from erclutch.report.plots.matplotlib_painter import save_plot
 
-    for line in logs.notes:
-        terminal.tell(line)
+    terminal.tell(*logs.notes)
     match = logs.matches[0]
     terminal.tell(
         f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"

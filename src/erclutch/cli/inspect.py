@@ -77,8 +77,7 @@ def inspect(
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
     if recording is None:
-        for note in raw.notes:
-            terminal.tell(f"  {note}")
+        terminal.tell(*(f"  {note}" for note in raw.notes))
         terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
         return 1
     if more:
@@ -156,8 +155,7 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         terminal.tell(terminal.coverage(element.field, element.slip, name, units))
-    for found in _findings(data):
-        terminal.tell(found, "yellow")
+    terminal.tell(*_findings(data), style="yellow")
 
 
 def _findings(data: Dataset) -> list[str]:

@@ -207,7 +207,7 @@ def _explained(output: Console, table: bool, page: Path | None) -> int:
 
     if page is not None:
         write_explorer(page)
-        terminal.say(str(page))
+        terminal.say(page)
     if not table:
         return 0
     found = list(transitions())

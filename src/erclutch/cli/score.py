@@ -63,8 +63,7 @@ def score(
     cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
-    for warning in seen:
-        terminal.tell(warning, "yellow")
+    terminal.tell(*seen, style="yellow")
     for where in dict.fromkeys(each.where for _, each in found if each.where):
         alike = [each.model for _, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""

@@ -159,14 +159,16 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
 _SHADES = " ░▒▓█"
 
 
-def say(text: str) -> None:
-    """A line on standard output as it is: no markup, not wrapped."""
-    console().print(text, markup=False, soft_wrap=True)
+def say(*lines: object) -> None:
+    """Lines on standard output as they are: no markup, not wrapped."""
+    for line in lines:
+        console().print(str(line), markup=False, soft_wrap=True)
 
 
-def tell(text: str | Table, style: str = "") -> None:
-    """A sentence or table on standard output, wrapped at its width: no markup."""
-    console().print(text, markup=False, style=style)
+def tell(*parts: str | Table, style: str = "") -> None:
+    """Sentences and tables on standard output, wrapped at its width: no markup."""
+    for part in parts:
+        console().print(part, markup=False, style=style)
 
 
 @contextmanager

@@ -105,9 +105,8 @@ def tune(
     _show(chosen, path, mass, loops, gains)
     with placed(out / "control.toml") as partial:
         partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
-    terminal.say(str(out / "control.toml"))
-    for file in save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_)):
-        terminal.say(str(file))
+    pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
+    terminal.say(out / "control.toml", *pictures)
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------

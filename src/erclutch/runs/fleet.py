@@ -26,7 +26,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import whole_file
+from erclutch.files import file_digest, may_write, whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
 from erclutch.logs import ColumnMap
@@ -35,7 +35,7 @@ from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
-from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
+from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.shown import Shown
@@ -269,7 +269,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
             if not force:
                 raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
     else:
-        may_write(folder, marker=MARKER)
+        may_write(folder, False, MARKER)
     if isinstance(known, dict):
         held = cast(dict[str, Any], known)
         other = [key for key in body if held.get(key) != json.loads(json.dumps(body[key]))]

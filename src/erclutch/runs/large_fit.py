@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError, SettingError
-from erclutch.files import whole_folder
+from erclutch.files import may_write, whole_folder
 from erclutch.fit.centroids import not_on_disk
 from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, residuals_for, structures_for
 from erclutch.fit.data_check import Finding, check
@@ -32,7 +32,7 @@ from erclutch.logs.reading import Reading
 from erclutch.models.load import Model
 from erclutch.models.model_file import digest_of
 from erclutch.runs.cluster import saying_kept
-from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
+from erclutch.runs.run_folder import file_name, unwritable, versions, write_json, write_models
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName, Units

@@ -124,7 +124,7 @@ class Workspace:
         Raises:
             WorkspaceError: no such name is taken, the file is larger than 4 GiB, empty, or cannot be written.
         """
-        from erclutch.runs.run_folder import file_digest
+        from erclutch.files import file_digest
 
         stem, suffix = os.path.splitext(plain_name(name))
         twins = [
