@@ -5,6 +5,12 @@ Models are fitted and their bands calibrated on a few SYNTHETIC logs. Fresh logs
 command, motion and noise) then judge each band, without a torque sensor and with one.
 
     python studies/bands.py [--logs 100] [--fits 5] [--models bingham+lag casson+lag+dahl fnn-16+lag]
+    python studies/bands.py --utfsm FOLDER [--models casson+dahl/field]
+
+The second line judges bands for other motions on a recording: FOLDER holds the logs of the UTFSM damper. Each motion of
+the training logs is left out in turn; then the test is held out, 0.5 A and all of 5 mm 3 Hz. What bands are made of is
+chosen by the motions alone. The last line is of a band that is calibrated on the test itself, so no band of these cells
+is narrower.
 
 Exits with 1 where the share of rows inside, over all fresh logs, misses 95 % by more than 2 points.
 """
@@ -14,6 +20,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 if __name__ == "__main__":
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -21,14 +29,23 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.prediction_bands import HeldBand, judged
-from erclutch.logs.dataset import Dataset
+from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
+from erclutch.logs import read
+from erclutch.logs.dataset import Dataset, build_dataset, hold_out
 from erclutch.logs.synthetic import RATE, synthetic_log
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 TARGET, TOLERANCE = 0.95, 0.02
 TRAINING_S, FRESH_S = 20.0, 5.0
+#: How a log of UTFSM is read, its motions for training, and its logs for the test.
+UTFSM = {
+    "time": "c1 [s]",
+    "columns": {"slip": "c3 [mm/s]", "effort": "c4 [N]"},
+    "name_pattern": "{amplitude}mm{frequency}Hz{field}A",
+}
+MOTIONS = ("10mm1Hz", "25mm0x1Hz", "25mm0x25Hz", "25mm0x5Hz", "2mm5Hz")
+TEST = ("*0x5A.txt", "5mm3Hz*")
 
 
 def made_up(seconds: float, seed: int) -> Dataset:
@@ -58,13 +75,50 @@ def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldB
     return found
 
 
+def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
+    """How the band of a model does on motions that were left out of the training logs, and on the test."""
+    paths = sorted(folder.glob("*.txt"))
+    data = build_dataset([read(path, UTFSM) for path in paths])
+    seen = build_dataset([read(path, UTFSM) for path in paths if not any(path.match(name) for name in TEST)])
+    for motion in MOTIONS:
+        found = compare(seen, Settings((model,), "none", (f"{motion}*",))).entries[0]
+        assert found.band is not None
+        yield f"{motion} left out", found.band
+    found = compare(data, Settings((model,), "none", TEST)).entries[0]
+    assert found.band is not None
+    yield "test", found.band
+    test = hold_out(data, TEST)
+    best = calibrated(data, test, [data.effort - found.predicted], [0])[0]
+    assert best is not None
+    yield "test, calibrated on itself", judged(data, test, found.predicted, best[0], found.band.plain, sensor=True)
+
+
+def print_motions(folder: Path, models: tuple[str, ...]) -> None:
+    """A table of `of_motions` for each model."""
+    for model in models:
+        print(f"\n{model:<28} {'inside':>8} {'worst log':>28} {'over plain':>11} {'sensor':>8} {'over plain':>11}")
+        for name, figures in of_motions(folder, model):
+            held, taught = figures.held, figures.with_sensor
+            assert taught is not None
+            worst = f"{held.where.removesuffix('.txt')} {held.worst:.1%}"
+            print(
+                f"{name:<28} {held.share:>8.1%} {worst:>28} {held.width / figures.plain:>11.2f}"
+                f" {taught.share:>8.1%} {taught.width / figures.plain:>11.2f}"
+            )
+
+
 def main() -> int:
     """Print a line a model; 1 where a band misses."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--logs", type=int, default=100, help="fresh logs")
     parser.add_argument("--fits", type=int, default=5, help="training logs")
-    parser.add_argument("--models", nargs="+", default=["bingham+lag", "casson+lag+dahl", "fnn-16+lag"])
+    parser.add_argument("--models", nargs="+", help="default: three, or casson+dahl/field of UTFSM")
+    parser.add_argument("--utfsm", type=Path, metavar="FOLDER", help="logs of the UTFSM damper: judge other motions")
     asked = parser.parse_args()
+    if asked.utfsm:
+        print_motions(asked.utfsm, tuple(asked.models or ["casson+dahl/field"]))
+        return 0
+    asked.models = asked.models or ["bingham+lag", "casson+lag+dahl", "fnn-16+lag"]
     print(f"{asked.logs} fresh logs of {FRESH_S:g} s, {asked.fits} fits on {TRAINING_S:g} s (SYNTHETIC)")
     print(f"{'model':<20} {'sensor':<8} {'inside':>8} {'logs from .. to':>18} {'over plain':>11}")
     missed = False

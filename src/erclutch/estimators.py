@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -46,6 +47,7 @@ _COLUMNS = {"single": ("field", "slip"), "coaxial": ("E1", "E2", "theta_dot", "a
 _CENTRED, _SCALED = 1e-6, 1e-3  # mean and deviation that no raw columns have, all of them at once
 
 
+@dataclass(eq=False, repr=False)
 class LawRegressor(RegressorMixin, BaseEstimator):
     """A law of `erclutch laws` as an estimator.
 
@@ -63,21 +65,12 @@ class LawRegressor(RegressorMixin, BaseEstimator):
         model_: the `TorqueModel`.
     """
 
-    def __init__(
-        self,
-        law: str = "bingham",
-        device: str = "single",
-        dynamics: str = "none",
-        friction: bool = False,
-        offset: bool = False,
-        period: float = 1e-3,
-    ) -> None:
-        self.law = law
-        self.device = device
-        self.dynamics = dynamics
-        self.friction = friction
-        self.offset = offset
-        self.period = period
+    law: str = "bingham"
+    device: str = "single"
+    dynamics: str = "none"
+    friction: bool = False
+    offset: bool = False
+    period: float = 1e-3
 
     def fit(self, X: Any, y: Any) -> LawRegressor:
         """Fit the law's parameters by least squares.
@@ -198,6 +191,7 @@ class _Network(RegressorMixin, BaseEstimator, ABC):
         return unit * self.scaling_.effort_scale + self.scaling_.effort_offset
 
 
+@dataclass(eq=False, repr=False)
 class FnnRegressor(_Network):
     """A feedforward network (equation 19 of Huang and Ishikawa), trained by Levenberg-Marquardt.
 
@@ -213,18 +207,16 @@ class FnnRegressor(_Network):
         n_iter_: steps of all starts.
     """
 
-    def __init__(
-        self, hidden: tuple[int, ...] = (16,), seed: int = 0, polish: bool = False, n_jobs: int | None = None
-    ) -> None:
-        self.hidden = hidden
-        self.seed = seed
-        self.polish = polish
-        self.n_jobs = n_jobs
+    hidden: tuple[int, ...] = (16,)
+    seed: int = 0
+    polish: bool = False
+    n_jobs: int | None = None
 
     def _structure(self) -> NetworkStructure:
         return network_from_name("-".join(["fnn", *(str(n) for n in self.hidden)]))
 
 
+@dataclass(eq=False, repr=False)
 class RbfnRegressor(_Network):
     """A radial basis function network (equation 17 of Huang and Ishikawa).
 
@@ -241,19 +233,11 @@ class RbfnRegressor(_Network):
         n_iter_: steps of a refinement; 0 without.
     """
 
-    def __init__(
-        self,
-        neurons: int = 20,
-        centres: str = "forward",
-        seed: int = 0,
-        polish: bool = False,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.neurons = neurons
-        self.centres = centres
-        self.seed = seed
-        self.polish = polish
-        self.n_jobs = n_jobs
+    neurons: int = 20
+    centres: str = "forward"
+    seed: int = 0
+    polish: bool = False
+    n_jobs: int | None = None
 
     def _structure(self) -> NetworkStructure:
         return network_from_name(f"rbfn-{self.neurons}/{self.centres}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import tempfile
@@ -20,9 +21,48 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
 
 
-def unwritable(path: Path, error: OSError) -> RunError:
-    """The error of a file that cannot be written."""
-    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy="Give another place")
+def unwritable(
+    path: Path,
+    error: OSError,
+    problem: str = "cannot be written",
+    remedy: str = "Give another place",
+    kind: type[ErclutchError] = RunError,
+) -> ErclutchError:
+    """The error of a file or folder that cannot be written."""
+    return kind(f"{problem}: {error.strerror or error}", where=str(path), remedy=remedy)
+
+
+def may_write(
+    folder: Path, force: bool, marker: str, what: str = "a run", kind: type[ErclutchError] = RunError
+) -> None:
+    """Say before any work whether a folder may be made, or replaced.
+
+    Args:
+        folder: its name.
+        force: whether an old one may be replaced.
+        marker: a file in it that tells it from others, which are never replaced.
+        what: what it is called.
+        kind: what is raised.
+
+    Raises:
+        ErclutchError: it may not, or its parent is missing or cannot be written; of the class ``kind``.
+    """
+    if not folder.parent.is_dir():
+        raise kind("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
+    if not os.access(folder.parent, os.W_OK):
+        raise kind("its parent folder cannot be written", where=str(folder), remedy="Give --out another place")
+    if not folder.exists():
+        return
+    if not (folder / marker).is_file():
+        raise kind(f"exists and is not {what}", where=str(folder), remedy="Give --out another name")
+    if not force:
+        raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's bytes, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @contextmanager

@@ -132,3 +132,22 @@ def test_the_next_value_to_try() -> None:
     assert to(1.0, 0.5, 2.0, np.inf, 0.0) == pytest.approx(2.1)
     assert to(1.0, 0.05, 2.0, np.inf, 0.0) == pytest.approx(4.0)  # at most four times as far
     assert to(3.0, 0.5, 2.0, np.inf, 2.0) == pytest.approx(4.1)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_first_try_in_another_basin_does_not_end_an_interval(side: float) -> None:
+    """The profile rises to its limit at 4; beyond 6 lies another basin, and a start from there stays in it."""
+
+    def rise(_: int, value: float, start: Any) -> tuple[float, Any]:
+        away = abs(value)
+        lost = away >= 6.0 or (start is not None and abs(start[0]) >= 6.0)
+        return (200.0 if lost else away / 4.0), np.array([value])
+
+    far = np.array([1e6])
+    search: Any = SimpleNamespace(point=np.zeros(1), lower=-far, upper=far, first=np.array([90.0]), _rise=rise)
+    assert profile_intervals._Search.end(search, 0, side) == pytest.approx(side * 4.0, rel=0.1)
+
+
+def test_a_steep_rise_beyond_the_end_says_not_where_it_is() -> None:
+    to: Any = profile_intervals._next
+    assert to(0.0, 0.1, 1.0, 200.0, 0.0) == to(0.0, 0.1, 1.0, 3.0, 0.0) == pytest.approx(0.9 / 2.9)

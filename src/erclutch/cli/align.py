@@ -11,7 +11,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import LogOptions, expand
-from erclutch.errors import RunError, SettingError, UnitError
+from erclutch.errors import RunError, SettingError
 
 if TYPE_CHECKING:
     from erclutch.logs.aligned_logs import AlignedLogs
@@ -102,8 +102,7 @@ def align(
     from erclutch.report.plots.clocks_plot import describe_clocks
     from erclutch.report.plots.matplotlib_painter import save_plot
 
-    for line in logs.notes:
-        terminal.tell(line)
+    terminal.tell(*logs.notes)
     match = logs.matches[0]
     terminal.tell(
         f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
@@ -127,25 +126,12 @@ def aligned(
         LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
     """
     from erclutch.logs import align as aligned_logs
+    from erclutch.logs.time_window import seconds_of
 
     def given(i: int) -> dict[str, str]:
         named: dict[str, str] = {"time": time[min(i, len(time) - 1)]} if time else {}
         return named | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
 
-    about = None if near is None else _seconds(near)
+    about = None if near is None else seconds_of("near", near, "2.5s or --near=-7ms")
     with terminal.progress("matching clocks"):
         return aligned_logs(a, b, on, near=about, times=(given(0), given(1)))
-
-
-def _seconds(text: str) -> float:
-    """A time in s from ``2.5``, ``2.5s`` or ``-7 ms``."""
-    from erclutch.signals import units
-
-    try:
-        number, unit = units.quantity(text)
-        factor = units.fits(unit or "s", ("s",))
-    except UnitError:
-        number, factor = 0.0, None
-    if factor is None:
-        raise SettingError(f"--near {text!r} is no time", remedy="Write it like --near 2.5s or --near=-7ms")
-    return number * factor[0]

@@ -119,7 +119,7 @@ def _step(name: str, why: str) -> Generator[None, None, None]:
     terminal.tell(f"\n{name}: {why}")
     began = time.perf_counter()
     yield
-    terminal.tell(f"  done in {time.perf_counter() - began:.1f} s", "dim")
+    terminal.tell(f"  done in {time.perf_counter() - began:.1f} s", style="dim")
 
 
 def _fit(recording: Recording) -> Comparison:

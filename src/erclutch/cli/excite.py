@@ -75,4 +75,4 @@ def _show(path: Path, field: Array, motor: Array, rate: float, line: str) -> Non
         terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
         terminal.tell("  " + ", ".join(f"{a:g}-{b:g} Hz {s:.0%}" for a, b, s in terminal.bands(values, rate)))
     terminal.tell(terminal.coverage(field, motor, " of the commands (torque across)"))
-    terminal.say(f"{path}")
+    terminal.say(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from erclutch.paper.hand_experiments import HandName, HandRun
+    from erclutch.paper.hand_experiments import HandName
     from erclutch.paper.online import ErrorLine, OnlineTrace
     from erclutch.paper.torque_control import ControlRun
 
@@ -63,7 +63,7 @@ def experiment(
         if model is not None or seconds is not None or seed or real_time:
             problem = f"experiment {name} takes no --model, --seconds, --seed or --real-time"
             raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
-        _control(seeds, rig_file, out) if name == "control" else _hand(name, seeds, rig_file, out)
+        _over_seeds(name, seeds, rig_file, out)
         return
     names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
@@ -73,16 +73,20 @@ def experiment(
     run_online(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
 
 
-def _control(seeds: int, rig_file: Path | None, out: Path) -> None:
+def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
+    from erclutch.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
     from erclutch.paper.torque_control import control_runs, describe_control, kept_runs
     from erclutch.report.plots.matplotlib_painter import save_plot
 
     rig = load_rig(rig_file)
-    with terminal.progress("control") as bar:
-        runs = control_runs(seeds, rig, kept_runs(out, rig), bar)
-    terminal.tell(_control_table(runs, seeds))
-    for file in save_plot(describe_control(runs), out / "control.png"):
-        terminal.say(str(file))
+    with terminal.progress(name) as bar:
+        if name == "control":
+            runs = control_runs(seeds, rig, kept_runs(out, rig), bar)
+        else:
+            runs = hand_runs(name, seeds, rig, hand_points(out, rig, name), bar)
+    terminal.tell(_control_table(runs, seeds) if name == "control" else _hand_table(name, runs, seeds))
+    describe = {"control": describe_control, "impedance": describe_impedance, "wall": describe_wall}[name]
+    terminal.say(*save_plot(describe(runs), out / f"{name}.png"))
 
 
 def _control_table(runs: list[ControlRun], seeds: int) -> Table:
@@ -109,20 +113,7 @@ def _control_table(runs: list[ControlRun], seeds: int) -> Table:
     return terminal.table(title, heads, [row(m, k) for m in INVERSES for k in KNOWS], left=2)
 
 
-def _hand(name: HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
-    from erclutch.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
-    from erclutch.report.plots.matplotlib_painter import save_plot
-
-    rig = load_rig(rig_file)
-    with terminal.progress(name) as bar:
-        runs = hand_runs(name, seeds, rig, hand_points(out, rig, name), bar)
-    terminal.tell(_hand_table(name, runs, seeds))
-    plot = describe_impedance(runs) if name == "impedance" else describe_wall(runs)
-    for file in save_plot(plot, out / f"{name}.png"):
-        terminal.say(str(file))
-
-
-def _hand_table(name: HandName, runs: list[HandRun], seeds: int) -> Table:
+def _hand_table(name: HandName, runs: list[ControlRun], seeds: int) -> Table:
     """Means over the seeds, and how many seeds keep their promise."""
     import numpy as np
 
@@ -187,12 +178,9 @@ def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
     from erclutch.report.plots.matplotlib_painter import save_plot
 
     terminal.tell(_table(name, trace, lines(trace)))
-    for sentence in _sentences(name, trace):
-        terminal.say(sentence)
-    for file in save_plot(
-        describe_online(trace, figure), *(stem.with_name(f"{stem.name}.{kind}") for kind in ("pdf", "png"))
-    ):
-        terminal.say(str(file))
+    pictures = (stem.with_name(f"{stem.name}.{kind}") for kind in ("pdf", "png"))
+    terminal.say(*_sentences(name, trace))
+    terminal.say(*save_plot(describe_online(trace, figure), *pictures))
 
 
 def _table(name: str, trace: OnlineTrace, shown: list[ErrorLine]) -> Table:

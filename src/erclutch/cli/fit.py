@@ -20,27 +20,26 @@ if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
 
-_MODELS = Group("Models and figures", sort_key=1)
+MODELS = Group("Models and figures", sort_key=1)
+ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
 
 
 def fit(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    models: Annotated[
-        tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
-    ] = ("all",),
-    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=_MODELS)] = "auto",
-    test: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=(), show_default=False)] = ("0.3",),
-    blocks: Annotated[int, Parameter(group=_MODELS)] = 0,
-    friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    seed: Annotated[int, Parameter(group=_MODELS)] = 0,
-    past: Annotated[tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=())] = (),
-    polish: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
-    workers: Annotated[int, Parameter(group=_MODELS)] = 2,
-    out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
-    force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
-    json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    models: ModelNames = ("all",),
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
+    test: Annotated[tuple[str, ...], Parameter(group=MODELS, negative=(), show_default=False)] = ("0.3",),
+    blocks: Annotated[int, Parameter(group=MODELS)] = 0,
+    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    seed: Annotated[int, Parameter(group=MODELS)] = 0,
+    past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
+    polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    workers: Annotated[int, Parameter(group=MODELS)] = 2,
+    out: Annotated[Path | None, Parameter(group=MODELS)] = None,
+    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     clocks: ClockOptions = ONE_CLOCK,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
@@ -149,17 +148,14 @@ def print_comparison(comparison: Comparison) -> None:
     terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
     if which := ranking_table.held_out(comparison):
         terminal.tell(which)
-    for finding in comparison.findings:
-        terminal.tell(f"{finding.level}: {finding}", "yellow")
+    terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
     screen.print()
     screen.print(ranking_table.ranking(comparison, screen.width))
-    for line in ranking_table.model_notes(comparison.entries):
-        terminal.tell(line, "dim")
+    terminal.tell(*ranking_table.model_notes(comparison.entries), style="dim")
     screen.print()
-    terminal.tell(ranking_table.verdict(comparison), "bold")
+    terminal.tell(ranking_table.verdict(comparison), style="bold")
     if moving := ranking_table.at_rest(comparison):
         terminal.tell(moving)
-    for line in ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort):
-        terminal.tell(line)
+    terminal.tell(*ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort))
     screen.print()
     screen.print(ranking_table.parameters(comparison.entry(comparison.recommended).outcome))

@@ -7,36 +7,32 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.fit import model_names, require_counts
+from erclutch.cli.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import require
 
 if TYPE_CHECKING:
     from erclutch.runs.large_fit import LargeFit
 
-_MODELS = Group("Models and figures", sort_key=1)
-
 
 def fit_large(
     logs: Annotated[tuple[str, ...], Parameter(name="LOG", negative=())],
     *,
-    models: Annotated[
-        tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
-    ] = ("all",),
-    test_log: Annotated[tuple[str, ...], Parameter(group=_MODELS, negative=())] = (),
-    friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    seed: Annotated[int, Parameter(group=_MODELS)] = 0,
-    workers: Annotated[int, Parameter(group=_MODELS)] = 2,
-    batch: Annotated[int, Parameter(group=_MODELS)] = 65_536,
-    cluster: Annotated[str | None, Parameter(group=_MODELS)] = None,
-    scratch: Annotated[Path | None, Parameter(group=_MODELS)] = None,
-    out: Annotated[Path | None, Parameter(group=_MODELS)] = None,
-    force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
-    json: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    models: ModelNames = ("all",),
+    test_log: Annotated[tuple[str, ...], Parameter(group=MODELS, negative=())] = (),
+    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    seed: Annotated[int, Parameter(group=MODELS)] = 0,
+    workers: Annotated[int, Parameter(group=MODELS)] = 2,
+    batch: Annotated[int, Parameter(group=MODELS)] = 65_536,
+    cluster: Annotated[str | None, Parameter(group=MODELS)] = None,
+    scratch: Annotated[Path | None, Parameter(group=MODELS)] = None,
+    out: Annotated[Path | None, Parameter(group=MODELS)] = None,
+    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Fit models to logs larger than memory, here or on a cluster; all figures are of all rows.
@@ -63,9 +59,9 @@ def fit_large(
     from dataclasses import replace
     from functools import partial
 
+    from erclutch.files import may_write
     from erclutch.runs.large_fit import MARKER, write_large
     from erclutch.runs.large_fit import fit_large as fit_them
-    from erclutch.runs.run_folder import may_write
 
     require_counts(workers, seed)
     require(10_000, batch=batch)
@@ -102,10 +98,8 @@ def _print(result: LargeFit, json: bool, out: Path | None) -> None:
         lost = source.read - source.kept
         left = f", {lost:,} of them left out" if lost else ""
         terminal.say(f"{source.name}: {source.read:,} rows{left}")
-    for finding in result.findings:
-        terminal.tell(f"{finding.level}: {finding}", "yellow")
-    for reason in result.left_out:
-        terminal.tell(f"left out: {reason}", "dim")
+    terminal.tell(*(f"{finding.level}: {finding}" for finding in result.findings), style="yellow")
+    terminal.tell(*(f"left out: {reason}" for reason in result.left_out), style="dim")
     unit = f"({result.units.effort})^2" if result.units.effort not in ("", "?") else ""
     heads = ["model", "par.", terminal.with_unit("train MSE", unit)]
     heads += [terminal.with_unit("test MSE", unit)] if result.test_rows else []

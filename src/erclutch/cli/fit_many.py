@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.fit import model_names, require_counts
+from erclutch.cli.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import CheckError, require
 
@@ -18,26 +18,23 @@ if TYPE_CHECKING:
     from erclutch.fit.comparison import Settings
     from erclutch.runs.fleet import Fleet
 
-_MODELS = Group("Models and figures", sort_key=1)
 _WHERE = Group("Where it runs", sort_key=2)
 
 
 def fit_many(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    out: Annotated[Path, Parameter(group=_MODELS)],
-    models: Annotated[
-        tuple[str, ...], Parameter(group=_MODELS, consume_multiple=True, negative=(), show_default=False)
-    ] = ("all",),
-    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=_MODELS)] = "auto",
-    test: Annotated[float, Parameter(group=_MODELS)] = 0.3,
-    friction: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    offset: Annotated[bool | None, Parameter(group=_MODELS)] = None,
-    seed: Annotated[int, Parameter(group=_MODELS)] = 0,
-    by: Annotated[str, Parameter(group=_MODELS)] = "log",
-    over: Annotated[str, Parameter(group=_MODELS)] = "name",
-    baseline: Annotated[int, Parameter(group=_MODELS)] = 0,
-    force: Annotated[bool, Parameter(group=_MODELS, negative=())] = False,
+    out: Annotated[Path, Parameter(group=MODELS)],
+    models: ModelNames = ("all",),
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
+    test: Annotated[float, Parameter(group=MODELS)] = 0.3,
+    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    seed: Annotated[int, Parameter(group=MODELS)] = 0,
+    by: Annotated[str, Parameter(group=MODELS)] = "log",
+    over: Annotated[str, Parameter(group=MODELS)] = "name",
+    baseline: Annotated[int, Parameter(group=MODELS)] = 0,
+    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     cluster: Annotated[str | None, Parameter(group=_WHERE)] = None,
     workers: Annotated[int, Parameter(group=_WHERE)] = 2,
     reading: LogOptions = DEFAULT_READING,
@@ -100,7 +97,7 @@ def _print(fleet: Fleet) -> None:
     done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
     for device, reason in list(fleet.failed.items())[:5]:
-        terminal.tell(f"failed: {device}: {reason}", "yellow")
+        terminal.tell(f"failed: {device}: {reason}", style="yellow")
     if fleet.model is not None:
         rows = [
             [

@@ -77,8 +77,7 @@ def inspect(
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
     if recording is None:
-        for note in raw.notes:
-            terminal.tell(f"  {note}")
+        terminal.tell(*(f"  {note}" for note in raw.notes))
         terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
         return 1
     if more:
@@ -95,15 +94,14 @@ def _table(log: Path, reading: LogOptions) -> Table:
 
     variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
     with terminal.progress("reading") as bar:
-        return read_table(
-            log,
-            variable=variable,
-            told=lambda done, size: bar(done, size if done < size else None, _read_so_far(done, size)),
-        )
 
+        def told(done: int, size: int) -> None:
+            if done < size:
+                bar(done, size, f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read")
+            else:
+                bar(done, None, "columns, clock and checks")
 
-def _read_so_far(done: int, size: int) -> str:
-    return f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read" if done < size else "columns, clock and checks"
+        return read_table(log, variable=variable, told=told)
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:
@@ -157,8 +155,7 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
         terminal.tell(terminal.coverage(element.field, element.slip, name, units))
-    for found in _findings(data):
-        terminal.tell(found, "yellow")
+    terminal.tell(*_findings(data), style="yellow")
 
 
 def _findings(data: Dataset) -> list[str]:

@@ -175,7 +175,8 @@ def live(
         return _explained(terminal.console(), explain, explain_page)
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
-    _checked(loop)
+    require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
+    require(0, 99, priority=loop.priority)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
@@ -206,7 +207,7 @@ def _explained(output: Console, table: bool, page: Path | None) -> int:
 
     if page is not None:
         write_explorer(page)
-        terminal.say(str(page))
+        terminal.say(page)
     if not table:
         return 0
     found = list(transitions())
@@ -216,11 +217,6 @@ def _explained(output: Console, table: bool, page: Path | None) -> int:
         output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
     output.print("Asked of tracking. Torque, impedance and wall are answered alike.")
     return 0
-
-
-def _checked(loop: LoopOptions) -> None:
-    require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
-    require(0, 99, priority=loop.priority)
 
 
 def _rig(

@@ -199,10 +199,3 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             raise LogError("the folder holds no log", where=str(path), remedy=remedy)
         files.extend(inside)
     return files
-
-
-def opened(path: Path, name: str | None) -> tuple[Run | None, Model]:
-    """The model of a file, or one of a run with the run; see `erclutch.runs.new_rows.opened`."""
-    from erclutch.runs import new_rows
-
-    return new_rows.opened(path, name)

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.options import DEFAULT_READING, LogOptions, expand, opened
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
-from erclutch.files import whole_folder
+from erclutch.files import unwritable, whole_folder
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.models.model import Model
     from erclutch.signals.array import Array
+
+_UNWRITABLE = partial(unwritable, problem="the folder cannot be written")
 
 
 def predict(
@@ -46,6 +49,8 @@ def predict(
         force: Replace a file or folder that is there.
         reading: How to read the log; by default as the run's own logs were read.
     """
+    from erclutch.runs.new_rows import opened
+
     if out.exists() and not force:
         raise RunError("there is a file already", where=str(out), remedy="Give --out another name, or --force")
     run, chosen = opened(model, name)
@@ -56,7 +61,7 @@ def predict(
         terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
     else:
         _refuse_same_names(files, out)
-        with whole_folder(out, _unwritable) as folder, terminal.progress("predicting") as bar:
+        with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:
             for i, file in enumerate(files):
                 bar(i, len(files), file.name)
                 said = _estimated(file, how, chosen, folder / f"{file.stem}.{kind}", band=band, sensor=sensor)
@@ -73,11 +78,6 @@ def _refuse_same_names(files: list[Path], out: Path) -> None:
         raise SettingError(problem, where=str(out), remedy="Give their predictions apart, each to a file")
     if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
         raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy="Give --out the name of a folder")
-
-
-def _unwritable(path: Path, error: OSError) -> RunError:
-    problem = f"the folder cannot be written: {error.strerror or error}"
-    return RunError(problem, where=str(path), remedy="Give another place")
 
 
 def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bool, sensor: bool) -> str:

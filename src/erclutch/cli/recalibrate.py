@@ -67,5 +67,5 @@ def _print(found: Comparison) -> None:
     blocks = len(about["unseen_blocks_rmse"][about["way"]])
     terminal.tell(terminal.table(f"What moves, on {blocks} unseen blocks of these rows", ["", unit], rows, left=1))
     terminal.tell(ranking_table.ranking(found, terminal.console().width))
-    terminal.tell(about["verdict"], "bold")
+    terminal.tell(about["verdict"], style="bold")
     terminal.tell(ranking_table.parameters(found.entry(found.recommended).outcome))

@@ -141,8 +141,7 @@ def _training_section(
     recording = reading.read(log)[0] if log else None
     if recording is None:
         recording = prepare("training", rig=load_rig(rig), seed=seed, seconds=min(seconds, 20.0)).recording()
-    for path in draw_training_section(recording, out):
-        terminal.say(str(path))
+    terminal.say(*draw_training_section(recording, out))
 
 
 def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
@@ -153,8 +152,7 @@ def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, poli
     models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
     with terminal.progress("fitting") as bar:
         rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
-    for path in draw_estimates(test, rows, out, origin):
-        terminal.say(str(path))
+    terminal.say(*draw_estimates(test, rows, out, origin))
 
 
 def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
@@ -198,10 +196,10 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     seconds = sum(row.seconds for row in rows)
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     header, lines = _numbers(rows, list(runs))
-    terminal.say(f"{save_numbers(out / f'{what}.csv', header, lines)}")
+    terminal.say(save_numbers(out / f"{what}.csv", header, lines))
     with placed(out / f"{what}.tex") as partial:
         partial.write_text(_latex(rows, list(runs) if what == "table2" else list(runs)[1:], origin), encoding="utf-8")
-    terminal.say(str(out / f"{what}.tex"))
+    terminal.say(out / f"{what}.tex")
 
 
 def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
@@ -288,7 +286,9 @@ def _memory(
     titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
     for run in runs:
         cells = {
-            variant.replace(" ", "\n", 1): [_error(models.get(name), run) for name in titles]
+            variant.replace(" ", "\n", 1): [
+                _or_dash(models[name][run][0] if name in models else None, "{:.2e}") for name in titles
+            ]
             for variant, models in found.items()
         }
         screen.print(terminal.narrowed(f"{origin}, {run}", {"model": [*titles.values()], **cells}, (), screen.width))
@@ -301,10 +301,6 @@ def _memory(
         for name, figures in models.items()
     ]
     terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
-
-
-def _error(figures: Mapping[str, Any] | None, run: str) -> str:
-    return "-" if figures is None else f"{figures[run][0]:.2e}"
 
 
 def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]) -> Points:
@@ -331,5 +327,4 @@ def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int)
         paths = draw_fnn_sweep(found, out, origin, {int(n[4:]): APPROACHES[n].train for n in shown})
     else:
         paths = {"fig4": draw_rbfn_sweep, "kernels": draw_kernel_sweep}[what](found, out, origin)
-    for path in paths:
-        terminal.say(str(path))
+    terminal.say(*paths)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.options import DEFAULT_READING, LogOptions, opened
+from erclutch.cli.options import DEFAULT_READING, LogOptions
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -38,7 +38,7 @@ def score(
         reading: How to read the logs; by default as each run's own logs were read.
     """
     from erclutch.logs.dataset import require_units
-    from erclutch.runs.new_rows import score_model
+    from erclutch.runs.new_rows import opened, score_model
 
     found: list[tuple[Path, ModelScore]] = []
     read: list[Dataset] = []
@@ -63,8 +63,7 @@ def score(
     cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
-    for warning in seen:
-        terminal.tell(warning, "yellow")
+    terminal.tell(*seen, style="yellow")
     for where in dict.fromkeys(each.where for _, each in found if each.where):
         alike = [each.model for _, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""

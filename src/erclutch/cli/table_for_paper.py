@@ -45,4 +45,4 @@ def table_for_paper(
 
     with placed(out) as partial:
         partial.write_text(text, encoding="utf-8")
-    say(str(out))
+    say(out)

@@ -42,17 +42,14 @@ def narrowed(
     """A table of columns by heading, without those that are less needed, in their order, until it fits the screen."""
     kept = dict(columns)
     for name in less_needed:
-        if sum(_across(head, cells) + 3 for head, cells in kept.items()) <= width:
+        across = (max(map(len, [*head.split("\n"), *cells])) + 3 for head, cells in kept.items())
+        if sum(across) <= width:
             break
         kept.pop(name, None)
     made = table(title, list(kept), list(zip(*kept.values(), strict=True)), left)
     for column in made.columns:
         column.no_wrap = True
     return made
-
-
-def _across(head: str, cells: Sequence[str]) -> int:
-    return max(map(len, [*head.split("\n"), *cells]))
 
 
 def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
@@ -162,14 +159,16 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
 _SHADES = " ░▒▓█"
 
 
-def say(text: str) -> None:
-    """A line on standard output as it is: no markup, not wrapped."""
-    console().print(text, markup=False, soft_wrap=True)
+def say(*lines: object) -> None:
+    """Lines on standard output as they are: no markup, not wrapped."""
+    for line in lines:
+        console().print(str(line), markup=False, soft_wrap=True)
 
 
-def tell(text: str | Table, style: str = "") -> None:
-    """A sentence or table on standard output, wrapped at its width: no markup."""
-    console().print(text, markup=False, style=style)
+def tell(*parts: str | Table, style: str = "") -> None:
+    """Sentences and tables on standard output, wrapped at its width: no markup."""
+    for part in parts:
+        console().print(part, markup=False, style=style)
 
 
 @contextmanager

@@ -105,9 +105,8 @@ def tune(
     _show(chosen, path, mass, loops, gains)
     with placed(out / "control.toml") as partial:
         partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
-    terminal.say(str(out / "control.toml"))
-    for file in save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_)):
-        terminal.say(str(file))
+    pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
+    terminal.say(out / "control.toml", *pictures)
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------
@@ -223,7 +222,6 @@ def tuned_loops(path: TorquePath, rig: RigParameters, bandwidth: float, torque_b
         SettingError: a bandwidth that the samples, the supply or the lag do not allow.
     """
     import math
-    from functools import partial
 
     from erclutch.live import loop_margins as lm
     from erclutch.signals.speed import Derivative, live
@@ -239,7 +237,10 @@ def tuned_loops(path: TorquePath, rig: RigParameters, bandwidth: float, torque_b
     def motion(f: float) -> LinearLoop:
         return lm.motion_loop(path, f, _INTEGRAL * 2.0 * math.pi * f, speed)
 
-    shapes = {"torque": partial(_torque_loop, path), "motion": motion}
+    def torque(f: float) -> LinearLoop:
+        return lm.torque_loop(path, f, f, _torque_lag(path))
+
+    shapes = {"torque": torque, "motion": motion}
     found: list[TunedLoop] = []
     for name, wanted in (("torque", torque_bandwidth), ("motion", bandwidth)):
         most = min(limits.values())
@@ -256,16 +257,6 @@ def tuned_loops(path: TorquePath, rig: RigParameters, bandwidth: float, torque_b
     return found
 
 
-def _torque_loop(path: TorquePath, bandwidth: float) -> LinearLoop:
-    from erclutch.live.loop_margins import torque_loop
-
-    return torque_loop(path, bandwidth, _integral_rate(bandwidth), _torque_lag(path))
-
-
-def _integral_rate(bandwidth: float) -> float:
-    return bandwidth  # 1/s: a sixth of the observer's
-
-
 def _torque_lag(path: TorquePath) -> float:
     return max(0.0, path.lag - path.estimate_lag)
 
@@ -280,7 +271,7 @@ def settings_of(
     inertia, friction, _ = mass
     spring, damper = inertia * stiff * stiff, 2.0 * inertia * stiff
     values = (
-        *(torque_bandwidth, _integral_rate(torque_bandwidth), path.lag, _torque_lag(path)),
+        *(torque_bandwidth, torque_bandwidth, path.lag, _torque_lag(path)),  # the integral's 1/s: a sixth of these Hz
         *(bandwidth, _INTEGRAL * stiff, inertia, friction),
         *(spring / abs(slope), damper / abs(slope), spring, damper),
     )

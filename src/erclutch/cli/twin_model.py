@@ -6,12 +6,12 @@ import hashlib
 import json
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from erclutch.errors import RunError
-from erclutch.files import cache_folder, whole_file
+from erclutch.files import cache_folder, unwritable, whole_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,6 +23,7 @@ _SECONDS = 60.0
 #: The brake switches fast against a slip that hardly moves: the lag of its field is most of what a law would miss.
 _LIVE = {"coaxial": "fnn-16", "single": "fnn-16+lag"}
 _MADE_BY = ("rig", "models", "fit")
+_UNWRITABLE = partial(unwritable, remedy="Set ERCLUTCH_CACHE to a folder that can be written")
 
 
 def twin_model(rig: RigParameters, output: Console, device: DeviceName = "coaxial") -> Path:
@@ -55,7 +56,7 @@ def twin_models(
         output.print(f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False)
         for name, text in _fitted(rig, missing, device).items():
             files[name].parent.mkdir(parents=True, exist_ok=True)
-            with whole_file(files[name], _unwritable) as partial:
+            with whole_file(files[name], _UNWRITABLE) as partial:
                 partial.write_text(text, encoding="utf-8")
     return list(files.values())
 
@@ -83,8 +84,3 @@ def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> d
     result = compare(data, Settings(models=names, lag="none"))
     found = {entry.name: entry.outcome.model for entry in result.entries}
     return {name: json.dumps(found[name].to_dict(), indent=1) + "\n" for name in names}
-
-
-def _unwritable(path: Path, error: OSError) -> RunError:
-    remedy = "Set ERCLUTCH_CACHE to a folder that can be written"
-    return RunError(f"cannot be written: {error.strerror or error}", where=str(path), remedy=remedy)

@@ -5,18 +5,19 @@ It is written beside its final name and moved there when it is whole.
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
+from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
+from erclutch.files import file_digest
 from erclutch.models.load import load_model
 from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require
@@ -24,33 +25,12 @@ from erclutch.signals.speed import Derivative
 
 SCHEMA = 1
 KIND = "erclutch export"
-
-
-def may_write(folder: Path, force: bool) -> None:
-    """Say before any work whether an export may be written to a folder.
-
-    Raises:
-        ExportError: it may not.
-    """
-    if not folder.parent.is_dir():
-        raise ExportError("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
-    if not os.access(folder.parent, os.W_OK):
-        raise ExportError("its parent folder cannot be written", where=str(folder), remedy="Give --out another place")
-    if not folder.exists():
-        return
-    if not (folder / "export.json").is_file():
-        raise ExportError("exists and is not an export", where=str(folder), remedy="Give --out another name")
-    if not force:
-        raise ExportError("there is an export already", where=str(folder), remedy="Give --out another name, or --force")
-
-
-def unwritable(folder: Path, error: OSError) -> ExportError:
-    """The error of an export's folder that cannot be written."""
-    return ExportError(
-        f"the export cannot be written: {error.strerror or error}",
-        where=str(folder),
-        remedy="Give --out a folder on a disk that can be written and has space",
-    )
+_MARKER = "export.json"
+_REMEDY = "Give --out a folder on a disk that can be written and has space"
+#: Say before any work whether an export may be written to a folder.
+may_write = partial(files.may_write, marker=_MARKER, what="an export", kind=ExportError)
+#: The error of an export's folder that cannot be written.
+unwritable = partial(files.unwritable, problem="the export cannot be written", remedy=_REMEDY, kind=ExportError)
 
 
 def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
@@ -66,21 +46,17 @@ def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder
         "model": program.model.name,
         "digest": program.digest,
         "options": _options_body(options, program),
-        "files": {str(p.relative_to(folder)): _digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
+        "files": {str(p.relative_to(folder)): file_digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
     }
     needed = [*program.model.plugins, *(() if target.own else (target,))]
     if needed:
         body["plugins"] = [plugin.to_dict() for plugin in needed]
-    (folder / "export.json").write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / _MARKER).write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _options_body(options: ExportOptions, program: ExportedStep) -> dict[str, Any]:
     body = {**asdict(options), "name": program.name, "period": program.period}
     return {key: value for key, value in body.items() if key not in ("alarms", "adapt") or value}
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -106,7 +82,7 @@ def read_export(folder: str | Path) -> Exported:
     """
     place = Path(folder)
     try:
-        body = json.loads((place / "export.json").read_text(encoding="utf-8"))
+        body = json.loads((place / _MARKER).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         what = error.strerror if isinstance(error, OSError) and error.strerror else error
         remedy = "Give a folder that erclutch export wrote"
@@ -149,6 +125,6 @@ def _check_files(folder: Path, files: Mapping[str, str]) -> None:
         path = folder / name
         if not path.is_file():
             raise ExportError(f"{name} is missing", where=str(folder), remedy="Export the model again")
-        if _digest(path) != digest:
+        if file_digest(path) != digest:
             problem = f"{name} was changed after the export"
             raise ExportError(problem, where=str(folder), remedy="Export the model again")

@@ -511,7 +511,8 @@ def scored(
 def with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[RankedModel]) -> list[RankedModel]:
     """The models with bands that are calibrated on the training rows and judged on those held out."""
     errors = [data.effort - entry.predicted for entry in entries]
-    found = calibrated(data, ~test, errors, [entry.outcome.parameters for entry in entries])
+    outcomes = [entry.outcome for entry in entries]
+    found = calibrated(data, ~test, errors, [o.parameters for o in outcomes], [o.unseen for o in outcomes])
     return [
         entry if pair is None else _with_band(data, test, entry, pair[0], judged(data, test, entry.predicted, *pair))
         for entry, pair in zip(entries, found, strict=True)

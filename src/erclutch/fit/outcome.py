@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Generic, Literal, TypeVar
 
 from erclutch.fit.intervals import as_json
@@ -11,6 +11,7 @@ from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel
+from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown
 
 
@@ -57,6 +58,7 @@ class FitOutcome(Shown, Generic[M]):
         train_cost: sum of squared residuals on the training rows.
         train_rows: number of training rows.
         weights: number of weights of a network, whose parameters mean nothing one by one; 0 for a law.
+        unseen: errors on the training rows by fits without the logs of a row's motion, shape (n,); None: not known.
     """
 
     model: M
@@ -71,6 +73,7 @@ class FitOutcome(Shown, Generic[M]):
     train_cost: float
     train_rows: int
     weights: int = 0
+    unseen: Array | None = field(default=None, compare=False)
 
     @property
     def converged(self) -> bool:

@@ -4,7 +4,9 @@ The rows of a cell of `models.band` give its half widths: quantiles of measured 
 and Shafer 2005, doi 10.1007/b106715, chapter 4.5). Neighbouring rows are alike: large errors come in clumps, which
 count as one row each, and a cell needs enough of them, else it borrows from the cells around it. The model was fitted
 to the same rows, so errors are widened as Akaike's final prediction error says for that many parameters (1970,
-doi 10.1007/BF02506337). `studies/bands.py` tries all this on fresh logs of a known source.
+doi 10.1007/BF02506337). Errors of several logs are those without the logs of the same motion (`left_out_logs`); each
+log then counts the same, however long (Dunn, Wasserman and Ramdas 2023, doi 10.1080/01621459.2022.2060112), and a cell
+needs several. `studies/bands.py` tries all this on fresh logs of a known source.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ from erclutch.signals.array import Array, Mask
 LEVEL = 0.95
 #: Share of the field's span from its lag at which the field is switching, and the grid on which its edges lie.
 _SWITCHING, _GRID = 0.05, 8
-#: Independent rows that a cell needs for quantiles of its own.
-_ENOUGH = 100
+#: Independent rows that a cell needs for quantiles of its own, and logs where each log is to be new.
+_ENOUGH, _ENOUGH_LOGS = 100, 4
 #: Settling times: the longest of those whose bands are as narrow as the narrowest, but for this share; each part of
 #: the rows, switching or not, has at least such a share of all.
 _AS_NARROW, _LEAST = 0.02, 0.1
@@ -68,7 +70,11 @@ class HeldBand:
 
 
 def calibrated(
-    data: Dataset, train: Mask, errors: Sequence[Array], parameters: Sequence[int]
+    data: Dataset,
+    train: Mask,
+    errors: Sequence[Array],
+    parameters: Sequence[int],
+    unseen: Sequence[Array | None] | None = None,
 ) -> list[tuple[Band, float] | None]:
     """The band of each model and the width of its plain band; None where an error is not finite.
 
@@ -77,6 +83,7 @@ def calibrated(
         train: the rows to calibrate on, to which the models were fitted, shape (n,).
         errors: measured less estimated effort of each model, each (n,).
         parameters: number of parameters of each model.
+        unseen: of each model the errors on the training rows as new logs, shape (m,); None: they are not known.
     """
     field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
     field = np.abs(field)
@@ -88,14 +95,20 @@ def calibrated(
     ]
     usable = [each for each in cells if _LEAST <= _switching(each) <= 1.0 - _LEAST] or cells[:1]
     found: list[tuple[Band, float] | None] = []
-    for error, count in zip(errors, parameters, strict=True):
+    logs = np.searchsorted([stop for _, stop in data.source_rows], known, side="right")
+    for error, count, new in zip(errors, parameters, unseen or (None,) * len(errors), strict=True):
         if not np.all(np.isfinite(error)):
             found.append(None)
             continue
-        wider = _widened(train.sum() / correlated_rows(error[train]), count)
-        directed = wider * np.where(slip < 0.0, -error, error)[known]
-        own = _Errors(directed, max(_alike(error[train]) / every, 1.0))
-        found.append((_narrowest(usable, own), 2.0 * _ends(np.abs(own.directed), LEVEL, own.per_row)[1]))
+        seen = error[train]
+        if new is None or new.shape != seen.shape:
+            rows, wider, log = seen, _widened(seen.size / correlated_rows(seen), count), np.zeros_like(logs)
+        else:
+            rows, wider, log = new, 1.0, logs
+        directed = wider * np.where(slip[known] < 0.0, -rows[::every], rows[::every])
+        own = _Errors.of(directed, log, max(_alike(rows) / every, 1.0))
+        plain = _ends(np.abs(own.directed), own.weight, LEVEL, own.per_row)[1]
+        found.append((_narrowest(usable, own), 2.0 * plain))
     return found
 
 
@@ -141,10 +154,29 @@ def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float
 
 @dataclass(frozen=True)
 class _Errors:
-    """Errors of a model in the direction of the slip on the calibration rows, (n,), and how many are as one."""
+    """Errors of a model on the calibration rows, from the smallest to the largest.
+
+    Attributes:
+        directed: in the direction of the slip, shape (n,).
+        place: of each among the calibration rows, shape (n,).
+        log: number of its log, shape (n,); one number where rows count and not logs.
+        weight: so that each log counts the same, with mean 1, shape (n,).
+        per_row: how many count as one.
+    """
 
     directed: Array
+    place: NDArray[np.intp]
+    log: NDArray[np.intp]
+    weight: Array
     per_row: float
+
+    @classmethod
+    def of(cls, directed: Array, log: NDArray[np.intp], per_row: float) -> _Errors:
+        """In the order of the calibration rows."""
+        place = np.argsort(directed, kind="stable")
+        _, number, rows = np.unique(log[place], return_inverse=True, return_counts=True)
+        weight = log.size / (rows.size * rows[number])
+        return cls(directed[place], place, number, weight, per_row)
 
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
@@ -222,16 +254,18 @@ def _half_widths(errors: _Errors, at: NDArray[np.intp], shape: tuple[int, int, i
     """Half widths against and in the direction of the slip, one a cell."""
     cells = int(np.prod(shape))
     place = np.array(np.unravel_index(np.arange(cells), shape)).T
-    order = np.argsort(at, kind="stable")
-    rows = np.split(errors.directed[order], np.searchsorted(at[order], np.arange(1, cells)))
+    at = at[errors.place]
+    order = np.argsort(at.astype(np.uint8), kind="stable")
+    rows = np.split(order, np.searchsorted(at[order], np.arange(1, cells)))
+    logs = min(_ENOUGH_LOGS, int(errors.log.max()) + 1)
     widths = np.empty((2, cells))
     for cell in range(cells):
-        own = errors.directed
+        own = order
         for near in _neighbours(place, cell):
             own = np.concatenate([rows[i] for i in np.flatnonzero(near)])
-            if own.size >= _ENOUGH * errors.per_row:
+            if own.size >= _ENOUGH * errors.per_row and (logs == 1 or np.unique(errors.log[own]).size >= logs):
                 break
-        low, high = _ends(own, 0.5 * (1.0 + LEVEL), errors.per_row)
+        low, high = _ends(errors.directed[own], errors.weight[own], 0.5 * (1.0 + LEVEL), errors.per_row)
         widths[:, cell] = max(-low, 0.0), max(high, 0.0)
     return widths[0], widths[1]
 
@@ -246,8 +280,9 @@ def _neighbours(place: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_
     yield np.ones(len(place), np.bool_)
 
 
-def _ends(errors: Array, share: float, per_row: float) -> tuple[float, float]:
+def _ends(errors: Array, weight: Array, share: float, per_row: float) -> tuple[float, float]:
     """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
-    ordered, n = np.sort(errors), errors.size
-    above = min(int(np.ceil(share * (n + per_row))), n)
-    return float(ordered[n - above]), float(ordered[above - 1])
+    order = np.argsort(errors, kind="stable")
+    ordered, heavy, n = errors[order], weight[order] * (errors.size / weight.sum()), errors.size
+    below, above = (min(int(np.cumsum(x).searchsorted(share * (n + per_row))), n - 1) for x in (heavy[::-1], heavy))
+    return float(ordered[n - 1 - below]), float(ordered[above])

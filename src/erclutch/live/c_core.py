@@ -84,19 +84,18 @@ class Core:
         self._out = (self._command.ctypes.data, self._frame.ctypes.data)
         self._step = step_function()
 
-    def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0, events: int = 0) -> tuple[Any, Any]:
+    def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0) -> tuple[Any, Any]:
         """One step.
 
         Args:
             samples: what came in since the last one, dtype `erclutch.live.sample.SAMPLE`, shape (n,).
             tick: number of the deadline.
             late_ns: wake-up after it.
-            events: what input and output saw.
 
         Returns:
             Command and frame, records that the next step overwrites. seq, times and step_ns are the caller's.
         """
-        self._step(self._core, samples.ctypes.data, len(samples), tick, late_ns, events, *self._out)
+        self._step(self._core, samples.ctypes.data, len(samples), tick, late_ns, 0, *self._out)
         return self._command[0], self._frame[0]
 
     @property

@@ -14,17 +14,15 @@ from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.units import UNKNOWN
 
 _INPUTS = {"coaxial": 4, "single": 2}
+_PERIOD = 1e-3  # s, of the loop
 
 
-def live_model(
-    path: str | Path, device: DeviceName, *, period: float = 1e-3, adapt: bool = False, units: Units | None = None
-) -> LiveModel:
+def live_model(path: str | Path, device: DeviceName, *, adapt: bool = False, units: Units | None = None) -> LiveModel:
     """A saved model, ready for the loop.
 
     Args:
         path: its JSON file.
         device: of the rig.
-        period: of the loop in s.
         adapt: a gain and an offset follow the torque sensor; the name says so.
         units: of the rig's effort, field and slip; "?" where that is not known.
 
@@ -49,7 +47,7 @@ def live_model(
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
-    options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
+    options = ExportOptions(name="live", precision="float64", period=_PERIOD, alarms=alarms, adapt=adapt)
     program = step_of(model, options)
     if program.signals != _INPUTS[device]:
         needed = ", ".join(program.inputs[: program.signals])

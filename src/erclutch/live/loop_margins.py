@@ -91,7 +91,6 @@ class LoopMargins:
         phase: in degrees.
         delay: further dead time in s that the loop bears.
         sensitivity: largest |1 / (1 + L)|.
-        crossover: highest frequency in Hz at which |L| is 1.
         stable: whether all poles of the closed loop lie inside the unit circle.
     """
 
@@ -99,7 +98,6 @@ class LoopMargins:
     phase: float
     delay: float
     sensitivity: float
-    crossover: float
     stable: bool
 
 
@@ -124,7 +122,6 @@ def margins_of(loop: LinearLoop) -> LoopMargins:
         phase=float(phases.min()) if ones.size else math.inf,
         delay=float(delays.min()) if ones.size else math.inf,
         sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),
-        crossover=float(f[ones].max()) if ones.size else 0.0,
         stable=stable,
     )
 
@@ -155,9 +152,7 @@ def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque
     return LinearLoop(path.period, np.convolve(path.pulse, over), under, under)
 
 
-def motion_loop(
-    path: TorquePath, bandwidth: float, integral: float, speed: LiveDerivative, own: float = 1.0
-) -> LinearLoop:
+def motion_loop(path: TorquePath, bandwidth: float, integral: float, speed: LiveDerivative) -> LinearLoop:
     """A mass on a critically damped spring, as computed torque and impedance make it; its step is the reference's.
 
     Args:
@@ -165,14 +160,13 @@ def motion_loop(
         bandwidth: in Hz.
         integral: in 1/s; 0 for none.
         speed: the filter of the speed.
-        own: asked inertia over that of the output.
     """
     stiff, dt = 2.0 * math.pi * bandwidth, path.period
     g, h = speed.g, speed.h
     slow = np.array([1.0, g + h - 2.0, 1.0 - g])
     rate = h / dt * np.array([1.0, -1.0])
     # Torque turns linearly from sample to sample: a unit of it moves the mass by dt^2 / 6 (q^2 + 4 q + 1) / (q - 1)^2.
-    mass = own * dt * dt / 6.0 * np.convolve(path.pulse, [1.0, 4.0, 1.0])
+    mass = dt * dt / 6.0 * np.convolve(path.pulse, [1.0, 4.0, 1.0])
     spring = stiff * stiff * slow
     damper = 2.0 * stiff * rate
     under = np.convolve([1.0, -2.0, 1.0], slow)

@@ -23,7 +23,6 @@ from erclutch.logs.batches import Batch, windowed_batches
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
-from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
@@ -214,7 +213,10 @@ def read_batches(
         SettingError: a constant that is given by segments.
     """
     file, chosen = _file_and_map(path, mapping, mapping_file)
-    plugin = folder_reader(file) or _file_reader(file)
+    plugin = folder_reader(file)
+    if plugin is None:
+        with _readable(file), file.open("rb") as content:
+            plugin = reader_of(content.read(HEAD), file.suffix)[0]
     windows = plugin.of_type(LogReader).windows
     if windows:
         with _readable(file), file.open("rb") as content:
@@ -336,11 +338,6 @@ def _require_file(path: str | Path) -> Path:
             problem = f"the file cannot be read ({error})"
             raise LogError(problem, remedy="Check the path and its permissions") from error
     return file
-
-
-def _file_reader(file: Path) -> Plugin:
-    with _readable(file), file.open("rb") as content:
-        return reader_of(content.read(HEAD), file.suffix)[0]
 
 
 def _bytes(file: Path) -> bytes:

@@ -125,7 +125,8 @@ def align_tables(
         a, b, clock_a.time, {n: v[rows_a] for n, v in a.columns.items() if n not in clocks_a}, moved, there
     )
     notes = [f"{t.name}: {note}" for t, own in ((a, notes_a), (b, notes_b)) for note in dict.fromkeys(own)]
-    notes += [f"clock of {b.name} against {a.name} by {_pair(names)}: {said(match)}" for match in matches]
+    both = " and ".join(dict.fromkeys(names))
+    notes += [f"clock of {b.name} against {a.name} by {both}: {said(match)}" for match in matches]
     if lost := int((~there).sum()):
         notes.append(f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach")
     if renamed:
@@ -141,10 +142,6 @@ def said(match: ClockMatch) -> str:
         f"offset {1e3 * match.offset:.4f} ms (+- {half:.4f}) at {match.origin:.6g} s, "
         f"drift {1e6 * match.drift:.2f} ppm (+- {1e3 * wide:.2f})"
     )
-
-
-def _pair(names: tuple[str, str]) -> str:
-    return names[0] if names[0] == names[1] else f"{names[0]} and {names[1]}"
 
 
 def _shared(

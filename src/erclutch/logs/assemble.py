@@ -356,8 +356,10 @@ def _take_guesses(draft: _Draft, chosen: ColumnMap) -> None:
         settled = any(draft.present(option) or draft.asked.keys() & set(option) for option in group)
         failure: MappingError | None = None
         for option in group:
+            # An alternative to what is there (E beside E1 and E2), not something more (theta).
+            says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
             for signal in option:
-                if signal in draft.signals or signal in draft.asked or (settled and _conflicts(draft, group, option)):
+                if signal in draft.signals or signal in draft.asked or (settled and says_the_same):
                     continue
                 scale = chosen.scales.get(signal)
                 sensor = scaled(scale, signal)[2] if scale else None
@@ -431,11 +433,6 @@ def _spare(draft: _Draft, chosen: ColumnMap) -> None:
             draft.signals[f"{_SPARE}{name}"] = values
         if sum(key.startswith(_SPARE) for key in draft.signals) == _MOST_SPARE:
             return
-
-
-def _conflicts(draft: _Draft, group: tuple[tuple[str, ...], ...], option: tuple[str, ...]) -> bool:
-    """Whether an alternative says the same as one that is there (E beside E1 and E2), not something more (theta)."""
-    return ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
 
 
 def _counters(table: Table) -> list[str]:

@@ -6,13 +6,14 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from erclutch.errors import RunError, placed
-from erclutch.files import whole_file
+from erclutch.files import unwritable, whole_file
 from erclutch.signals.array import Array
 
 LabelledColumns = Sequence[tuple[str, str]]
@@ -49,14 +50,9 @@ def write_log(
             remedy = "Give a name that ends in .parquet, .csv or .mat"
             raise RunError(f"a log cannot end in {suffix!r}", remedy=remedy)
         _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
-    with whole_file(path, _unwritable) as partial:
-        _WRITERS[suffix](partial, columns, _counted(chunks, rows, progress), about)
+    with whole_file(path, partial(unwritable, problem="the log cannot be written")) as unfinished:
+        _WRITERS[suffix](unfinished, columns, _counted(chunks, rows, progress), about)
     return path
-
-
-def _unwritable(path: Path, error: OSError) -> RunError:
-    problem = f"the log cannot be written: {error.strerror or error}"
-    return RunError(problem, where=str(path), remedy="Give another place")
 
 
 def _room(path: Path, needed: float) -> None:

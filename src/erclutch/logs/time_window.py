@@ -16,8 +16,8 @@ from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
 
 
-def seconds_of(option: str, text: str) -> float:
-    """A time in s from ``2``, ``2 s``, ``500ms`` or ``1 min``.
+def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
+    """A time in s from ``2``, ``2 s``, ``500ms`` or ``1 min``; the example is for the message.
 
     Raises:
         SettingError: no such time.
@@ -28,7 +28,7 @@ def seconds_of(option: str, text: str) -> float:
     except UnitError:
         number, found = 0.0, None
     if found is None or not abs(number) < 1e12:
-        raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} 2s, or 500ms")
+        raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
     return number * found[0]
 
 

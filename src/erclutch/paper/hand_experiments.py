@@ -7,23 +7,29 @@ fitted to a log of the same TWIN and never see its parameters. No number here wa
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError
 from erclutch.live.accelerated import AcceleratedRun
 from erclutch.live.offered_programs import rig_settings, standard_programs, starting_with
 from erclutch.live.session import LiveModel
 from erclutch.live.settings import LoopProgram, Mode, Waveform
 from erclutch.paper.sweep_points import Points
-from erclutch.paper.torque_control import INVERSES, KNOWS, fitted_inverses, fitted_models, frames_dataset, kept_runs
+from erclutch.paper.torque_control import (
+    INVERSES,
+    KNOWS,
+    ControlRun,
+    fitted_inverses,
+    fitted_models,
+    frames_dataset,
+    kept_runs,
+    seeded_runs,
+)
 from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
 from erclutch.rig.twin.parameters import RigParameters
 from erclutch.rig.twin.twin import PERIOD
@@ -45,26 +51,12 @@ _SINGLE: Mapping[str, Any] = {"device": "single", "theta_glitch": 0.0, "alpha_gl
 _SETTLING, _LOG_ROWS = 2000, 60_000
 _TORQUE, _PUSH = 0.06, 0.15  # N m: largest torque of the spring; the hand's push
 _SWING = 2000  # rows of a push and a pull
+_AHEAD = 0.1  # rad, where the wall stands
 _LOW, _HIGH, _EACH, _STEPS = 0.04, 0.12, 100, 12
 _FRICTION = 0.015  # N m, with which the motor keeps its speed on average
 _SPEED = 40.0  # rad/s, at which the drag is read
 #: Speed in rad/s that a hand may have from the middle of its push on: three of the encoder's counts in 10 ms.
 CALM = 0.25
-
-
-@dataclass(frozen=True)
-class HandRun:
-    """Figures of one model with one controller and one seed.
-
-    Attributes:
-        seed, model, knows: which.
-        figures: of `impedance_figures` or `wall_figures`.
-    """
-
-    seed: int
-    model: str
-    knows: str
-    figures: Mapping[str, Any]
 
 
 def hand_points(folder: Path, rig: RigParameters, name: HandName) -> Points:
@@ -75,26 +67,18 @@ def hand_points(folder: Path, rig: RigParameters, name: HandName) -> Points:
 
 def hand_runs(
     name: HandName, seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
-) -> list[HandRun]:
-    """All models with and without a sensor on the seeds 0, 1, ...; see `erclutch.paper.torque_control.control_runs`.
+) -> list[ControlRun]:
+    """All models with and without a sensor on the seeds 0, 1, ...; see `seeded_runs`.
 
     Raises:
         SettingError: no seeds.
     """
-    if not 1 <= seeds <= 1000:
-        raise SettingError(f"--seeds {seeds}", remedy="Give 1 to 1000")
-    found: list[HandRun] = []
     figures = {"impedance": impedance_figures, "wall": wall_figures}[name]
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(seeds):
-            models = cache(partial(_models, name, rig, seed, Path(folder)))
-            for model in INVERSES:
-                for knows in KNOWN:
-                    key = f"{seed}, {model}, {knows}"
-                    made = points.get(key, lambda m=model, k=knows, s=seed, of=models: figures(rig, of()[m], k, s))
-                    found.append(HandRun(seed, model, knows, made))
-                    report(len(found), seeds * len(INVERSES) * len(KNOWN), key)
-    return found
+
+    def felt(models: Mapping[str, LiveModel], model: str, knows: str, seed: int) -> dict[str, Any]:
+        return figures(rig, models[model], knows, seed)
+
+    return seeded_runs(seeds, KNOWN, partial(_models, name, rig), felt, points, report)
 
 
 def _models(name: HandName, rig: RigParameters, seed: int, folder: Path) -> dict[str, LiveModel]:
@@ -131,7 +115,7 @@ def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: in
     return {"stiffness": np.real(felt).tolist(), "damping": (np.imag(felt) / omegas).tolist()}
 
 
-def describe_impedance(runs: Sequence[HandRun]) -> Plot:
+def describe_impedance(runs: Sequence[ControlRun]) -> Plot:
     """Stiffness and damping by frequency over what was asked: means over the seeds."""
     x = Axis("frequency", "Hz", log=True)
     at: Array = np.array(FREQUENCIES)
@@ -169,7 +153,7 @@ def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) ->
     for stiffness in WALLS:
         frames = _pushed(rig, model, knows, seed, stiffness)
         push = frames[: _SWING // 2]
-        deepest.append(float(np.max(push["theta"])) - _wall_at(frames))
+        deepest.append(float(np.max(push["theta"])) - (float(frames["theta"][0]) + _AHEAD))
         swing.append(float(np.std(push["theta_dot"][_SWING // 4 :])))
         if stiffness == _FELT:
             pull = frames[_SWING // 2 : _SWING]
@@ -178,14 +162,10 @@ def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) ->
     return {**found, "deepest": deepest, "swing": swing}
 
 
-def _wall_at(frames: Any) -> float:
-    return float(frames["theta"][0]) + 0.1
-
-
 def _pushed(rig: RigParameters, model: LiveModel, knows: str, seed: int, stiffness: float) -> Any:
     """A hand that pushes into a wall 0.1 rad ahead, and pulls back: a sine of torque."""
     push: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
-    table = np.column_stack([np.full(_SWING, 0.1), np.zeros(_SWING), push])
+    table = np.column_stack([np.full(_SWING, _AHEAD), np.zeros(_SWING), push])
     program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)
     damping = max(DAMPING, 0.5 * PERIOD * stiffness)
     settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows], stiffness=stiffness, damping=damping)
@@ -223,7 +203,7 @@ def _first(share: Array) -> tuple[Array, Array]:
     return np.maximum.accumulate(share[:end]), np.arange(end, dtype=np.float64)
 
 
-def describe_wall(runs: Sequence[HandRun]) -> Plot:
+def describe_wall(runs: Sequence[ControlRun]) -> Plot:
     """How deep a hand comes, over what its push takes of the spring: means over the seeds."""
     at: Array = np.array(WALLS)
     marks: list[Line | ReferenceLine] = []

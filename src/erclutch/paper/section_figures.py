@@ -26,7 +26,7 @@ _STYLES = ("series0", "series1")
 
 def draw_training_section(log: Recording, folder: Path) -> list[Path]:
     """Figure 3: fields, motor torque and transmitted torque over a section of the training log."""
-    return _kept(describe_section(log, seconds=_SECONDS), folder, "fig3")
+    return kept(describe_section(log, seconds=_SECONDS), folder, "fig3")
 
 
 def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str) -> list[Path]:
@@ -45,7 +45,7 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
         lines = [Line(time, v, s, n.split()[-1]) for (n, v), s in zip(signals.items(), _STYLES, strict=False)]
         panels.append(Panel(x, Axis(what, unit_text(unit)), lines))
     table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
-    return _kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")
+    return kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")
 
 
 def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[str, Array]) -> list[Panel]:
@@ -65,5 +65,6 @@ def lively(effort: Array, width: int) -> int:
     return order[(3 * len(order)) // 4]
 
 
-def _kept(plot: Plot, folder: Path, name: str) -> list[Path]:
+def kept(plot: Plot, folder: Path, name: str) -> list[Path]:
+    """Write a figure as PDF and PNG, with its numbers; returns the files."""
     return save_plot(plot, *(folder / f"{name}.{kind}" for kind in ("pdf", "png")))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.report.plots.matplotlib_painter import save_plot
+from erclutch.paper.section_figures import kept
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
 
@@ -38,7 +38,7 @@ def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[
     ]
     rows += [(float(s), int(n), "", float(a), float(b)) for s, n, a, b in zip(best, neurons, train, test, strict=True)]
     header = ["spread", "neurons", "train_mse_on_centroids", "train_mse", "test_mse"]
-    return _saved(Plot(panels, PlotTable(header, rows), 3.9), folder, "fig4")
+    return kept(Plot(panels, PlotTable(header, rows), 3.9), folder, "fig4")
 
 
 def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
@@ -54,7 +54,7 @@ def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: 
     rows = np.column_stack([train, test, restarts]).tolist()
     table = PlotTable(header, [(int(n), *row) for n, row in zip(neurons, rows, strict=True)])
     panel = Panel(Axis("neurons of the hidden layer", whole=True), _ERROR, marks, title=f"FNN, {label}")
-    return _saved(Plot([panel], table, 2.6), folder, "fig5")
+    return kept(Plot([panel], table, 2.6), folder, "fig5")
 
 
 def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
@@ -63,7 +63,7 @@ def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> lis
     rows = [(int(k), float(a), float(b)) for k, a, b in zip(kernels, train, test, strict=True)]
     error = Axis(_ERROR.label, _ERROR.unit)
     panel = Panel(Axis("kernels", whole=True), error, _errors(kernels, train, test), title=f"RBFM, {label}")
-    return _saved(Plot([panel], PlotTable(("kernels", "train_mse", "test_mse"), rows), 2.2), folder, "kernels")
+    return kept(Plot([panel], PlotTable(("kernels", "train_mse", "test_mse"), rows), 2.2), folder, "kernels")
 
 
 def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]:
@@ -71,7 +71,3 @@ def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]
         Line(x, train, "series0", f"{prefix}training", marked=True),
         Line(x, test, "series1", f"{prefix}test", dashed=True, marked=True),
     ]
-
-
-def _saved(plot: Plot, folder: Path, name: str) -> list[Path]:
-    return save_plot(plot, *(folder / f"{name}.{kind}" for kind in ("pdf", "png")))

@@ -9,10 +9,10 @@ from __future__ import annotations
 import json
 import math
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -77,9 +77,9 @@ class ControlRun:
 
     Attributes:
         seed, model, knows: which.
-        figures: RMS errors as shares of the reference's range (chirp, steps, random, and `WITHHELD`), of the chirp by
-            frequency (bands), what `reaches` finds (bandwidth, within 10 %), and whether the
-            locked regime is stable.
+        figures: of torque control RMS errors as shares of the reference's range (chirp, steps, random, and `WITHHELD`),
+            of the chirp by frequency (bands), what `reaches` finds (bandwidth, within 10 %), and whether the locked
+            regime is stable. Of the experiments with a hand see `impedance_figures` and `wall_figures`.
     """
 
     seed: int
@@ -113,11 +113,29 @@ def kept_runs(
 def control_runs(
     seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
 ) -> list[ControlRun]:
-    """All models with all controllers on the seeds 0, 1, ...
+    """Torque control by all models with all controllers; see `seeded_runs`.
+
+    Raises:
+        SettingError: no seeds.
+    """
+    return seeded_runs(seeds, KNOWS, partial(fitted_models, rig), partial(_figures, rig), points, report)
+
+
+def seeded_runs(
+    seeds: int,
+    known: Collection[str],
+    fit: Callable[[int, Path], Any],
+    figures: Callable[[Any, str, str, int], Figures],
+    points: Points,
+    report: Callable[[float, float | None, str], None],
+) -> list[ControlRun]:
+    """Each model with each controller on the seeds 0, 1, ...; models are fitted where a run is not finished yet.
 
     Args:
         seeds: how many.
-        rig: parameters of the TWIN.
+        known: what the controllers know, of `KNOWS`.
+        fit: makes what ``figures`` needs of a seed's models, with a folder for files.
+        figures: of that, the model, what the controller knows, and the seed.
         points: where finished runs are kept.
         report: called after each run with (done, total, what).
 
@@ -127,16 +145,14 @@ def control_runs(
     if not 1 <= seeds <= 1000:
         raise SettingError(f"--seeds {seeds}", remedy="Give 1 to 1000")
     found: list[ControlRun] = []
-    total = seeds * len(INVERSES) * len(KNOWS)
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
-            fitted = cache(partial(fitted_models, rig, seed, Path(folder)))
-            for model in INVERSES:
-                for knows in KNOWS:
-                    key = f"{seed}, {model}, {knows}"
-                    figures = points.get(key, partial(_figures, rig, seed, fitted, model, knows))
-                    found.append(ControlRun(seed, model, knows, figures))
-                    report(len(found), total, key)
+            fitted = cache(partial(fit, seed, Path(folder)))
+            for model, knows in product(INVERSES, known):
+                key = f"{seed}, {model}, {knows}"
+                made = points.get(key, lambda of=fitted, m=model, k=knows, s=seed: figures(of(), m, k, s))
+                found.append(ControlRun(seed, model, knows, made))
+                report(len(found), seeds * len(INVERSES) * len(known), key)
     return found
 
 
@@ -266,13 +282,9 @@ def _beyond_the_motor() -> Array:
 
 
 def _figures(
-    rig: RigParameters,
-    seed: int,
-    fitted: Callable[[], tuple[dict[str, LiveModel], dict[str, float]]],
-    model: str,
-    knows: str,
+    rig: RigParameters, fitted: tuple[dict[str, LiveModel], dict[str, float]], model: str, knows: str, seed: int
 ) -> Figures:
-    models, drive = fitted()
+    models, drive = fitted
     settings = {**KNOWS[knows], **(drive if KNOWS[knows].get("observer") == "motion" else {})}
     rng = np.random.default_rng([seed, 7])
     motor, speed = rng.uniform(0.18, 0.22), rng.uniform(50.0, 150.0)

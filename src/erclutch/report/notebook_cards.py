@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from erclutch.report.numbers.number_text import count, number, percent, span, unit_text
+from erclutch.report.numbers.number_text import capital, count, number, percent, span, unit_text
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
@@ -252,7 +252,7 @@ def _entry(entry: RankedModel) -> NotebookCard:
             f"RMSE {number(test.rmse.value, 4)} {unit} on {count(test.rows)} rows held out ({band})",
             f"{percent(test.share.value)} of the standard deviation",
         ],
-        says=lambda: [f"{note[:1].upper()}{note[1:]}." for note in entry.notes],
+        says=lambda: [f"{capital(note)}." for note in entry.notes],
     )
 
 

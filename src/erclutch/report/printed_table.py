@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -18,6 +19,7 @@ _PLAIN = 4  # digits of a figure without an interval
 _WIDTH_DIGITS = 2  # digits of an interval's half-width
 _LONG = 26  # letters from which a column of texts is broken into lines in LaTeX
 _PARAGRAPH, _BREAK = r">{\raggedright\arraybackslash}p{0.3\linewidth}", r"\allowbreak{}"
+_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[+-]?\d+)?")
 _SMALL, _LARGE = -3, 6  # powers of ten beyond which an exponent is read more easily
 
 
@@ -141,15 +143,7 @@ def _broken(text: str) -> str:
 
 def _numeric(column: Iterable[str]) -> bool:
     found = [cell for cell in column if cell]
-    return bool(found) and all(cell.lstrip("-")[:1].isdigit() and _is_number(cell) for cell in found)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    return bool(found) and all(_NUMBER.fullmatch(cell) for cell in found)
 
 
 def _format(column: Iterable[str]) -> str:

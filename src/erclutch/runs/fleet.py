@@ -19,13 +19,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import whole_file
+from erclutch.files import file_digest, may_write, whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
 from erclutch.logs import ColumnMap
@@ -34,7 +35,7 @@ from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
-from erclutch.runs.run_folder import file_digest, may_write, run_to_dict, unwritable, versions, write_json
+from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.shown import Shown
@@ -152,7 +153,7 @@ def fit_many(
     cluster: str | None = None,
     workers: int = 2,
     force: bool = False,
-    progress: FleetProgress | None = None,
+    progress: FleetProgress = lambda done, total, name: None,
 ) -> Fleet:
     """Fit the same models to each of many logs or devices.
 
@@ -176,7 +177,7 @@ def fit_many(
         RunError: the folder holds something else, or cannot be written.
         WorkerLostError: the cluster went away; what is done is kept.
     """
-    folder, how, report = Path(out), reading or Reading(), progress or _silent
+    folder, how = Path(out), reading or Reading()
     asked = replace(settings or Settings(), models=tuple(models), workers=1)
     files = _logs_of([logs] if isinstance(logs, str | Path) else logs)
     tasks = [DeviceTask(name, paths, asked, how, device) for name, paths in _grouped(files, by, how).items()]
@@ -193,15 +194,11 @@ def fit_many(
                 else:
                     _write(_file(folder, task.name), result)
                 found[task.name] = result
-                report(len(found), len(tasks), task.name)
+                progress(len(found), len(tasks), task.name)
     made = _tables([found[task.name] for task in tasks], over, baseline)
     _write_tables(folder, body, made)
     origins = {log["origin"] for each in found.values() for log in each.get("run", {}).get("logs", ())} - {"", None}
     return Fleet(folder, *made, taken, over, tuple(sorted(origins)))
-
-
-def _silent(done: int, total: int, what: str) -> None:
-    """No progress is shown."""
 
 
 def fit_device(task: DeviceTask) -> dict[str, Any]:
@@ -209,7 +206,10 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
     how = task.reading
     body = _failed(task, "")
     try:
-        body |= {"sha256": [file_digest(Path(path)) for path in task.paths], "modified": _modified(task)}
+        body |= {
+            "sha256": [file_digest(Path(path)) for path in task.paths],
+            "modified": min(Path(path).stat().st_mtime for path in task.paths),
+        }
         recordings = [log for path in task.paths for log in how.read(path, task.device)]
         data = build_dataset(recordings, device=task.device, derivative=how.derivative)
         values = dict(recordings[0].constants)
@@ -223,10 +223,6 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
 def _failed(task: DeviceTask, reason: str) -> dict[str, Any]:
     names, none = [Path(path).name for path in task.paths], dict[str, float]()
     return {"device": task.name, "logs": names, "sha256": [], "values": none, "modified": 0.0, "failed": reason}
-
-
-def _modified(task: DeviceTask) -> float:
-    return min(Path(path).stat().st_mtime for path in task.paths)
 
 
 # --- what is fitted, and what is kept -----------------------------------------------------------------------------
@@ -273,7 +269,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
             if not force:
                 raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
     else:
-        may_write(folder, marker=MARKER)
+        may_write(folder, False, MARKER)
     if isinstance(known, dict):
         held = cast(dict[str, Any], known)
         other = [key for key in body if held.get(key) != json.loads(json.dumps(body[key]))]
@@ -375,7 +371,9 @@ def _series(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
         groups.setdefault((row["model"], row["parameter"], row["unit"]), []).append(row)
     made: list[FleetSeries] = []
     for key, rows in groups.items():
-        known = sorted((r for r in rows if r["value"] is not None and r["order"] == r["order"]), key=_order)
+        known = sorted(
+            (r for r in rows if r["value"] is not None and r["order"] == r["order"]), key=itemgetter("order")
+        )
         x, value, low, high = (
             np.array([np.nan if r[c] is None else r[c] for r in known], float)
             for c in ("order", "value", "low", "high")
@@ -388,10 +386,6 @@ def _series(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
         chart = control_chart(value, baseline)
         made.append(FleetSeries(*key, names, x, value, low, high, score, trend(x, value), chart))
     return tuple(made)
-
-
-def _order(row: Mapping[str, Any]) -> float:
-    return row["order"]
 
 
 def _write_tables(folder: Path, body: Mapping[str, Any], made: _Made) -> None:

@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError, SettingError
-from erclutch.files import whole_folder
+from erclutch.files import may_write, whole_folder
 from erclutch.fit.centroids import not_on_disk
 from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, residuals_for, structures_for
 from erclutch.fit.data_check import Finding, check
@@ -32,7 +32,7 @@ from erclutch.logs.reading import Reading
 from erclutch.models.load import Model
 from erclutch.models.model_file import digest_of
 from erclutch.runs.cluster import saying_kept
-from erclutch.runs.run_folder import file_name, may_write, unwritable, versions, write_json, write_models
+from erclutch.runs.run_folder import file_name, unwritable, versions, write_json, write_models
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName, Units
@@ -147,7 +147,7 @@ def fit_large(
     workers: int = 1,
     cluster: str | None = None,
     scratch: str | Path | None = None,
-    progress: LargeFitProgress | None = None,
+    progress: LargeFitProgress = lambda what, rows: None,
 ) -> LargeFit:
     """Fit models to logs that need not fit into memory.
 
@@ -171,16 +171,16 @@ def fit_large(
         RunError: no room for the temporary folder.
     """
     logs = [paths] if isinstance(paths, str | Path) else list(paths)
-    how, report = reading or Reading(), progress or _silent
+    how = reading or Reading()
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     settings = Settings(tuple(models), lag="none", friction=friction, offset=offset, seed=seed, workers=workers)
     with saying_kept((), len(logs), "logs are kept: the fit begins anew"), tasks_on(cluster, workers) as tasks:
         with DiskRows(scratch, tasks) as rows:
-            seconds = _read(logs, how, device, rows, tasks, report)
-            findings, left_out, fitted = _fitted(rows, settings, tasks, report)
+            seconds = _read(logs, how, device, rows, tasks, progress)
+            findings, left_out, fitted = _fitted(rows, settings, tasks, progress)
         with DiskRows(scratch, tasks) as others:
-            _read(test, how, device, others, tasks, report)
+            _read(test, how, device, others, tasks, progress)
             errors = _errors(others, [each.model for each, _ in fitted])
     return LargeFit(
         entries=tuple(LargeEntry(o, e, s) for (o, s), e in zip(fitted, errors, strict=True)),
@@ -194,10 +194,6 @@ def fit_large(
         worker_memory=tasks.peak,
         settings={"models": list(models), "device": device, "friction": friction, "offset": offset, "seed": seed},
     )
-
-
-def _silent(what: str, rows: int) -> None:
-    """No progress is shown."""
 
 
 def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[TrainingRows], AnyOutcome]], list[str]]:

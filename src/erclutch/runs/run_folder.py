@@ -14,21 +14,21 @@ A folder is written beside its final name and moved there when it is whole, so t
 from __future__ import annotations
 
 import csv
-import hashlib
 import importlib.metadata
 import json
-import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import RunError
-from erclutch.files import whole_folder
+from erclutch.files import file_digest, whole_folder
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
@@ -43,6 +43,11 @@ RUN_SCHEMA = 2
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
 _GUARDED = ("table.csv", "predictions.parquet")
 _LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
+_REMEDY = "Give --out a folder on a disk that can be written and has space"
+#: The error of a run's folder that cannot be written.
+unwritable = partial(files.unwritable, problem="the run cannot be written", remedy=_REMEDY)
+#: Say before any work whether a run may be written to a folder.
+may_write = partial(files.may_write, marker="run.json")
 
 
 def write_run(
@@ -76,34 +81,6 @@ def write_run(
     return target
 
 
-def unwritable(target: Path, error: OSError) -> RunError:
-    """The error of a run's folder that cannot be written."""
-    return RunError(
-        f"the run cannot be written: {error.strerror or error}",
-        where=str(target),
-        remedy="Give --out a folder on a disk that can be written and has space",
-    )
-
-
-def may_write(folder: str | Path, force: bool = False, marker: str = "run.json") -> None:
-    """Say before any work whether a run may be written to a folder.
-
-    Raises:
-        RunError: the folder exists and may not be replaced, or its parent is missing or cannot be written.
-    """
-    target = Path(folder)
-    if not target.parent.is_dir():
-        raise RunError("its parent folder does not exist", where=str(target), remedy=f"Make {target.parent} first")
-    if not os.access(target.parent, os.W_OK):
-        raise RunError("its parent folder cannot be written", where=str(target), remedy="Give --out another place")
-    if not target.exists():
-        return
-    if not (target / marker).is_file():
-        raise RunError("exists and is not a run", where=str(target), remedy="Give --out another name")
-    if not force:
-        raise RunError("there is a run already", where=str(target), remedy="Give --out another name, or --force")
-
-
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
     write_models(folder, {entry.name: entry.outcome.model for entry in comparison.entries})
     _write_table(folder / "table.csv", comparison)
@@ -118,12 +95,6 @@ def write_models(folder: Path, models: Mapping[str, Model]) -> None:
     (folder / "models").mkdir()
     for name, model in models.items():
         write_json(folder / "models" / f"{file_name(name)}.json", model.to_dict())
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def file_name(model: str) -> str:

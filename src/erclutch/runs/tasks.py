@@ -14,10 +14,6 @@ from typing import Any
 from erclutch.runs.cluster import TaskPool, in_order, task_pool
 
 
-def _unseen(passes: int, tasks: int) -> None:
-    """Nobody looks."""
-
-
 @dataclass
 class Tasks:
     """Runs the tasks of each pass.
@@ -31,7 +27,7 @@ class Tasks:
     """
 
     pool: TaskPool | None
-    show: Callable[[int, int], None] = _unseen
+    show: Callable[[int, int], None] = lambda passes, tasks: None
     passes: int = 0
     elsewhere: float = 0.0
     peak: int | None = None

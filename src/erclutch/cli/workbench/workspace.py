@@ -75,7 +75,7 @@ class Workspace:
 
         def is_result(path: Path) -> bool:
             return path.name not in known and (
-                path.suffix in kinds or _is_export(path) or ESTIMATE.search(path.name) is not None
+                path.suffix in kinds or (path / "export.json").is_file() or ESTIMATE.search(path.name) is not None
             )
 
         return self._entries(path for path in self._visible() if is_result(path))
@@ -124,6 +124,8 @@ class Workspace:
         Raises:
             WorkspaceError: no such name is taken, the file is larger than 4 GiB, empty, or cannot be written.
         """
+        from erclutch.files import file_digest
+
         stem, suffix = os.path.splitext(plain_name(name))
         twins = [
             e
@@ -145,7 +147,10 @@ class Workspace:
             if not size:
                 raise WorkspaceError("the file is empty", where=name, remedy="Give a log with rows")
             for entry in twins:
-                if entry.size == size and await asyncio.to_thread(_sha256, self.folder / entry.name) == digest.digest():
+                if (
+                    entry.size == size
+                    and await asyncio.to_thread(file_digest, self.folder / entry.name) == digest.hexdigest()
+                ):
                     return entry.name, True
             os.link(partial, self.folder / name)
         except OSError as error:
@@ -202,17 +207,8 @@ def plain_name(name: str) -> str:
     return name
 
 
-def _sha256(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").digest()
-
-
 def _is_run(path: Path) -> bool:
     return (path / "run.json").is_file()
-
-
-def _is_export(path: Path) -> bool:
-    return path.is_dir() and (path / "export.json").is_file()
 
 
 def said_size(size: int) -> str:

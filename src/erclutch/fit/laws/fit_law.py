@@ -34,6 +34,7 @@ from erclutch.fit.laws.variable_projection import (
     refined,
     triangle_of,
 )
+from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Minimum, minimise
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import Estimate, FitOutcome
@@ -220,9 +221,10 @@ def _outcome(
     triangle = triangle_of(np.vstack([linear, nonlinear]).T)
     projection = refined(columns, full.target, projection, triangle)
     residual = full.target - columns @ projection.gains
-    spread = unknown(triangle, data.rows)
+    spread, unseen = unknown(triangle, data.rows), None
     if intervals:
-        spread = uncertainty(np.vstack([nonlinear, linear]).T, residual, ordered=ordered)
+        free = np.vstack([nonlinear, linear]).T
+        spread, unseen = uncertainty(free, residual, ordered=ordered), unseen_errors(data, free.__getitem__, residual)
         some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         optimum = Optimum(
@@ -234,7 +236,7 @@ def _outcome(
         )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
     seen = replace(seen, cost=float(residual @ residual))
-    return described(structure, seen, full, found, projection, spread, ends)
+    return replace(described(structure, seen, full, found, projection, spread, ends), unseen=unseen)
 
 
 def _fit_on_disk(data: DiskRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:

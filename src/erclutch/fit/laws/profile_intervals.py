@@ -24,6 +24,7 @@ from erclutch.signals.array import Array, Mask
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.
 _WIDE = 1.0
 _NEAR = 0.1  # of the limit's root: from there a straight line goes to the end
+_STEEP = 3.0  # times the limit's root: a rise beyond says nothing of where the end is
 _COUPLED = 0.1  # correlation from which on two parameters trade off
 _TRIES = 10
 
@@ -155,10 +156,9 @@ class _Search:
             if rise < 1.0:
                 if trial == bound:
                     return bound
-                inner, inner_rise = trial, rise
+                inner, inner_rise, rest = trial, rise, found  # beyond the end the others may lie in another basin
             else:
                 outer, outer_rise = trial, rise
-            rest = found
             trial = _next(inner, inner_rise, outer, outer_rise, float(self.point[j]))
         return inner if np.isfinite(outer_rise) else side * np.inf
 
@@ -193,7 +193,7 @@ def _limits(found: Optimum, ordered: bool) -> Array:
 def _next(inner: float, inner_rise: float, outer: float, outer_rise: float, start: float) -> float:
     """The next value to try: between the two that enclose the end, else further out by what the rise asks for."""
     if np.isfinite(outer_rise):
-        share = (1.0 - inner_rise) / (outer_rise - inner_rise)
+        share = (1.0 - inner_rise) / (min(outer_rise, _STEEP) - inner_rise)
         return inner + min(max(share, 0.05), 0.95) * (outer - inner)
     return start + (inner - start) * min(1.05 / max(inner_rise, 0.1), 4.0)
 

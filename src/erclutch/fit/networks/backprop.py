@@ -8,7 +8,7 @@ made exactly by carrying first and second derivatives forward through the layers
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +53,15 @@ def tables_of(theta: Array, sizes: Sequence[int]) -> dict[str, Array]:
     for i, (weight, bias) in enumerate(hidden, start=1):
         tables |= {f"W{i}": weight.copy(), f"b{i}": bias.copy()}
     return {**tables, "W_out": w.copy(), "b_out": b.copy()}
+
+
+def slopes_of(tables: Mapping[str, Array], x: Array) -> Array:
+    """Derivatives of an FNN's output for normalised inputs (inputs, n) by all weights, shape (weights, n)."""
+    names = [*(str(i) for i in range(1, len(tables) // 2)), "_out"]
+    layers = [(tables[f"W{name}"], tables[f"b{name}"]) for name in names]
+    slopes: Array = np.empty((sum(w.size + b.size for w, b in layers), x.shape[1]))
+    _slopes(layers, _activations(layers, x), np.ones_like(x[0]), slopes)
+    return slopes
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.centroids import Centroids, Gridded, centroids_of, grid_of, not_on_disk
+from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Stop
-from erclutch.fit.networks.backprop import tables_of
+from erclutch.fit.networks.backprop import slopes_of, tables_of
 from erclutch.fit.networks.first_weights import Slips
 from erclutch.fit.networks.fit_fnn import schedule_for, train
 from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_over
@@ -99,7 +100,21 @@ def fit_rows(
             structure, scaling, weights, dict(times), data.units, range_of(data), span, about, data.period
         )
         cost = sum(rows.fold(partial(_squared_error, model)))
-    return _outcome(model, stop, steps, cost, data.rows)
+        unseen = None if isinstance(data, DiskRows) else _unseen(data, model, next(iter(rows)))
+    return replace(_outcome(model, stop, steps, cost, data.rows), unseen=unseen)
+
+
+def _unseen(data: Dataset, model: NetworkModel, pair: Pair) -> Array | None:
+    """Errors without the logs of a row's motion; of an RBFN the centres and spreads stay where they are."""
+    x, y = pair
+
+    def slopes(rows: slice) -> Array:
+        unit = model.scaling.inputs(x[:, rows])
+        if model.structure.kind == "rbfn":
+            return np.vstack([model.last_layer(unit), np.ones(unit.shape[1])]).T
+        return slopes_of(model.weights, unit).T
+
+    return unseen_errors(data, slopes, y - model.of_inputs(x, exactly=False))
 
 
 def _outcome(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int) -> FitOutcome[NetworkModel]:

@@ -82,6 +82,7 @@ def fit_residual(
         train_cost=float(left @ left),
         train_rows=law.train_rows,
         weights=found.weights,
+        unseen=None if law.unseen is None else law.unseen - (missed - left),
     )
 
 

@@ -18,8 +18,8 @@
 #define THICKEST 3.0      /* of the drag that the log has */
 #define ENOUGH 0.01       /* of torque_scale: an inverse so near is found */
 #define AT_END 0.9        /* of the field limit: the model may end a little earlier */
-#define LOOK_ANEW 20u     /* periods at an end of the field */
-#define SECANTS 4u        /* at most, before the inverse begins anew */
+#define LOOK_ANEW 100u    /* periods at an end of the field */
+#define SECANTS 8u        /* at most, before the inverse begins anew */
 #define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
 
@@ -189,7 +189,7 @@ static bool follow(erc_core *core, const double *in, double wanted, uint32_t *ev
         at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0 &&
                  slope_at(core, in, next, there + wanted) * s->slope > 0.0;
         if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
-            slope = fabs(there) < fabs(miss) ? (there - miss) / (next - at) : 0.0;
+            slope = fabs(there) < fabs(miss) || there * miss < 0.0 ? (there - miss) / (next - at) : 0.0;
         }
         first = i == 0u ? there : first;
         at = next;
@@ -214,11 +214,11 @@ static bool still_out_of_reach(erc_core *core, const double *in, double wanted, 
     if (s->beyond == 0u) {
         return false;
     }
-    s->beyond--;
     const double before = s->gave;
     s->gave = erc_at_rest(core, in, s->found);
-    s->slope = s->beyond > 0u ? s->slope : 0.0;
     const bool out = (wanted - s->gave) * s->lacking > 0.0 && s->gave * before > 0.0; /* else the slip has turned */
+    s->beyond = out ? s->beyond - 1u : 0u;
+    s->slope = out && s->beyond == 0u ? 0.0 : s->slope;
     *events |= out ? ERC_UNREACHABLE : 0u;
     return out;
 }

@@ -10,6 +10,7 @@ from pathlib import PurePath
 from typing import Any
 
 from starlette.applications import Starlette
+from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
@@ -261,10 +262,9 @@ def _headers(scope: Scope) -> list[tuple[str, str]]:
 def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
-            given = message.get("headers", [])
-            there = {name.lower() for name, _ in given}
-            own = [(name.encode(), value.encode()) for name, value in headers.items() if name.encode() not in there]
-            message["headers"] = [*given, *own]
+            given = MutableHeaders(scope=message)
+            for name, value in headers.items():
+                given.setdefault(name, value)
         await send(message)
 
     return sent

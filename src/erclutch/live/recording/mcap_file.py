@@ -15,6 +15,7 @@ import os
 import struct
 import zlib
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +26,12 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
+from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 from erclutch.live.layout import EVENT_BITS, frames_of
 from erclutch.live.ring import RingInfo
-from erclutch.logs.readers.mcap_records import MAGIC, Place, parse, places
+from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Place, parse, places
 from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
 from erclutch.signals.units import UNKNOWN
 
@@ -40,7 +42,6 @@ CHANNEL = 1
 OWN = "erclutch"
 #: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
 _REPEAT = 16
-_HEADED = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
 _SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
 _INDEX = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
@@ -48,6 +49,11 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 class RecordingError(ErclutchError):
     """A recording cannot be written, or not be recovered."""
+
+
+_REMEDY = "Give a folder that can be written and has space"
+#: The error of a recording that the disk does not take.
+unwritable = partial(files.unwritable, problem="the recording cannot be written", remedy=_REMEDY, kind=RecordingError)
 
 
 class FrameFile:
@@ -73,7 +79,7 @@ class FrameFile:
         self._chunks = 0
         self._to_unix = info.start_unix_ns - info.start_ns
         self._description = record_bytes(*description(info))
-        self._message = np.dtype([*_HEADED, ("frame", _packed(info))])
+        self._message = np.dtype([*MESSAGE, ("frame", _packed(info))])
         self._packer = zstandard.ZstdCompressor(level=1)
         try:
             if self.path.exists():
@@ -330,12 +336,3 @@ def _write_all(file: int, data: bytes) -> None:
     view = memoryview(data)
     while view:
         view = view[os.write(file, view) :]
-
-
-def unwritable(path: Path, error: OSError) -> RecordingError:
-    """The error of a recording that the disk does not take."""
-    return RecordingError(
-        f"the recording cannot be written: {error.strerror or error}",
-        where=str(path),
-        remedy="Give a folder that can be written and has space",
-    )

@@ -37,19 +37,16 @@ def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
     Args:
         texts: column name -> its cells, of the columns that hold text.
     """
-    days = [name for name, cells in texts.items() if not cells.isna().any() and _is_day(str(cells.iloc[0]).strip())]
+    whole = {name: str(cells.iloc[0]).strip() for name, cells in texts.items() if not cells.isna().any()}
+    days = [name for name, first in whole.items() if any(_reads(first, pattern) for pattern in _DATES)]
     for name, cells in texts.items():
         for day in days:
             joined = texts[day].astype(str).str.strip() + " " + cells.astype(str).str.strip()
-            if name != day and not cells.isna().any() and (stamps := seconds(joined)) is not None:
+            if name != day and name in whole and (stamps := seconds(joined)) is not None:
                 return f"{day} and {name}", stamps
         if (stamps := seconds(cells)) is not None:
             return name, stamps
     return "", None
-
-
-def _is_day(cell: str) -> bool:
-    return any(_reads(cell, pattern) for pattern in _DATES)
 
 
 def _reads(cell: str, pattern: str) -> bool:

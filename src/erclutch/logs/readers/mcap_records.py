@@ -25,7 +25,7 @@ LARGEST_CHUNK = 1 << 30
 _HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = 40  # bytes ahead of a chunk's data, without the name of its compression
 #: Ahead of each message's data.
-_MESSAGE = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
+MESSAGE = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
 _MESSAGE_FIELDS = 22
 
 
@@ -52,7 +52,7 @@ class MessageRun:
 
     Attributes:
         offset: of the first in its chunk.
-        array: the messages, shape (n,); fields as in `_MESSAGE`, and ``data`` as bytes of shape (n, length).
+        array: the messages, shape (n,); fields as in `MESSAGE`, and ``data`` as bytes of shape (n, length).
     """
 
     offset: int
@@ -187,7 +187,7 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
 
 
 def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any]:
-    kind = np.dtype([*_MESSAGE, ("data", f"V{length - _MESSAGE_FIELDS}")] if length > _MESSAGE_FIELDS else _MESSAGE)
+    kind = np.dtype([*MESSAGE, ("data", f"V{length - _MESSAGE_FIELDS}")] if length > _MESSAGE_FIELDS else MESSAGE)
     count = min(most, (len(body) - at) // kind.itemsize)
     found = np.frombuffer(body, kind, count, at)
     equal = (found["op"] == Opcode.MESSAGE) & (found["size"] == length)

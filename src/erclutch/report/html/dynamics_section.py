@@ -11,7 +11,7 @@ from erclutch.models.stages.stage import Stage
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import symbol
 from erclutch.report.numbers.model_stages import stage_gain, stage_values, stages_in
-from erclutch.report.numbers.number_text import Scale, count, interval, number, percent, scale_for
+from erclutch.report.numbers.number_text import Scale, capital, count, interval, number, percent, scale_for
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.numbers.switching import AfterSwitch
 from erclutch.report.plots.lag_plot import describe_lag
@@ -37,10 +37,7 @@ DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 
 def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    stages = [
-        {"title": f"{s.title[:1].upper()}{s.title[1:]}", "rows": list(_constants(entry, s, units))}
-        for s in stages_in(entry)
-    ]
+    stages = [{"title": capital(s.title), "rows": list(_constants(entry, s, units))} for s in stages_in(entry)]
     return {"name": entry["name"], "stages": stages}
 
 

@@ -12,7 +12,7 @@ from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, indep
 from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.number_text import count, number, percent, span
+from erclutch.report.numbers.number_text import capital, count, number, percent, span
 from erclutch.report.numbers.run_material import Material
 
 _FEW_INDEPENDENT = 0.02
@@ -119,7 +119,7 @@ def _against(material: Material) -> str:
 def worries(material: Material) -> list[str]:
     """What may mislead, the gravest first; each a sentence or two."""
     body, entry = material.body, material.run.entry(material.recommended)
-    found = [f"{_capital(f['message'])}." for f in body["findings"]]
+    found = [f"{capital(f['message'])}." for f in body["findings"]]
     found += [f"{material.recommended}: {note}." for note in entry["notes"]]
     found += negative_gains(material.laws[entry["name"]]) if entry["name"] in material.laws else []
     found += [*_of_rows(material, entry), *_of_errors(material, entry)]
@@ -163,14 +163,10 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
         yield f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
 
 
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
 def _next(material: Material) -> list[dict[str, str]]:
     """What to do, with commands where there are any."""
     body = material.body
-    steps = [(f"{_capital(f['remedy'])}.", "") for f in body["findings"]]
+    steps = [(f"{capital(f['remedy'])}.", "") for f in body["findings"]]
     if body["settings"]["lag"] == "none":
         text = "No model with a lag was tried. On a switched device it often matters more than the law."
         steps.append((text, "erclutch fit LOG --lag auto"))

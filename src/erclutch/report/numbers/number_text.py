@@ -9,6 +9,7 @@ from typing import Any
 
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(text: str) -> str:
@@ -31,12 +32,13 @@ def number(value: float | None, digits: int = 3) -> str:
         text = f"{rounded:.{places}f}"
     else:
         mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
-        text = f"{mantissa}·10{_superscript(int(power))}"
+        text = f"{mantissa}·10{str(int(power)).translate(_RAISED)}"
     return text.replace("-", "−")
 
 
-def _superscript(value: int) -> str:
-    return str(value).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+def capital(text: str) -> str:
+    """A text with a large first letter."""
+    return text[:1].upper() + text[1:]
 
 
 def count(value: int) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.report.numbers.number_text import number
+from erclutch.report.numbers.number_text import capital, number
 from erclutch.report.plots.paper_style import BLACK, RAMPS, STYLES, new_figure, save, save_numbers, style
 from erclutch.report.plots.plot_description import (
     Axis,
@@ -171,12 +171,12 @@ def _titles(axes: Any, plot: Plot) -> None:
         else:
             badge = f" ({plot.badge})" if plot.badge and below is None else ""
             narrow = any(isinstance(mark, NamedBars) for mark in panel.marks)  # names beside it have taken the room
-            axis.set_xlabel(_capital(panel.x.title) + badge, loc="right" if narrow else "center")
+            axis.set_xlabel(capital(panel.x.title) + badge, loc="right" if narrow else "center")
         if k % columns and _same(panel.y, panels[k - 1].y):
             axis.tick_params(labelleft=False)
         else:
             room = plot.height * panel.share / sum(p.share for p in panels[::columns])
-            axis.set_ylabel(_wrapped(_capital(panel.y.title), room))
+            axis.set_ylabel(_wrapped(capital(panel.y.title), room))
 
 
 def _wrapped(title: str, inches: float) -> str:
@@ -188,10 +188,6 @@ def _wrapped(title: str, inches: float) -> str:
 
 def _same(one: Axis, other: Axis | None) -> bool:
     return one == other and one.low is not None
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _legends(figure: Any, axes: Any, plot: Plot) -> None:

@@ -113,16 +113,14 @@ def torque_sequence(
     return out
 
 
-def half_sine_torque(
-    rows: int, rng: np.random.Generator, high: float = 0.27, fastest: float = 1.5, rate: float = 1000.0
-) -> Array:
+def half_sine_torque(rows: int, rng: np.random.Generator) -> Array:
     """Positive halves of sines of random height and frequency in N m, shape (rows,), as in section IV-D."""
     out = np.zeros(rows)
     k = 0
     while k < rows:
-        frequency = rng.uniform(0.2, fastest)
-        width = int(0.5 / frequency * rate)
-        wave = rng.uniform(0.04, high) * np.sin(np.pi * np.arange(width) / width)
+        frequency = rng.uniform(0.2, 1.5)
+        width = int(500.0 / frequency)  # rows of 1 ms
+        wave = rng.uniform(0.04, 0.27) * np.sin(np.pi * np.arange(width) / width)
         out[k : k + width] = wave[: rows - k]
         k += width
     return out

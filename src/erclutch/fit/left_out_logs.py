@@ -1,0 +1,76 @@
+"""Errors on a log as if no log with its motion had been there when the model was fitted (jackknife over logs).
+
+Rows that are left out of a least-squares fit move its parameters, to first order, by (J'J - K'K)^-1 K'e, where K are
+their rows of the Jacobian J and e their errors. No model is fitted again (MacKinnon, Nielsen and Webb 2022,
+doi 10.48550/arXiv.2205.03288). A band for new logs needs such errors (Barber, Candes, Ramdas and Tibshirani 2021,
+doi 10.1214/20-AOS1965).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.array import Array, Mask
+
+#: Logs from which on there is something to learn from leaving some of them out.
+_FEWEST = 3
+#: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
+_ALIKE = 1.25
+#: Directions in which the other logs say less than this share stay where they are.
+_UNSAID = 1e-4
+
+
+def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array) -> Array | None:
+    """Measured less estimated effort of each log by a fit without the logs of its motion, shape (n,).
+
+    Args:
+        data: the rows of the fit.
+        slopes: derivatives of the effort of some rows by the parameters, shape (rows, p).
+        error: measured less estimated effort, shape (n,).
+
+    Returns:
+        None where there are fewer than three logs. A log without which less than half of the rows is left keeps its
+        errors.
+    """
+    logs = [slice(start, stop) for start, stop in data.source_rows if stop > start]
+    if len(logs) < _FEWEST:
+        return None
+    beside = (np.column_stack([slopes(log), error[log]]) for log in logs)
+    grams = np.array([rows.T @ rows for rows in beside])
+    whole = grams.sum(axis=0)
+    if not np.isfinite(whole).all():
+        return None
+    scale = np.sqrt(np.diag(whole)[:-1])
+    scale[scale == 0.0] = 1.0
+    unseen = error.copy()
+    for log, out in zip(logs, _left_out(data, logs), strict=True):
+        if out.any():
+            gone = grams[out].sum(axis=0)
+            left = (whole - gone)[:-1, :-1] / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
+            unseen[log] += slopes(log) @ (np.linalg.solve(left, gone[:-1, -1] / scale) / scale)
+    return unseen
+
+
+def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
+    """For each log the logs that are left out: those of its motion, else the log alone, else none."""
+    motions = np.array([_motion(data, log) for log in logs])
+    rows = np.array([log.stop - log.start for log in logs])
+    for k in range(len(logs)):
+        alike = np.all(np.abs(motions - motions[k]) < np.log(_ALIKE), axis=1)
+        alone = np.arange(len(logs)) == k
+        few = (out for out in (alike, alone) if 2 * rows[out].sum() <= rows.sum())
+        yield next(few, np.zeros(len(logs), np.bool_))
+
+
+def _motion(data: Dataset, log: slice) -> list[float]:
+    """Logarithms of the root mean squares of each slip and of its rate."""
+    steps = np.diff(data.clock.time[log])
+    found: list[float] = []
+    for element in data.elements:
+        slip = element.slip[log]
+        rate = np.diff(slip)[steps > 0] / steps[steps > 0]
+        found += [float(np.log(np.sqrt(np.mean(x**2)) + 1e-150)) for x in (slip, rate) if x.size]
+    return found
