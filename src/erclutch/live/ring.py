@@ -184,7 +184,7 @@ class RingReader:
             found = tuple(LiveChannel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
             names = [channel.name for channel in found]
             sound = all(_NAME.fullmatch(c.name) and c.role in ROLES and is_written_well(c.unit) for c in found)
-            if sound and not {*names} & {*_FIXED}:
+            if sound and not {*names} & {*_FIXED, "time", "lateness", "step"}:
                 with contextlib.suppress(ValueError):  # a slot that is none, or a name twice
                     frames_of(found)
                     return found
