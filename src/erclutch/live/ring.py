@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError
+from erclutch.files import unwritable
 from erclutch.live.layout import CONSTANTS, EVENTS, FRAME, HEADER, frames_of
 from erclutch.signals.channels import ROLES, LiveChannel, channels_of
 from erclutch.signals.units import is_written_well
@@ -115,11 +116,8 @@ def make_ring(path: str | Path, info: RingInfo) -> Path:
     except OSError as error:
         if not isinstance(error, FileExistsError):
             target.unlink(missing_ok=True)
-        raise RingError(
-            f"the ring cannot be made: {error.strerror or error}",
-            where=str(target),
-            remedy="Free memory, or give another place",
-        ) from error
+        remedy = "Free memory, or give another place"
+        raise unwritable(target, error, "the ring cannot be made", remedy, RingError) from error
     return target
 
 
