@@ -260,6 +260,7 @@ STAMPS: dict[str, Array] = {
     "twice backwards": np.where((MORE == 222) | (MORE == 300), 100.0, MORE) / 100,
     "one value": np.ones(400),
     "too fine": MORE * 1e-13,
+    "too fine with repeats": np.repeat(MORE[:200], 2) * 1.2e-12,
     "nine": MORE[:9],
     "ten": MORE[:10],
 }
@@ -421,6 +422,10 @@ def test_flow_curve_files(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.Mo
     for name, text in FLOW.items():
         Path("curves.csv").write_text(text)
         found[name] = told(lambda: flow_curve_file.read_flow_curves("curves.csv"))
+    size = Path("curves.csv").stat().st_size
+    for largest in (size - 1, size):
+        monkeypatch.setattr(flow_curve_file, "_LARGEST", largest)
+        found[f"at most {largest}"] = told(lambda: flow_curve_file.read_flow_curves("curves.csv"))
     pinned({**found, "none": told(lambda: flow_curve_file.read_flow_curves("nowhere.csv"))})
 
 

@@ -24,7 +24,7 @@ from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import NetworkModel, Scaling, network_from_dict, table_shapes
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
-from erclutch.models.stages import canonical, shown_stages, stage_equations, stages_of
+from erclutch.models.stages import canonical, remembers, shown_stages, stage_equations, stages_of
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -188,7 +188,8 @@ def test_stages_in_words(pinned: Pinned) -> None:
         "stops-2/field",
         "x",
     )
-    pinned([about, [told(lambda f=f: [canonical(f), stage_equations(f)]) for f in forms]])
+    kept = {s.name: remembers(s) for s in shown_stages() if s.place == "slip"}
+    pinned([about, kept, [told(lambda f=f: [canonical(f), stage_equations(f)]) for f in forms]])
 
 
 def test_networks_in_words(pinned: Pinned) -> None:
