@@ -90,8 +90,11 @@ C_SWAPS = {
     "/": ("*",),
 }
 _C_OPERATOR = re.compile(r"(?<= )(?:<=|>=|==|!=|&&|\|\||[<>+*/-])(?= )")
-#: What no test could run: comments, lines of the preprocessor, what the compiler itself checks.
-_C_ASIDE = re.compile(r"/\*.*?\*/|//[^\n]*|^(?:#|_Static_assert)[^\n]*", re.DOTALL | re.MULTILINE)
+#: What no test could run, or what only words a message: comments, lines of the preprocessor, what the compiler checks.
+_C_ASIDE = re.compile(
+    r"""/\*.*?\*/|//[^\n]*|^(?:#|_Static_assert)[^\n]*|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""",
+    re.DOTALL | re.MULTILINE,
+)
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,8 @@ def test_words_and_types_are_left_alone(tmp_path: Path) -> None:
     assert len(mutants(tmp_path, source)) == 1  # the call, dropped
 
 
-def test_c_is_changed_outside_comments(tmp_path: Path) -> None:
-    source = "#define A (1 + 2)\n/* a < b\n c > d */\nint x = a && *b; // e + f\n"
+def test_c_is_changed_outside_comments_and_texts(tmp_path: Path) -> None:
+    source = '#define A (1 + 2)\n/* a < b\n c > d */\nint x = a && *b; // e + f\nchar *y = "1 < \\" - 2", z = \'"\';\n'
     assert mutants(tmp_path, source, ".c") == [source.replace("&&", "||")]
 
 

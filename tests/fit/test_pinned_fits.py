@@ -21,7 +21,7 @@ from erclutch.fit.data_check import check, sensor_findings, steady_command
 from erclutch.fit.flow_curve import FlowCurve, ranked
 from erclutch.fit.history import effort_finding, history_finding
 from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
-from erclutch.fit.ladder import families, with_stage
+from erclutch.fit.ladder import _feels, _next, families, with_stage
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.log_zeros import log_differences, per_log
 from erclutch.fit.past_samples import past_finding, past_rows
@@ -34,6 +34,7 @@ from erclutch.models.adaptive_band import adapted
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.signals.array import Array
+from erclutch.signals.recording import TEMPERATURE
 
 Pinned = Callable[..., None]
 
@@ -326,7 +327,12 @@ def test_flow_curves(pinned: Pinned) -> None:
 def test_steps_of_the_ladder(pinned: Pinned) -> None:
     names = [name for family in families() for name in family]
     forms = ("none", "lag", "rise-fall+dahl", "lag+dahl-2/field+inertia")
-    pinned([families(), [[told(lambda f=f, n=n: with_stage(f, n)) for n in names] for f in forms]])
+    laws = [
+        Structure("single", law, law_from_name(law), "none") for law in ("bingham", "on-off", "rbfm-2", "casson", "hem")
+    ]
+    felt = [[_feels(law, n, extras) for law in laws for extras in ((), ("u",), (TEMPERATURE,))] for n in names]
+    left = [[_next(names[k:], n) for n in names[k:]] for k in range(len(names))]
+    pinned([families(), felt, left, [[told(lambda f=f, n=n: with_stage(f, n)) for n in names] for f in forms]])
 
 
 def test_past_samples(pinned: Pinned) -> None:

@@ -206,3 +206,70 @@ def test_mdf(monkeypatch: pytest.MonkeyPatch, pinned: Pinned) -> None:
         monkeypatch.setitem(sys.modules, "asammdf", library)
         found[name] = [told(lambda v=v: mdf.find("a.mf4", v)) for v in (None, "a", "group 2")]
     pinned(found)
+
+
+def test_mat_73(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch) -> None:
+    h5py: Any = pytest.importorskip("h5py")
+    from erclutch.logs.readers import mat, mat_tree
+
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        refs = file.create_group("#refs#")
+        refs["a"], refs["b"] = A, B
+        file["run/F"], file["run/t"], file["run/gain"] = A[None, :], ROWS[None, :] / 100, np.array([[2.5]])
+        name = file.create_dataset("run/name", data=np.array([[ord(c)] for c in "rig "], np.uint16))
+        name.attrs["MATLAB_class"] = np.bytes_("char")
+        empty = file.create_dataset("run/none", data=np.zeros(2))
+        empty.attrs["MATLAB_empty"] = 1
+        cells = file.create_dataset("cells", (2, 1), dtype=h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_("cell")
+        cells[0, 0], cells[1, 0] = refs["a"].ref, refs["b"].ref
+        structs = file.create_group("many")
+        for field in ("data", "other"):
+            own = structs.create_dataset(field, (2, 1), dtype=h5py.ref_dtype)
+            own[0, 0], own[1, 0] = refs["a"].ref, refs["b"].ref
+        file["deep/deeper/deepest/x"] = A
+        file["out"], file["soft"] = h5py.ExternalLink("secret.h5", "/"), h5py.SoftLink("/run")
+    with path.open("r+b") as block:
+        block.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + b"\0" * 8 + b"\0\2IM")
+
+    def shape(node: Any) -> Any:
+        if isinstance(node, dict):
+            return {key: shape(value) for key, value in node.items()}
+        return [shape(each) for each in node] if isinstance(node, list) else getattr(node, "shape", node)
+
+    found: list[Any] = [told(lambda v=v: mat.find(str(path), v)) for v in (None, "run", "cells", "many", "deep", "x")]
+    for limits in ({"_DEEPEST": 0}, {"_DEEPEST": 1}, {"_DEEPEST": 2}, {"_MOST": 1}, {"_MOST": 2}):
+        with monkeypatch.context() as patch:
+            for name_of, value in limits.items():
+                patch.setattr(mat_tree, name_of, value)
+            found.append(shape(mat_tree.load_v73(str(path))))
+    pinned(found)
+
+
+def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet as written
+
+    from erclutch import logs
+    from erclutch.errors import LogError
+    from erclutch.logs.readers import parquet, ros2
+
+    path = tmp_path / "a.csv"
+    path.write_text("t,F\n" + "".join(f"{k},{k}\n" for k in range(20)))
+    other = tmp_path / "a.parquet"
+    written.write_table(pa.table({"t": ROWS, "F": A}), other)
+    meta = written.ParquetFile(other).metadata
+    needed = max(meta.row_group(0).total_byte_size, meta.num_rows * meta.num_columns * 8)
+    for module, file, size in ((logs, path, path.stat().st_size), (parquet, other, needed)):
+        with monkeypatch.context() as patch:
+            patch.setattr(module, "_LARGEST", size)
+            assert len(logs.read_table(file).columns) == 2
+            patch.setattr(module, "_LARGEST", size - 1)
+            with pytest.raises(LogError, match="GiB"):
+                logs.read_table(file)
+    row: dict[str, float] = {}
+    ros2._flatten("x", np.zeros(ros2._MOST), row)
+    assert len(row) == ros2._MOST
+    with pytest.raises(LogError, match="numbers"):
+        ros2._flatten("x", np.zeros(ros2._MOST + 1), row)

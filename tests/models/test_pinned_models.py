@@ -297,3 +297,62 @@ def test_covered_cells(pinned: Pinned) -> None:
         [summed(x) for x in (lambda c: (c.low, c.high, c.reach))(cells_of(np.ones((2, 9)) * [[3.0], [0.0]], 8))]
     )
     pinned(found)
+
+
+# --- entries of files ------------------------------------------------------------------------------------------------
+
+
+def test_entries(pinned: Pinned) -> None:
+    """Both sides of every limit of an entry."""
+    from erclutch.models import model_file as f
+
+    def one(of: Callable[[], Any]) -> Any:
+        try:
+            return of()
+        except (ValueError, TypeError, KeyError) as error:
+            return f"{type(error).__name__}: {error}"[:70]
+
+    numbers = (1e18, 1.0000001e18, -1e18, -1.1e18, 0, f.SMALLEST, 0.99 * f.SMALLEST, True, "1", 10**30)
+    found: dict[str, Any] = {
+        "numbers": [[one(lambda v=v, p=p: f.number_of(v, "x", positive=p)) for p in (False, True)] for v in numbers]
+    }
+    found["whole"] = [one(lambda v=v: f.whole_number_of(v, "x")) for v in (1, 1.0, True, "1")]
+    found["truths"] = [one(lambda v=v: f.truth_of(v, "x")) for v in (True, False, 1, None)]
+    tables: tuple[tuple[Any, ...], ...] = (
+        ([1.0, 2.0], 2),
+        ([1.0], 2),
+        ([[1.0], [2.0]], 2, 1),
+        ([[1.0], 2.0], 2, 1),
+        (3.0,),
+        ([], 0),
+    )
+    found["tables"] = [one(lambda t=t: f.table_of(t[0], "x", *t[1:]).tolist()) for t in tables]
+    found["pairs"] = [one(lambda v=v: f.pair_of(v, "x")) for v in ([1, 2], [2, 1], [1, 1], [0.0, -0.0], [1, 2, 3])]
+    texts = ("a" * f._LONGEST_TEXT, "a" * (f._LONGEST_TEXT + 1), "", "a\nb", "é", 3)
+    found["names"] = [one(lambda v=v: f.name_of(v, "x")) for v in texts]
+    found["several"] = [one(lambda v=v: f.names_of(v, "x")) for v in (["a", "b"], ["a", "a"], [])]
+    masks = ([0] * 16, [0] * 15, [0] * 17, [65535] * 16, [65536] * 16, [-1] * 16)
+    found["masks"] = [one(lambda v=v: f._masks_of(v)) for v in masks]
+    edges = [[1.0 + k for k in range(n)] for n in (0, 1, f.MOST_EDGES, f.MOST_EDGES + 1)]
+    found["edges"] = [one(lambda v=v: f._edges_of(v, "x")) for v in (*edges, [2.0, 1.0], [1.0, 1.0], "x")]
+    body = BAND.to_dict()
+    for key, value in (
+        ("level", 1.0),
+        ("level", 0.999),
+        ("threshold", 0.0),
+        ("behind", [-1e-9, *WIDTHS[1:]]),
+        ("behind", [0.0, *WIDTHS[1:]]),
+    ):
+        found[f"{key} {str(value)[:9]}"] = one(lambda k=key, v=value: summed(f.band_of({**body, k: v}).behind))
+    pinned(found)
+
+
+def test_layers(pinned: Pinned) -> None:
+    names = ("fnn-500", "fnn-501", "rbfn-500", "rbfn-501", "fnn-1-500", "fnn-501-1", "rbfm-30", "rbfm-31")
+    stages = [f"dahl-{n}" for n in (0, 1, 2, 6, 7, 12, 13, 99, 999, 1000, "03", "0003")]
+    pinned(
+        [
+            [told(lambda n=n: network_from_name(n, "single").hidden) for n in names],
+            [told(lambda s=s: canonical(s)) for s in stages],
+        ]
+    )

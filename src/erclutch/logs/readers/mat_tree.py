@@ -62,9 +62,9 @@ def _value(h5py: Any, file: Any, item: Any, depth: int) -> Node:
         fields = {str(name): item[name] for name in _own(h5py, item)}
         arrays = all(_is_references(h5py, each) and "MATLAB_class" not in each.attrs for each in fields.values())
         if fields and arrays:
-            count = min(int(field.size) for field in fields.values())
             each = {name: _followed(h5py, file, field, depth) for name, field in fields.items()}
-            return [{name: values[index] for name, values in each.items()} for index in range(min(count, _MOST))]
+            count = min(len(values) for values in each.values())  # none where there are too many
+            return [{name: values[index] for name, values in each.items()} for index in range(count)]
         return {name: _value(h5py, file, field, depth + 1) for name, field in fields.items()}
     if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or "MATLAB_object_decode" in item.attrs:
         return None
