@@ -460,6 +460,11 @@ def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
 def test_what_is_no_ring_of_this_version_is_refused(tmp_path: Path) -> None:
     ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
     whole = ring.read_bytes()
+    for name in (b"time", b"lateness", b"step"):  # the page's own columns
+        at = whole.index(b"theta\0")
+        ring.write_bytes(whole[:at] + name.ljust(9, b"\0") + whole[at + 9 :])
+        with pytest.raises(RingError, match="table of channels"):
+            RingReader(ring)
     for at in (0, 7, 8, 12, 16):  # magic, version, size of a frame, capacity
         ring.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
         with pytest.raises(RingError, match="no ring of version"):
@@ -489,6 +494,9 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     [
         (("--rig", "nothing"), "unknown rig 'nothing'"),
         (("--rig", "replay"), "Give --log FILE"),
+        (("--rig", "replay", "--log", "any.csv", "--field-limit", "1"), "--field-limit with a replay"),
+        (("--explain-page", "."), "Give a name such as states.html"),
+        (("--explain-page", "states.txt"), "a page's name ends in .html"),
         (("--rig", "udp"), "no address"),
         (("--seconds", "0"), "--seconds 0"),
         (("--priority", "100"), "--priority 100"),
@@ -510,6 +518,18 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
     with pytest.raises(ErclutchError, match=said.split()[0]) as caught:
         app(["live", "--headless", *words], exit_on_error=False)
     assert said in str(caught.value)
+
+
+@pytest.mark.slow
+def test_a_replay_has_the_units_of_its_log_or_none(tmp_path: Path) -> None:
+    for head, unit in (("E [V]", "V"), ("E", "?")):
+        log = tmp_path / "log.csv"
+        rows = "".join(f"{1e-3 * k:.3f},{0.02 * k:.2f},0,0.1,{100 * (-1) ** (k // 50)}\n" for k in range(300))
+        log.write_text(f"time [s],theta [rad],alpha [rad],T [N*m],{head}\n{rows}", encoding="utf-8")
+        done = _cli("--no-model", "--rig", "replay", "--log", str(log), "--device", "coaxial", "--headless")
+        assert done.returncode == 0, done.stderr
+        assert f"field1 = CH1 [{unit}]" in done.stdout
+        assert "rate-limited" not in done.stdout  # fields are what they were
 
 
 def test_packets_of_another_device_are_dropped() -> None:

@@ -125,6 +125,18 @@ def test_no_wind_up_while_the_field_can_do_no_more(bingham: Path) -> None:
     assert float(np.max(np.abs(0.9 * frames["estimate"][1260:] - 0.2))) < 5e-3
 
 
+@pytest.mark.parametrize("dip", [1, 2, 3, 5])
+@pytest.mark.parametrize("end", [271, 285, 299])
+def test_after_an_end_of_the_field_each_torque_in_reach_is_found(end: int, dip: int, bingham: Path) -> None:
+    table = np.zeros((400, 3))
+    table[:, 2] = 0.1
+    table[:200, 0], table[200:end, 0], table[end : end + dip, 0], table[end + dip :, 0] = 0.3, 0.6, 0.35, 0.45
+    program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
+    frames = run(Core(replace(STAGES, observer="none", programs=(program,)), bingham), samples(400))
+    assert frames["estimate"][250] < 0.6 - 0.01  # out of reach
+    assert frames["estimate"][end + dip + 1 :] == pytest.approx(0.45, abs=1e-3)
+
+
 def test_a_dead_sensor_leaves_the_model_in_charge(bingham: Path) -> None:
     core = Core(replace(STAGES, programs=(torque(0.2),)), bingham)
     frames = run(core, samples(300), 0.8)

@@ -123,6 +123,14 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
     assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out
 
 
+def test_kept_runs_of_other_logs_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = default_rig()
+    assert kept_runs(tmp_path, rig).get("a run", lambda: 1) == 1
+    assert kept_runs(tmp_path, rig).others == 0
+    monkeypatch.setattr("erclutch.paper.torque_control._LOG_ROWS", 60_000)
+    assert kept_runs(tmp_path, rig).others == 1
+
+
 def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
     """One seed: stages beat the inverse, a sensor makes up for what the models do not know."""
     rig, told = default_rig(), []

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from erclutch.errors import SettingError
 from erclutch.rig.playback import angles_of, at_period, fields_of
 from erclutch.signals.recording import Recording
 
@@ -16,6 +17,31 @@ def damper(rows: int, period: float) -> Recording:
     signals = {"field": np.where(t < 0.02, -0.4, 2.2), "slip": np.full(rows, 0.3), "effort": 900.0 * t}
     units = {"field": "V", "slip": "m/s", "effort": "N"}
     return Recording("a", signals, units, t, period, ((0, rows),), True, "")
+
+
+def turning(period: float, wrap: float) -> Recording:
+    t = period * np.arange(500.0)
+    signals = {"theta": 20.0 * t % wrap, "alpha": 0.0 * t, "E": np.sin(t)}
+    return Recording("a", signals, {"theta": "rad", "alpha": "rad", "E": "V"}, t, period, ((0, 500),), True, "")
+
+
+def test_an_encoder_that_starts_again_at_zero_has_no_jumps_between_rows() -> None:
+    log = turning(2e-3, 2.0 * np.pi)
+    angles = at_period(log, angles_of(log, (2.0 * np.pi, 0.0)), 1e-3, held=False)
+    assert np.diff(angles[:, 0]) * 1e3 == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("period", [1e-3, 3.0])
+def test_a_replay_takes_the_seconds_that_are_wanted(period: float) -> None:
+    log = turning(period, 1.0)
+    for held in (True, False):
+        assert len(at_period(log, angles_of(log), 1e-3, held=held, seconds=0.1)) == 101
+
+
+def test_a_replay_too_long_for_memory_is_refused() -> None:
+    log = turning(30.0, 1.0)
+    with pytest.raises(SettingError, match="14970 s has more than 10,000,000 rows"):
+        at_period(log, angles_of(log), 1e-3, held=True)
 
 
 @settings(deadline=None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,6 +27,20 @@ def test_the_words_of_a_rig() -> None:
     assert texts[0] == "position = flywheel angle [rad]"
     assert texts[2:4] == ["field = coil current [A]", "drive = motor [N*m]"]
     assert texts[4] == "estimate [?]"  # no sensor: no effort
+
+
+def test_a_drive_keeps_its_unit_where_the_effort_has_another() -> None:
+    found = named("single", {"effort": "force [N]", "drive": "motor torque [N*m]", "field": "coil [A]"})
+    units = {c.name: c.unit for c in found.of(channels_of("single", found.units))}
+    assert (units["effort"], units["drive"]) == ("N", "N*m")
+
+
+def test_channels_of_one_kind_have_one_unit() -> None:
+    assert named("coaxial", {"field1": "coil [V]", "field2": "other coil [V]"}).units.field == "V"
+    with pytest.raises(ErclutchError, match="is in V, and another field in A"):
+        named("coaxial", {"field1": "coil [A]", "field2": "volts [V]"})
+    with pytest.raises(ErclutchError, match="'alpha' is in m"):  # the pair turns
+        named("coaxial", {"alpha": "table [m]"})
 
 
 @settings(deadline=None)  # the first unit that is no common one loads pint

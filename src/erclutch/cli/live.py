@@ -36,11 +36,8 @@ _Observer = Literal["off", "none", "sensor", "motion"]
 _POLL = 0.05  # s
 _PERIOD = 1e-3  # s
 _PATIENCE = 3.0  # s
-#: A replay's fields, and the jumps of its angles, are what they were.
-_AS_RECORDED = {
-    **dict.fromkeys(("motor_limit", "rise_rate", "fall_rate"), 1e9),
-    **dict.fromkeys(("theta_glitch", "alpha_glitch"), 0.0),
-}
+#: The motor's torque of a replay, and the jumps of its angles, are what they were.
+_AS_RECORDED = {"motor_limit": 1e9, "theta_glitch": 0.0, "alpha_glitch": 0.0}
 _TWINS = ("twin", "twin-brake")
 _NO_SAMPLE = (
     "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
@@ -181,7 +178,7 @@ def live(
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         _knows_inertia(control)
-        what, program = _rig(rig, reading, folder, model)
+        what, program = _rig(rig, reading, folder, model, control, loop)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
         _require_what_is_needed(control, what, chosen, adapt)
@@ -220,7 +217,7 @@ def _explained(output: Console, table: bool, page: Path | None) -> int:
 
 
 def _rig(
-    rig: RigOptions, reading: LogOptions, folder: Path, model: Path | None
+    rig: RigOptions, reading: LogOptions, folder: Path, model: Path | None, control: ControlOptions, loop: LoopOptions
 ) -> tuple[RigChoice, LoopProgram | None]:
     """The rig, and the program of a replay. The twin, and a rig behind UDP, are of the model's device."""
     from erclutch.live.session import ServedRig
@@ -237,14 +234,16 @@ def _rig(
         named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
         return ServedRig("twin-brake" if brake else "twin", "TWIN", spec, named), None
     if rig.rig == "replay":
-        return _replay(rig, reading, folder)
+        return _replay(rig, reading, folder, control, math.inf if loop.seconds is None else loop.seconds)
     if rig.rig == "udp":
         device = "coaxial" if model is None else load_model(model).structure.device
         return udp_rig(rig.address, rig.session, device), None
     return hardware(rig.rig), None
 
 
-def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoice, LoopProgram]:
+def _replay(
+    rig: RigOptions, reading: LogOptions, folder: Path, control: ControlOptions, seconds: float
+) -> tuple[RigChoice, LoopProgram]:
     import numpy as np
 
     from erclutch.live.offered_programs import recorded
@@ -256,28 +255,34 @@ def _replay(rig: RigOptions, reading: LogOptions, folder: Path) -> tuple[RigChoi
 
     if rig.log is None:
         raise SettingError("--rig replay needs a recording", remedy="Give --log FILE")
+    if control.field_limit is not None:
+        raise SettingError("--field-limit with a replay", remedy="Leave it out: the fields are those of the log")
     log = reading.read((rig.log,))[0]
-    np.save(folder / "angles.npy", at_period(log, angles_of(log), _PERIOD, held=False))
+    angles = angles_of(log, (control.theta_wrap, control.alpha_wrap))
+    np.save(folder / "angles.npy", at_period(log, angles, _PERIOD, held=False, seconds=seconds))
+    commands = at_period(log, fields_of(log), _PERIOD, held=True, seconds=seconds)
     spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": _PERIOD}
     effort = log.units.get(EFFORT_OF[reading.device], UNKNOWN)
-    field = log.units.get("field" if reading.device == "single" else "E1", UNKNOWN)
+    field = next((log.units[name] for name in ("field", "E1", "E") if name in log.units), UNKNOWN)
     speed = {"rad": "rad/s", "m": "m/s"}.get(log.units.get("position", ""), UNKNOWN)
     slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
     sensor = EFFORT_OF[reading.device] in log.signals
     named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
-    return ServedRig(log.name, "RECORDING", spec, named), recorded(at_period(log, fields_of(log), _PERIOD, held=True))
+    return ServedRig(log.name, "RECORDING", spec, named), recorded(commands)
 
 
 def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
     """What the numbers of the session are called: units as the rig says, else as the model has them."""
     from erclutch.signals.channels import USUAL, channels_of
+    from erclutch.signals.device import Units
     from erclutch.signals.units import UNKNOWN
 
     units, named = model and model.units, rig.named
     if named is None:
         return channels_of(device, units)
     known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
-    merged = replace(units or USUAL[device], **known)
+    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin == "RECORDING" else USUAL[device]
+    merged = replace(units or usual, **known)
     return named.of(channels_of(device, merged, motor=named.motor))
 
 
@@ -331,7 +336,9 @@ def _settings(
     common |= _stages(parameters, control)
     if replay is not None:
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
-        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, field_limit=largest or 1.0)
+        rate = (2.0 * largest or 1.0) / _PERIOD
+        limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **limits)
     # Torques of the programs are those of the rig file: a force needs programs of its own.
     turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
     drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))

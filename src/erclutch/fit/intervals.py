@@ -76,7 +76,9 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         scale = np.linalg.norm(added, axis=0)
         scale[scale == 0] = 1.0
         middle, bandwidth = long_run(added / scale)
-        independent = max(n / correlated_rows(residual), 2.0 * p)
+        # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too.
+        alike = max(correlated_rows(residual), float(np.max(np.diag(middle), initial=1.0)))
+        independent = max(n / alike, 2.0 * p)
         freedom = max(independent - p, 1.0)
         covariance = middle * np.outer(scale, scale) * (independent / freedom)
     else:

@@ -102,13 +102,13 @@ def calibrated(
             continue
         seen = error[train]
         if new is None or new.shape != seen.shape:
-            rows, wider, log = seen, _widened(seen.size / correlated_rows(seen), count), np.zeros_like(logs)
+            rows, wider, log = seen, _widened(seen.size / correlated_rows(seen), count), None
         else:
             rows, wider, log = new, 1.0, logs
         directed = wider * np.where(slip[known] < 0.0, -rows[::every], rows[::every])
         own = _Errors.of(directed, log, max(_alike(rows) / every, 1.0))
-        plain = _ends(np.abs(own.directed), own.weight, LEVEL, own.per_row)[1]
-        found.append((_narrowest(usable, own), 2.0 * plain))
+        plain = _Errors.of(np.abs(directed), log, own.per_row)
+        found.append((_narrowest(usable, own), 2.0 * plain.ends(np.arange(known.size), LEVEL)[1]))
     return found
 
 
@@ -159,24 +159,44 @@ class _Errors:
     Attributes:
         directed: in the direction of the slip, shape (n,).
         place: of each among the calibration rows, shape (n,).
-        log: number of its log, shape (n,); one number where rows count and not logs.
-        weight: so that each log counts the same, with mean 1, shape (n,).
+        log: number of its log, shape (n,); None where rows count and not logs.
+        weight: so that each log counts the same, shape (n,); None: each row does.
         per_row: how many count as one.
     """
 
     directed: Array
     place: NDArray[np.intp]
-    log: NDArray[np.intp]
-    weight: Array
+    log: NDArray[np.intp] | None
+    weight: Array | None
     per_row: float
 
     @classmethod
-    def of(cls, directed: Array, log: NDArray[np.intp], per_row: float) -> _Errors:
+    def of(cls, directed: Array, log: NDArray[np.intp] | None, per_row: float) -> _Errors:
         """In the order of the calibration rows."""
         place = np.argsort(directed, kind="stable")
+        if log is None:
+            return cls(directed[place], place, None, None, per_row)
         _, number, rows = np.unique(log[place], return_inverse=True, return_counts=True)
-        weight = log.size / (rows.size * rows[number])
-        return cls(directed[place], place, number, weight, per_row)
+        return cls(directed[place], place, number, 1.0 / rows[number], per_row)
+
+    def enough(self, some: NDArray[np.intp]) -> bool:
+        """Whether a cell with these errors needs no others."""
+        rows = some.size >= _ENOUGH * self.per_row
+        if self.log is None or not rows:
+            return rows
+        return np.unique(self.log[some]).size >= min(_ENOUGH_LOGS, int(self.log.max()) + 1)
+
+    def ends(self, some: NDArray[np.intp], share: float) -> tuple[float, float]:
+        """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
+        some, n = np.sort(some), some.size
+        rank = share * (n + self.per_row)
+        if self.weight is None:
+            above = min(int(np.ceil(rank)), n)
+            return float(self.directed[some[n - above]]), float(self.directed[some[above - 1]])
+        counted = np.cumsum(self.weight[some])
+        counted *= n / counted[-1]
+        low, high = counted.searchsorted(n - rank, "right"), min(int(counted.searchsorted(rank)), n - 1)
+        return float(self.directed[some[low]]), float(self.directed[some[high]])
 
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
@@ -257,15 +277,14 @@ def _half_widths(errors: _Errors, at: NDArray[np.intp], shape: tuple[int, int, i
     at = at[errors.place]
     order = np.argsort(at.astype(np.uint8), kind="stable")
     rows = np.split(order, np.searchsorted(at[order], np.arange(1, cells)))
-    logs = min(_ENOUGH_LOGS, int(errors.log.max()) + 1)
     widths = np.empty((2, cells))
     for cell in range(cells):
         own = order
         for near in _neighbours(place, cell):
             own = np.concatenate([rows[i] for i in np.flatnonzero(near)])
-            if own.size >= _ENOUGH * errors.per_row and (logs == 1 or np.unique(errors.log[own]).size >= logs):
+            if errors.enough(own):
                 break
-        low, high = _ends(errors.directed[own], errors.weight[own], 0.5 * (1.0 + LEVEL), errors.per_row)
+        low, high = errors.ends(own, 0.5 * (1.0 + LEVEL))
         widths[:, cell] = max(-low, 0.0), max(high, 0.0)
     return widths[0], widths[1]
 
@@ -278,11 +297,3 @@ def _neighbours(place: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_
     yield (away[:, :2] == 0).all(axis=1)
     yield away[:, 0] == 0
     yield np.ones(len(place), np.bool_)
-
-
-def _ends(errors: Array, weight: Array, share: float, per_row: float) -> tuple[float, float]:
-    """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
-    order = np.argsort(errors, kind="stable")
-    ordered, heavy, n = errors[order], weight[order] * (errors.size / weight.sum()), errors.size
-    below, above = (min(int(np.cumsum(x).searchsorted(share * (n + per_row))), n - 1) for x in (heavy[::-1], heavy))
-    return float(ordered[n - 1 - below]), float(ordered[above])

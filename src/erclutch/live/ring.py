@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError
+from erclutch.files import unwritable
 from erclutch.live.layout import CONSTANTS, EVENTS, FRAME, HEADER, frames_of
 from erclutch.signals.channels import ROLES, LiveChannel, channels_of
 from erclutch.signals.units import is_written_well
@@ -115,11 +116,8 @@ def make_ring(path: str | Path, info: RingInfo) -> Path:
     except OSError as error:
         if not isinstance(error, FileExistsError):
             target.unlink(missing_ok=True)
-        raise RingError(
-            f"the ring cannot be made: {error.strerror or error}",
-            where=str(target),
-            remedy="Free memory, or give another place",
-        ) from error
+        remedy = "Free memory, or give another place"
+        raise unwritable(target, error, "the ring cannot be made", remedy, RingError) from error
     return target
 
 
@@ -184,7 +182,7 @@ class RingReader:
             found = tuple(LiveChannel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
             names = [channel.name for channel in found]
             sound = all(_NAME.fullmatch(c.name) and c.role in ROLES and is_written_well(c.unit) for c in found)
-            if sound and not {*names} & {*_FIXED}:
+            if sound and not {*names} & {*_FIXED, "time", "lateness", "step"}:
                 with contextlib.suppress(ValueError):  # a slot that is none, or a name twice
                     frames_of(found)
                     return found

@@ -54,7 +54,7 @@ def write_explorer(file: Path) -> None:
         RunError: another ending, or the file cannot be written.
     """
     if file.suffix != ".html":
-        raise RunError("a page's name ends in .html", where=str(file), remedy=f"Give {file.with_suffix('.html')}")
+        raise RunError("a page's name ends in .html", where=str(file), remedy="Give a name such as states.html")
     page = (Path(__file__).parent / "state_explorer.html").read_text(encoding="utf-8")
     style, script = (re.search(f"<{tag}[^>]*>(.*?)</{tag}>", page, re.DOTALL) for tag in ("style", "script"))
     assert style is not None

@@ -6,6 +6,7 @@ Numbers of the controller and of the log were tuned on logs and runs of the seed
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import tempfile
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from erclutch.errors import RunError, SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.live.accelerated import AcceleratedRun
+from erclutch.live.c_build import SOURCES
 from erclutch.live.live_model import live_model
 from erclutch.live.offered_programs import SOFT, field_table, rig_settings, shaft_angle
 from erclutch.live.session import LiveModel
@@ -106,7 +108,10 @@ def kept_runs(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
-    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, **(asked or {})}
+    core = hashlib.sha256(b"\0".join(file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]")))).hexdigest()
+    runs = (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK)
+    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, "runs": runs}
+    about |= {"core": core, **(asked or {})}
     return Points(folder / f"{name}.jsonl", about, f"file of {name} runs")
 
 

@@ -6,11 +6,14 @@ import math
 
 import numpy as np
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, SettingError
 from erclutch.rig.interface import Measurement, RigCommand
 from erclutch.rig.rig_server import RigEnd
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
+
+#: Rows of a loop that a replay keeps in memory, hours at 1 kHz.
+_MOST_ROWS = 10_000_000
 
 
 class Playback:
@@ -45,28 +48,41 @@ class Playback:
         """Nothing to close."""
 
 
-def at_period(log: Recording, values: Array, period: float, *, held: bool) -> Array:
+def at_period(log: Recording, values: Array, period: float, *, held: bool, seconds: float = math.inf) -> Array:
     """Rows of a recording as a loop of another period meets them, shape (m, 3).
 
     Args:
         log: whose rows they are.
-        values: one row a row of the log, shape (n, 3).
+        values: one row a row of the log, shape (n, 3); angles that do not wrap.
         period: of the loop in s.
         held: the last row holds (commands); else they are drawn out in lines between rows (positions).
+        seconds: of the log from its start that are wanted.
+
+    Raises:
+        SettingError: so many rows that memory would not hold them.
     """
+    lasts = min((len(values) - 1) * log.period, seconds)
+    if lasts / period > _MOST_ROWS:
+        most = f"{_MOST_ROWS * period:.0f}"
+        problem = f"a replay of {lasts:.0f} s has more than {_MOST_ROWS:,} rows at {1 / period:.0f} Hz"
+        raise SettingError(problem, where=log.name, remedy=f"Give --seconds {most} or fewer, or a shorter log")
     if abs(log.period / period - 1.0) < 1e-4:
-        return values
-    at = np.arange(int((len(values) - 1) * log.period / period) + 1) * (period / log.period)
+        return values[: int(lasts / period + 0.5) + 1]
+    at = np.arange(int(lasts / period) + 1) * (period / log.period)
     if held:
         return values[np.minimum((at + 1e-9).astype(np.int64), len(values) - 1)]
     columns: list[Array] = [np.interp(at, np.arange(len(values)), column) for column in values.T]
     return np.column_stack(columns)
 
 
-def angles_of(log: Recording) -> Array:
+def angles_of(log: Recording, wraps: tuple[float, float] = (0.0, 0.0)) -> Array:
     """What the sensors of a recording read: theta, alpha, torque, shape (n, 3). Speeds are summed to angles.
 
     A single device has its position (or summed slip) in theta, zero in alpha and its effort in torque.
+
+    Args:
+        log: the recording.
+        wraps: range in rad of an encoder of theta and of alpha that starts again at zero; 0 for none.
 
     Raises:
         MappingError: neither angles nor speeds.
@@ -88,6 +104,7 @@ def angles_of(log: Recording) -> Array:
             where=log.name,
             remedy="Say which columns they are, with --device, --theta, --alpha, --slip or a mapping file",
         )
+    theta, alpha = (np.unwrap(a, period=w) if w > 0.0 else a for a, w in zip((theta, alpha), wraps, strict=True))
     torque = s.get("T", s.get("effort"))
     return np.column_stack([theta, alpha, np.full(log.rows, math.nan) if torque is None else torque])
 

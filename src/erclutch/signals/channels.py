@@ -111,16 +111,20 @@ class NamedChannels:
         units: of effort, field and slip; "?" where the words have none.
         motor: whether there is a drive among them.
         sensor: whether the effort is among them.
+        drive: unit of the drive's torque or force; "?" where the words have none.
     """
 
     labels: Mapping[str, str]
     units: Units
     motor: bool
     sensor: bool
+    drive: str = "?"
 
     def of(self, channels: tuple[LiveChannel, ...]) -> tuple[LiveChannel, ...]:
         """The same channels under these labels, without an effort that nothing measures."""
-        kept = (c for c in channels if self.sensor or c.role != "effort")
+        kept = [c for c in channels if self.sensor or c.role != "effort"]
+        if self.drive != "?":
+            kept = [replace(c, unit=self.drive) if c.role == "motor" else c for c in kept]
         return tuple(replace(c, label=self.labels.get(c.name, c.label)) for c in kept)
 
 
@@ -145,11 +149,14 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
             raise SettingError(f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'")
         labels[name] = match["label"]
         if match["unit"] is not None:
-            units[roles[name]] = _in_si(name, match["unit"], roles[name])
+            unit = _in_si(name, match["unit"], roles[name])
+            if units.setdefault(roles[name], unit) != unit:
+                problem = f"channel {name!r} is in {unit}, and another {roles[name]} in {units[roles[name]]}"
+                raise SettingError(problem, remedy="Send both in one unit")
     given = {roles[name] for name in labels}
     speed = next((speed for speed, position in _POSITIONS.items() if units.get("position") == position), "?")
     known = Units(units.get("effort", "?"), units.get("field", "?"), speed)
-    return NamedChannels(labels, known, "motor" in given, "effort" in given)
+    return NamedChannels(labels, known, "motor" in given, "effort" in given, units.get("motor", "?"))
 
 
 def _in_si(name: str, unit: str, role: str) -> str:
@@ -158,7 +165,7 @@ def _in_si(name: str, unit: str, role: str) -> str:
     Raises:
         SettingError: another unit: a rig converts before it sends. UnitError: no unit.
     """
-    allowed = SIGNALS[{"motor": "effort"}.get(role, role)].si_units
+    allowed = SIGNALS[name if name in SIGNALS else {"motor": "effort"}.get(role, role)].si_units
     found = units_module.fits(unit, allowed)
     if found is None or found[0] != 1.0:
         problem = f"channel {name!r} is in {unit or '1'}"

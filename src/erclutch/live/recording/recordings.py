@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from erclutch.errors import ErclutchError
+from erclutch.files import unwritable
 from erclutch.live.companion_process import CompanionProcess, end_process
 from erclutch.live.recording.mcap_file import RecordingError, partial_of
 from erclutch.live.recording.recorder import Progress
@@ -123,11 +124,8 @@ class Recordings:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise RecordingError(
-                f"the folder of recordings cannot be made: {error.strerror or error}",
-                where=str(self.folder),
-                remedy="Give another with --folder",
-            ) from error
+            problem, remedy = "the folder of recordings cannot be made", "Give another with --folder"
+            raise unwritable(self.folder, error, problem, remedy, RecordingError) from error
         if not os.access(self.folder, os.W_OK):
             raise RecordingError("the folder cannot be written", where=str(self.folder), remedy="Give another folder")
         number, free = 2, path
