@@ -57,3 +57,18 @@ def test_a_killed_process_costs_its_task_alone(tmp_path: Path) -> None:
         (found,) = finished(pool, always_killed, [0])
         assert isinstance(found[1], WorkerLostError)
         assert list(in_order(pool, math.sqrt, [4.0, 9.0])) == [2.0, 3.0]
+
+
+@pytest.mark.slow
+def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -> None:
+    import psutil
+
+    with task_pool("local", 1) as one, task_pool("local", 1) as other:
+        assert [list(in_order(pool, math.sqrt, [4.0, 9.0])) for pool in (one, other)] == [[2.0, 3.0]] * 2
+        here = psutil.Process()
+        ears = [
+            c.laddr for p in (here, *here.children(recursive=True)) for c in p.net_connections("tcp") if not c.raddr
+        ]
+    assert len(ears) >= 4
+    assert {ear.ip for ear in ears} == {"127.0.0.1"}
+    assert 8787 not in {ear.port for ear in ears}

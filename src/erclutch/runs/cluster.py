@@ -251,8 +251,9 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
     with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:
         place: Any = cluster
         if cluster == "local":
-            # No dashboard, and nothing beyond the loopback address.
-            only_here: Any = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            # No dashboard, and nothing beyond the loopback address; a second cluster takes another port without a word.
+            only_here: Any = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+            only_here["scheduler_kwargs"] = {"dashboard": False}
             with _interrupts_held():
                 place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
                 stack.callback(place.close, timeout=_SECONDS)
