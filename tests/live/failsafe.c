@@ -167,8 +167,12 @@ static void check_output(const rig *r, const erc_command *out, const erc_frame *
     const erc_config *c = &r->core.config;
     const double field = out->field1 - out->field2;
     must(isfinite(out->field1) && isfinite(out->field2) && isfinite(out->motor_torque), "finite");
-    must(out->field1 >= 0.0 && out->field2 >= 0.0 && !(out->field1 > 0.0 && out->field2 > 0.0), "never both fields");
-    must(out->field1 <= c->field_limit && out->field2 <= c->field_limit, "fields within their limit");
+    if (c->device == ERC_SINGLE) { /* one field, with a sign where a table has a second column */
+        must(out->field2 == 0.0, "a single device has no second field");
+    } else {
+        must(out->field1 >= 0.0 && out->field2 >= 0.0 && !(out->field1 > 0.0 && out->field2 > 0.0), "never both fields");
+    }
+    must(fabs(out->field1) <= c->field_limit && out->field2 <= c->field_limit, "fields within their limit");
     must(fabs(out->motor_torque) <= c->motor_limit, "motor torque within its limit");
     must(frame->field1 == out->field1 && frame->field2 == out->field2, "the frame says what went out");
     must(out->flags == r->ending, "the last command says so");
