@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from erclutch.errors import MappingError
+from erclutch.errors import ErclutchError, MappingError
 from erclutch.logs import ColumnMap, read, read_table
 from erclutch.logs.mapping_file import mapping_text, write_mapping
+from erclutch.rig.twin.parameters import load_rig
 
 HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
 
@@ -85,3 +87,43 @@ def test_a_mapping_of_the_user_is_never_written_over(tmp_path: Path) -> None:
     assert own.read_text(encoding="utf-8") == "mine"
     with pytest.raises(MappingError, match="cannot be written"):
         write_mapping(tmp_path / "nowhere" / "own.toml", "text")
+
+
+@pytest.mark.slow
+def test_ten_thousand_damaged_mapping_and_rig_files(log: Path, tmp_path: Path) -> None:
+    """Each is read, or refused in one line that names the file; every tenth that is read also reads the log."""
+    rng = np.random.default_rng(5)
+    own, rig = tmp_path / "own.toml", tmp_path / "rig.toml"
+    texts = [mapping_text(read_table(log), ColumnMap.from_dict(chosen))[0].encode() for chosen in CHOSEN]
+    rig_text = (resources.files("erclutch.rig.twin") / "default.toml").read_bytes()
+    read_well, refused = 0, list[tuple[Path, str]]()
+    for k in range(10_000):
+        path, whole = (rig, rig_text) if k % 4 == 3 else (own, texts[k % 4])
+        path.write_bytes(_damaged(whole, rng))
+        try:
+            found = load_rig(path) if path == rig else ColumnMap.from_toml(path)
+            if path == own and read_well % 10 == 0:
+                assert isinstance(found, ColumnMap)
+                read(log, found)
+            read_well += 1
+        except ErclutchError as error:
+            refused.append((path, str(error)))
+    assert min(read_well, len(refused)) > 500
+    assert not [said for path, said in refused if "\n" in said or not (path.name in said or log.name in said)]
+
+
+def _damaged(whole: bytes, rng: np.random.Generator) -> bytes:
+    """Other bytes, or a part cut out, written twice, or moved."""
+    text = bytearray(whole)
+    for _ in range(int(rng.integers(1, 4))):
+        start, length = int(rng.integers(len(text) or 1)), int(rng.integers(1, 20))
+        kind = rng.integers(4)
+        if kind == 0 and text:
+            text[start] = int(rng.integers(256))
+        elif kind == 1:
+            del text[start : start + length]
+        elif kind == 2:
+            text[start:start] = text[start : start + length]
+        else:
+            text[start:start] = rng.choice([b"nan", b"-1", b"1e999", b"{}", b"[[", b'"', b"0x10", b"\x00", b"= true"])
+    return bytes(text)

@@ -500,12 +500,12 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
     peaks: list[int] = []
-    for rows in (2_400_000, 4_800_000):  # two tasks side by side hold a range of 2**20 rows each
+    for rows in (2_400_000, 4_800_000):  # a task holds a range of 2**20 rows; whether two meet at their peaks is chance
         path = write(tmp_path / f"{rows}.parquet", pair(rows), group=10**9)
         command = [sys.executable, "-m", "erclutch", "fit-large", str(path), "--device", "coaxial"]
-        command += ["--models", "rbfm-10/forward", "fnn-4", "--json", "--scratch", str(tmp_path)]
+        command += ["--models", "rbfm-10/forward", "fnn-4", "--json", "--scratch", str(tmp_path), "--workers", "1"]
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
         peaks.append(json.loads(done.stdout)["peak_memory_bytes"])
     # The six columns alone would take 115 MB more.
-    assert peaks[1] - peaks[0] < 40e6
-    assert peaks[1] < 1e9
+    assert peaks[1] - peaks[0] < 20e6
+    assert peaks[1] < 0.7e9
