@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -33,6 +33,7 @@ from erclutch.live.recording.recordings import Recordings
 from erclutch.live.recording.recover_recording import default_output, recover
 from erclutch.live.ring import RingError, RingInfo, RingReader, State, make_ring
 from erclutch.logs import read, read_table
+from erclutch.logs.readers.mcap_records import places
 from erclutch.signals.channels import channels_of
 from erclutch.signals.device import Units
 
@@ -233,6 +234,7 @@ def test_a_torn_file_keeps_every_whole_chunk(tmp_path: Path, whole: bytes, share
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(places=st.lists(st.tuples(st.floats(0.02, 0.9), st.integers(1, 255)), min_size=1, max_size=5))
+@example([(0.3722279481336133, 32)])  # the length of an index, which no checksum covers
 def test_damage_costs_its_own_chunks_only(
     tmp_path: Path, whole: bytes, frames: Any, places: list[tuple[float, int]]
 ) -> None:
@@ -251,6 +253,17 @@ def test_damage_costs_its_own_chunks_only(
         assert found.missing == int((np.diff(kept) - 1).sum())
         return
     assert min(share for share, _ in places) < 0.1
+
+
+@pytest.mark.parametrize("kind", [Opcode.DATA_END, Opcode.FOOTER])
+def test_an_end_amid_the_chunks_is_damage(tmp_path: Path, whole: bytes, kind: Opcode) -> None:
+    path, data = tmp_path / "a.mcap", bytearray(whole)
+    index = [place for place in places(whole) if place.kind == Opcode.MESSAGE_INDEX][10]
+    data[index.start - 9] = kind
+    path.write_bytes(data)
+    found = recover(path)
+    assert found.messages == 2000
+    assert found.damaged
 
 
 def test_names_that_no_checksum_covers_are_said_to_be_unsure(

@@ -193,29 +193,37 @@ class _Tally:
 
 
 def _good(data: Any, tally: _Tally) -> Iterator[tuple[Place, bytes]]:
-    """Records that hold, with the unpacked body of a chunk; after damage it goes on at the next chunk that holds."""
-    at, size = len(MAGIC), len(data)
+    """Records that hold, with the unpacked body of a chunk; after damage it goes on at the next chunk that holds.
+
+    A record that nothing checks may have had a wrong length: the search begins behind the last record that holds.
+    """
+    at, size, sure = len(MAGIC), len(data), len(MAGIC)
     while at < size:
+        before = at
         try:
             for place in places(data, at):
-                if place.kind == Opcode.DATA_END:
-                    stated = parse(kinds.DataEnd, data[place.start : place.stop]).data_section_crc
-                    tally.sound = zlib.crc32(memoryview(data)[: place.start - 9]) == stated
-                    tally.ended = tally.sound or not stated
+                if place.kind in (Opcode.DATA_END, Opcode.FOOTER):
+                    if next(_chunks(data, place.start), None) is not None:
+                        raise DamageError("chunks follow the end")
+                    if place.kind == Opcode.DATA_END:
+                        stated = parse(kinds.DataEnd, data[place.start : place.stop]).data_section_crc
+                        tally.sound = zlib.crc32(memoryview(data)[: place.start - 9]) == stated
+                        tally.ended = tally.sound or not stated
                     return
                 body = _checked(data, place, tally)
                 if body is not None:
                     yield place, body
-                at = place.stop
+                    sure = place.stop
+                before, at = at, place.stop
             return
         except DamageError as error:
-            found = next((place.start - 9 for place, _ in _chunks(data, at + 1)), None)
+            found = next((place.start - 9 for place, _ in _chunks(data, sure + (sure == at))), None)
             if found is None:
                 torn = isinstance(error, TornError)
                 tally.torn, tally.damaged = (size - at, tally.damaged) if torn else (0, tally.damaged + size - at)
                 return
-            tally.damaged += found - at
-            at = found
+            tally.damaged += found - (at if found > at else before)
+            at = sure = found
 
 
 def _checked(data: Any, place: Place, tally: _Tally) -> bytes | None:

@@ -145,6 +145,9 @@ class _Told(io.BytesIO):
             raise
         return data
 
+    def read1(self, size: int | None = -1, /) -> bytes:
+        return self.read(size)
+
 
 def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:
     """All rows as pandas reads them; one column more than named shows rows that are too long."""
