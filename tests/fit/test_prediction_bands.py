@@ -10,7 +10,7 @@ import pytest
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
 from erclutch.logs.dataset import Dataset
-from erclutch.models.adaptive_band import SETTLED, adapted, after
+from erclutch.models.adaptive_band import SETTLED, Adapted, adapted, after
 from erclutch.models.band import Band
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -156,6 +156,15 @@ def test_the_width_stays_within_its_limits_whatever_the_sensor_says() -> None:
     for measured, limit in ((wild, 20.0), (np.zeros(n), 0.2)):
         low, high = adapted(BAND, (-np.ones(n), np.ones(n)), np.zeros(n), measured, clock)
         assert (high - low)[-1] == pytest.approx(limit)
+
+
+@pytest.mark.parametrize("period", [5e-4, 2e-3, 2e-2, 1e-1])
+def test_the_wanted_share_is_inside_in_the_long_run_at_any_period(period: float) -> None:
+    error, state, outside = np.random.default_rng(3).standard_normal(20_000).tolist(), SETTLED, 0
+    for e in error:
+        outside += abs(e - state.offset) > state.scale
+        state = Adapted(*map(float, after(state, e, 1.0, 1.0, 0.95, period)))
+    assert outside / len(error) == pytest.approx(0.05, abs=0.003)
 
 
 def test_a_comparison_gives_each_model_a_band_and_judges_it() -> None:

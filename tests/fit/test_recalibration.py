@@ -118,6 +118,10 @@ def test_another_exponent_moves_all_numbers() -> None:
     assert found.way == "all numbers"
     assert isinstance(found.model, TorqueModel)
     assert found.model.shape["n"] == pytest.approx(2.2, abs=0.1)
+    numbers = found.model.numbers
+    assert {name: value for name, (value, _, _) in found.numbers.items()} == pytest.approx(
+        {n: numbers[n] for n in found.numbers}
+    )
     again = fit_structure(made(1, exponent=2.2), law(), intervals=False).model
     fresh = made(2, exponent=2.2)
     assert rmse(found.model, fresh) < 1.02 * rmse(again, fresh)

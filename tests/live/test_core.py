@@ -34,6 +34,7 @@ from erclutch.live.layout import (
 )
 from erclutch.live.live_model import live_model
 from erclutch.live.orders import Order
+from erclutch.live.session import TWIN, LiveError, Session
 from erclutch.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.rig.packet import (
     CommandPacket,
@@ -479,6 +480,12 @@ def test_no_model_is_no_model(tmp_path: Path) -> None:
         Core(LoopSettings(), tmp_path / "none.so")
     with pytest.raises(RunError, match="no compiled model"):
         Core(LoopSettings(), core_library())
+
+
+def test_a_model_runs_at_its_own_period_only() -> None:
+    model = live_model(HERE / "model.json", "coaxial", period=2e-3)
+    with pytest.raises(LiveError, match=r"made for a period of 0\.002 s, the loop has 0\.001 s\. Give both"):
+        Session(TWIN, LoopSettings(), model)
 
 
 def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:

@@ -65,7 +65,8 @@ class _Number:
 class _Way:
     """Numbers that may move, slopes of the effort by them (n, k), and the model for other values of them (k,).
 
-    Where the effort is not linear in them, the slopes are those at the values ``at``, by the function ``slopes``.
+    Where the effort is not linear in them, the slopes are those at the values ``at``, by the function ``slopes``. The
+    function ``said`` gives the values (k,) as the model has them, where they are coordinates of a solver.
     """
 
     name: str
@@ -74,6 +75,7 @@ class _Way:
     model: Callable[[Array], _AnyModel]
     at: Array
     slopes: Callable[[Array], Array] | None = None
+    said: Callable[[Array], Array] = np.asarray
 
     @property
     def start(self) -> Array:
@@ -227,7 +229,7 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[_Way]) -> Recalibration:
         return Recalibration(base, base, AS_IT_IS, shown, {}, reason)
     width, squares, way = min(good, key=lambda each: len(each[2].numbers))
     model, values, half = trial.adapted(way, width)
-    ends = zip(values.tolist(), (values - half).tolist(), (values + half).tolist(), strict=True)
+    ends = zip(*(way.said(end).tolist() for end in (values, values - half, values + half)), strict=True)
     numbers = {number.name: each for number, each in zip(way.numbers, ends, strict=True)}
     gain = "gain {:.4g} ({:.4g} - {:.4g}), ".format(*numbers[GAIN]) if GAIN in numbers else ""
     reason = f"{way.name}: {gain}on unseen blocks the error is {-_change(squares, plain):.1%} less than {AS_IT_IS}"
@@ -350,8 +352,11 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> _Way:
         by_shape = [np.broadcast_to(partial_of(effort, k), data.rows)[rows] for k in range(u.size)]
         return np.column_stack([*by_shape, *(value_of(column)[rows] for column in columns)])
 
+    def said(c: Array) -> Array:
+        return np.concatenate([parameters(shapes, c[: u.size]), c[u.size :]])
+
     start = np.concatenate([u, gains.start])
-    return _Way(_ALL, [*numbers, *gains.numbers], gains.columns, model, start, slopes)
+    return _Way(_ALL, [*numbers, *gains.numbers], gains.columns, model, start, slopes, said)
 
 
 def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> _Way:

@@ -14,10 +14,11 @@ from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.units import UNKNOWN
 
 _INPUTS = {"coaxial": 4, "single": 2}
-_PERIOD = 1e-3  # s, of the loop
 
 
-def live_model(path: str | Path, device: DeviceName, *, adapt: bool = False, units: Units | None = None) -> LiveModel:
+def live_model(
+    path: str | Path, device: DeviceName, *, adapt: bool = False, units: Units | None = None, period: float = 1e-3
+) -> LiveModel:
     """A saved model, ready for the loop.
 
     Args:
@@ -25,6 +26,7 @@ def live_model(path: str | Path, device: DeviceName, *, adapt: bool = False, uni
         device: of the rig.
         adapt: a gain and an offset follow the torque sensor; the name says so.
         units: of the rig's effort, field and slip; "?" where that is not known.
+        period: of the loop in s.
 
     Raises:
         RunError: no model, or a damaged one.
@@ -47,7 +49,7 @@ def live_model(path: str | Path, device: DeviceName, *, adapt: bool = False, uni
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
-    options = ExportOptions(name="live", precision="float64", period=_PERIOD, alarms=alarms, adapt=adapt)
+    options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
     program = step_of(model, options)
     if program.signals != _INPUTS[device]:
         needed = ", ".join(program.inputs[: program.signals])
@@ -57,7 +59,7 @@ def live_model(path: str | Path, device: DeviceName, *, adapt: bool = False, uni
             remedy="Give a model without further inputs",
         )
     name = f"{model.name}, adapting" if adapt else model.name
-    return LiveModel(_compiled(program), name, program.digest, model.units)
+    return LiveModel(_compiled(program), name, program.digest, model.units, period)
 
 
 def _compiled(program: object) -> Path:

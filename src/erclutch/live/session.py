@@ -70,12 +70,14 @@ class LiveModel:
         library: the compiled model.
         name, digest: of the model.
         units: of its effort, field and slip, where they are known.
+        period: in s that it is compiled for; None: any.
     """
 
     library: Path
     name: str
     digest: str
     units: Units | None = None
+    period: float | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,11 @@ class Session(contextlib.AbstractContextManager["Session"]):
         self.options = options or SessionOptions()
         if sys.platform == "win32":
             raise LiveError("erclutch live does not run on Windows", remedy="Use Linux or macOS")
+        if model and model.period not in (None, settings.period):
+            problem = (
+                f"the model {model.name} is made for a period of {model.period:g} s, the loop has {settings.period:g} s"
+            )
+            raise LiveError(problem, remedy="Give both the same period")
         self._program = loop_program()
         self._folder, self._lock = _own_folder()
         self.ring = self._folder / "ring"

@@ -46,9 +46,10 @@ def after(state: Adapted, error: Any, below: Any, above: Any, level: float, peri
         period: time to the next row in s.
     """
     low, high = state.offset - state.scale * below, state.offset + state.scale * above
-    missed = less_select(error, low, 1.0, less_select(high, error, 1.0, 0.0))
     share, gain = -float(np.expm1(-period / OFFSET_S)), min(period / SCALE_S / (1.0 - level), 1.0)
-    scale = state.scale + state.scale * gain * (missed - (1.0 - level))
+    # The logarithm of the scale is what adds up: its steps balance where the wanted share of rows is inside.
+    wider, narrower = float(np.exp(gain * level)), float(np.exp(-gain * (1.0 - level)))
+    scale = state.scale * less_select(error, low, wider, less_select(high, error, wider, narrower))
     return Adapted(state.offset + share * (error - state.offset), within(scale, NARROWEST, WIDEST))
 
 

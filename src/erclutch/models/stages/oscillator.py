@@ -84,23 +84,22 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
 def coefficients(tau: Any, zeta: Any, step: Any) -> tuple[Any, Any, Any, Any]:
     """The numbers a11, a12, a21, a22 for a sampling step, of numbers, arrays or duals."""
     h = step / tau
-    swing, turn = _swing(h * h * (zeta * zeta - 1.0))
-    decay = np.exp(-(zeta * h))
-    cross = decay * (h * turn)
-    return decay * swing + zeta * cross, cross, -cross, decay * swing - zeta * cross
+    swing, turn = _swing(h * h * (zeta * zeta - 1.0), zeta * h)
+    cross = h * turn
+    return swing + zeta * cross, cross, -cross, swing - zeta * cross
 
 
-def _swing(x: Any) -> tuple[Any, Any]:
-    """cosh(sqrt x) and sinh(sqrt x) / sqrt x; below zero these are a cosine and a sine."""
-    values = value_of(x)
+def _swing(x: Any, y: Any) -> tuple[Any, Any]:
+    """exp(-y) cosh(sqrt x) and exp(-y) sinh(sqrt x) / sqrt x for y >= sqrt x; for x < 0 with a cosine and a sine."""
+    values, decay = value_of(x), np.exp(-y)
     if np.max(np.abs(values)) < 0.01:
         even, odd = 1.0, 1.0
         for k in range(6, 0, -1):
             even, odd = 1.0 + even * x / (2 * k * (2 * k - 1)), 1.0 + odd * x / (2 * k * (2 * k + 1))
-        return even, odd
+        return decay * even, decay * odd
     if np.max(values) < 0.0:
         root = np.sqrt(-x)
-        return np.cos(root), np.sin(root) / root
+        return decay * np.cos(root), decay * (np.sin(root) / root)
     root = np.sqrt(x)
-    grown = np.exp(root)
-    return 0.5 * (grown + 1.0 / grown), 0.5 * (grown - 1.0 / grown) / root
+    slow, fast = np.exp(root - y), np.exp(-(root + y))  # each at most 1, however long the step
+    return 0.5 * (slow + fast), 0.5 * (slow - fast) / root
