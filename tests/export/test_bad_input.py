@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch.cli import app
 from erclutch.errors import ErclutchError, ExportError, RunError
 from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.models.law_model import TorqueModel
@@ -138,6 +139,21 @@ def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: E
 def test_a_network_with_dynamics_needs_a_period(network: Callable[..., NetworkModel]) -> None:
     with pytest.raises(ExportError, match="--period"):
         step_of(network("fnn-3", "coaxial", "lag"))
+
+
+def test_a_memory_at_another_period_is_told(
+    law: Callable[..., TorqueModel], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    still, lagged = law("bingham", "coaxial"), law("bingham", "coaxial", "lag")
+    own = lagged.period
+    assert step_of(lagged).other_period == step_of(lagged, ExportOptions(period=1.004 * own)).other_period == ""
+    assert step_of(still, ExportOptions(period=3.0 * own)).other_period == ""
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(lagged.to_dict()), encoding="utf-8")
+    app(["export", str(path), "--out", str(tmp_path / "out"), "--period", "0.004"], exit_on_error=False)
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"fitted to rows of {1e3 * own:.4g} ms and is called every 4 ms." in said
+    assert "Fit with --resample 250Hz" in said
 
 
 def test_past_rows_are_of_the_training_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.logs.dataset import Dataset
@@ -140,6 +141,21 @@ def test_what_nothing_excites_is_not_identified() -> None:
     assert np.isinf(T_y.high - T_y.low)
     assert T_y.at_bound is None
     assert eta.low < 0.02 < eta.high
+
+
+@pytest.mark.parametrize(("hold", "seconds"), [(0.25, 14.0), (1.0, 12.0)])
+def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(hold: float, seconds: float) -> None:
+    n, rng, period = round(1e4 * seconds), np.random.default_rng(5), 1e-4
+    t = period * np.arange(n)
+    field = rng.uniform(0.0, 2.0, 100)[(t / hold).astype(int)]
+    slip = 20.0 * np.sin(8.0 * t) * (0.6 + 0.4 * np.sin(t))
+    fluid = lfilter([-np.expm1(-period / 8e-3)], [1.0, -np.exp(-period / 8e-3)], field - field[0]) + field[0]
+    effort = 0.5 * fluid**1.5 * np.tanh(slip / 0.6) + 0.008 * slip + 0.01 * rng.standard_normal(n)
+    data = Dataset("single", (Element(field, slip),), effort, Clock(t, (Span(0, n, period),)), UNITS)
+    found = fit_structure(data, structure(dynamics="lag"))
+    tau, delay = (next(e for e in found.estimates if e.name == name) for name in ("tau", "delay"))
+    assert tau.low < 8e-3 < tau.high < 8.2e-3
+    assert delay.value < 1e-4
 
 
 def test_a_start_of_the_users_is_tried() -> None:

@@ -70,6 +70,8 @@ def export(
     binaries = folder / "binaries.txt"
     for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
         screen.print(f"  binary {line}", markup=False)
+    if program.other_period:
+        screen.print(f"note: {program.other_period}.", markup=False)
     screen.print(f"Check it here: erclutch verify {folder}", markup=False)
 
 

@@ -484,6 +484,8 @@ def _introduce(output: Console, session: Session, observers: Observers | None, m
     if session.origin == "HARDWARE":
         output.print(f"largest field: {session.settings.field_limit:g}", markup=False)
     output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
+    if model and model.note:
+        output.print(f"note: {model.note}.", markup=False)
     output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
         output.print(f"page: {observers.url}", markup=False, soft_wrap=True)

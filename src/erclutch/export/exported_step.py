@@ -164,6 +164,20 @@ class ExportedStep:
         return self.alarms is not None or self.tracking is not None
 
     @property
+    def other_period(self) -> str:
+        """What to know of a memory that is called at another period than it was fitted at; else empty."""
+        own, period = self.model.period, self.period
+        if own is None or period is None or self.model.structure.dynamics == "none":
+            return ""
+        if abs(period - own) <= _SAME_PERIOD * own:
+            return ""
+        return (
+            f"{self.model.name} was fitted to rows of {1e3 * own:.4g} ms and is called every {1e3 * period:.4g} ms. "
+            "Its memory moves once a call, so the errors of its run do not hold. Fit with --resample "
+            f"{1.0 / period:.6g}Hz to see those of this period"
+        )
+
+    @property
     def signals(self) -> int:
         """How many of the inputs the model's effort depends on; behind them may come the measured effort."""
         return len(self.inputs) - self.measures

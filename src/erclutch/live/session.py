@@ -71,6 +71,7 @@ class LiveModel:
         name, digest: of the model.
         units: of its effort, field and slip, where they are known.
         period: in s that it is compiled for; None: any.
+        note: what to know of it at that period.
     """
 
     library: Path
@@ -78,6 +79,7 @@ class LiveModel:
     digest: str
     units: Units | None = None
     period: float | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True)

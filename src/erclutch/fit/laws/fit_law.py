@@ -126,7 +126,7 @@ def fit_structure(
     if not shapes:
         return _outcome(whole, structure, reference, full, _LINEAR, ordered, intervals)
     cells = None if _in_order(whole, structure) else _on_centroids(whole, structure, reference, shapes)
-    some = whole if structure.dynamics == "none" else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS))
+    some = whole if structure.dynamics == "none" else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS, whole.period))
     few, rough, middle = (
         separable(some, structure, reference, shapes, thinned(some.rows, most))
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
@@ -225,7 +225,7 @@ def _outcome(
     if intervals:
         free = np.vstack([nonlinear, linear]).T
         spread, unseen = uncertainty(free, residual, ordered=ordered), unseen_errors(data, free.__getitem__, residual)
-        some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS))
+        some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         optimum = Optimum(
             np.concatenate([found.point, projection.gains]),
@@ -282,4 +282,4 @@ def _fit_on_disk(data: DiskRows, structure: Structure, scan: int) -> FitOutcome[
 
 
 def _windows(data: DiskRows, most: int) -> Dataset:
-    return data.windows(*window_starts(data.rows, most))
+    return data.windows(*window_starts(data.rows, most, data.period))

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from erclutch.signals.array import Array
 
+_GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+_SECONDS = 0.3  # least time of a stretch
+
 
 def scan_points(lower: Array, upper: Array, count: int) -> Array:
     """Points that fill a box evenly: the additive recurrence of Roberts (2018), shape (count, k). Deterministic.
@@ -27,16 +30,22 @@ def thinned(rows: int, most: int) -> slice:
     return slice(None, None, max(1, -(-rows // most)))
 
 
-def windows(rows: int, most: int, count: int = 12) -> NDArray[np.bool_]:
-    """Mask of ``count`` stretches of neighbouring rows, evenly spread, of at most ``most`` rows together."""
+def windows(rows: int, most: int, period: float, count: int = 12) -> NDArray[np.bool_]:
+    """Mask of ``count`` stretches of neighbouring rows; see `window_starts`."""
     mask = np.zeros(rows, np.bool_)
-    starts, length = window_starts(rows, most, count)
+    starts, length = window_starts(rows, most, period, count)
     for start in starts:
         mask[start : start + length] = True
     return mask
 
 
-def window_starts(rows: int, most: int, count: int = 12) -> tuple[list[int], int]:
-    """First rows of such stretches, and the rows of each."""
-    length = max(1, most // count)
-    return np.linspace(0, max(rows - length, 0), count).round().astype(int).tolist(), length
+def window_starts(rows: int, most: int, period: float, count: int = 12) -> tuple[list[int], int]:
+    """First rows of such stretches, and the rows of each: ``most`` together, and more where these are too short a time.
+
+    A command must move within them, and what follows it must be seen, however fast it was sampled. One stretch begins
+    in each of ``count`` parts of the log, at another place in each: a command of any period moves in some of them.
+    """
+    length, part = max(1, most // count, round(_SECONDS / period)), rows / count
+    if length >= part:
+        return [0], rows
+    return [min(int((i + i * _GOLDEN % 1.0) * part), rows - length) for i in range(count)], length
