@@ -244,6 +244,12 @@ def test_a_log_below_the_rows_that_centroids_need_is_fitted_in_memory(short: Pat
     assert other.train_cost == pytest.approx(one.train_cost, rel=1e-6)
 
 
+def test_each_model_of_one_law_is_fitted(short: Path) -> None:
+    names = ("bingham", "bingham+lag", "bingham+dahl")
+    fitted = fit_large(short, names, device=COAXIAL).entries
+    assert tuple(entry.name for entry in fitted) == names
+
+
 def test_several_logs_of_several_formats_are_one(tmp_path: Path) -> None:
     paths = [write(tmp_path / "a.parquet", pair(15_000)), tmp_path / "b.csv"]
     columns = pair(6_000, seed=1)

@@ -30,6 +30,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.disk_rows import DiskRows, Part, Source, Stretch, TrainingRows, read_part
 from erclutch.logs.reading import Reading
 from erclutch.models.load import Model
+from erclutch.models.model import full_name
 from erclutch.models.model_file import digest_of
 from erclutch.runs.cluster import saying_kept
 from erclutch.runs.run_folder import file_name, unwritable, versions, write_json, write_models
@@ -202,11 +203,11 @@ def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[Tr
         raise not_on_disk(residual.specification, "its network is fitted to the law's residual of each row")
     how = {"seed": settings.seed, "workers": settings.workers}
     laws = [
-        (s.specification, partial(require_no_stimulus, s), partial(fit_structure, structure=s, intervals=False))
+        (full_name(s.specification, s.dynamics), partial(require_no_stimulus, s), partial(fit_structure, structure=s, intervals=False))
         for s in structures_for(sample, settings)
     ]
     networks = [
-        (s.specification, partial(require_no_past, s), partial(fit_network, structure=s, **how))
+        (full_name(s.specification, s.dynamics), partial(require_no_past, s), partial(fit_network, structure=s, **how))
         for s in networks_for(sample, settings)
     ]
     kept: dict[str, Callable[[TrainingRows], AnyOutcome]] = {}
