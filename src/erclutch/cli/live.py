@@ -251,6 +251,7 @@ def _replay(
     from erclutch.rig.playback import angles_of, at_period, fields_of
     from erclutch.signals.channels import NamedChannels
     from erclutch.signals.device import EFFORT_OF, Units
+    from erclutch.signals.recording import MEASURED
     from erclutch.signals.units import UNKNOWN
 
     if rig.log is None:
@@ -268,7 +269,8 @@ def _replay(
     slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
     sensor = EFFORT_OF[reading.device] in log.signals
     named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
-    return ServedRig(log.name, "RECORDING", spec, named), recorded(commands)
+    origin = "RECORDING" if log.origin in MEASURED else f"RECORDING of {log.origin}"
+    return ServedRig(log.name, origin, spec, named), recorded(commands)
 
 
 def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
@@ -281,7 +283,7 @@ def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tu
     if named is None:
         return channels_of(device, units)
     known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
-    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin == "RECORDING" else USUAL[device]
+    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin.startswith("RECORDING") else USUAL[device]
     merged = replace(units or usual, **known)
     return named.of(channels_of(device, merged, motor=named.motor))
 
@@ -408,7 +410,7 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 
     if isinstance(rig, RigDevice):
         return rig.device
-    if rig.origin == "RECORDING":
+    if rig.origin.startswith("RECORDING"):
         return reading.device
     return "single" if rig.spec["single"] else "coaxial"
 
@@ -426,7 +428,7 @@ def _for_rig(
     from erclutch.rig.rig_plugins import RigDevice
 
     settings, asked = replace(settings, **tuned), control.field_limit
-    if rig.origin != "RECORDING":
+    if not rig.origin.startswith("RECORDING"):
         most = settings.field_limit
         if isinstance(rig, RigDevice):
             most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
