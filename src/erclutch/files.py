@@ -59,6 +59,16 @@ def may_write(
         raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
 
 
+def may_write_file(path: Path, force: bool, option: str = "out") -> None:
+    """Say before any work whether a file may be made, or replaced.
+
+    Raises:
+        RunError: there is a file of this name, and it may not be replaced; ``option`` gave the name.
+    """
+    if path.exists() and not force:
+        raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
+
+
 def file_digest(path: Path) -> str:
     """SHA-256 of a file's bytes, hexadecimal."""
     with path.open("rb") as file:

@@ -364,6 +364,7 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
         (("--seed", "-1"), ["--seed -1"]),
         (("--rate", "abc"), ["rate is 'abc'", "Hz"]),
         (("--constant", "field=much"), ["field is 'much'"]),
+        (("--field", "field", "--constant", "field=1 V"), ["field is given as a column and as a constant"]),
         (("--map", "nowhere.toml"), ["nowhere.toml"]),
         (("--out", "no/run"), ["no/run: its parent folder does not exist", "Make no first"]),
         (("--out", "thesis"), ["thesis: exists and is not a run", "another name"]),

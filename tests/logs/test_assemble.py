@@ -87,10 +87,10 @@ def test_a_scale_that_does_not_fit(unit: str, scale: str, problem: str) -> None:
 # --- constants, inputs, spare columns ---------------------------------------------------------------------------------
 
 
-def test_a_constant_beside_a_chosen_column_is_not_used() -> None:
-    found = made(PLAIN, of={"columns": {"field": "field"}, "constants": {"field": "2 A", "mass": "3 kg"}})
-    np.testing.assert_array_equal(found.signals["field"], PLAIN["field"])
-    assert "field = 2 A (given) not used: column field was chosen" in found.notes
+def test_a_constant_beside_a_chosen_column_is_refused() -> None:
+    with pytest.raises(MappingError, match="field is given as a column and as a constant"):
+        made(PLAIN, of={"columns": {"field": "field"}, "constants": {"field": "2 A"}})
+    found = made(PLAIN, of={"columns": {"field": "field"}, "constants": {"mass": "3 kg"}})
     assert dict(found.constants) == {"mass": 3.0}
     assert "mass = 3 kg (given)" in found.notes
 

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import CheckError, SettingError, require
+from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.live.loop_margins import LinearLoop, LoopMargins, TorquePath
@@ -76,6 +77,7 @@ def tune(
     as_: Annotated[
         tuple[Literal["pdf", "png", "svg"], ...], Parameter(name="--as", consume_multiple=True, negative=())
     ] = ("pdf", "svg"),
+    force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Find gains of torque and motion control from the model of a run, with margins, pictures, and a file for live.
 
@@ -89,6 +91,7 @@ def tune(
         rig_file: A rig file (TOML) with the supply's limits, and inertias that no log shows.
         out: Folder for control.toml (erclutch live --tuned takes it) and the pictures.
         as_: Formats of the pictures: pdf, png or svg.
+        force: Replace the files of an earlier tuning.
     """
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.report.plots.paper_style import placed
@@ -96,6 +99,7 @@ def tune(
     from erclutch.runs.run_folder import read_run
 
     require(0.1, unit=" Hz", bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
+    may_write_file(out / "control.toml", force)
     rig, found = load_rig(rig_file), read_run(run)
     chosen = _model(found, model)
     path, slope = torque_path(chosen)

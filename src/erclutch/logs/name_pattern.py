@@ -6,10 +6,16 @@ import re
 
 from erclutch.errors import MappingError
 from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
 
 _FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
+
+
+def signals_of(pattern: str) -> set[str]:
+    """The signals among the names in a pattern."""
+    return {match.group(1) for match in _FIELD.finditer(pattern)} & SIGNALS.keys()
 
 
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:
