@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from json import JSONDecodeError
 from pathlib import Path
 
 from erclutch.errors import ErclutchError, RunError
@@ -19,6 +20,17 @@ def cache_folder() -> Path:
     if given:
         return Path(given)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
+
+
+def plain_words(error: Exception) -> str:
+    """What is wrong with a file that cannot be read, without the words of Python."""
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file"
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no UTF-8 text"
+    return f"it is no JSON from line {error.lineno} on" if isinstance(error, JSONDecodeError) else str(error)
 
 
 def unwritable(

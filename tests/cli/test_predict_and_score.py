@@ -199,7 +199,8 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
         (("predict", "none.csv", "--model", "run", "--out", "n.csv"), "there is no such file"),
         (("predict", "several", "--model", "run", "--out", "n.csv"), "one file for 2 logs"),
         (("score", "blind.csv", "--model", "run"), "M"),
-        (("score", "two.csv", "--model", "two.csv"), "no readable model"),
+        (("score", "two.csv", "--model", "two.csv"), "two.csv: no readable model: it is no JSON from line 1 on"),
+        (("score", "two.csv", "--model", "gone"), "gone: no readable model: there is no such file. Check the path"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
+from erclutch.logs import read
 from erclutch.logs.assemble import assemble, assemble_rows, clocks_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.table import Table
@@ -22,8 +24,11 @@ COAXIAL: dict[str, Any] = {
 }
 
 
+TWICE = ("torque [N*m]", "torque [N*m] (2)")
+
+
 def table(columns: dict[str, Any], units: dict[str, str] | None = None, **more: Any) -> Table:
-    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **more)
+    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **{"path": "logs/a.csv", **more})
 
 
 def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any) -> Recording:
@@ -128,14 +133,14 @@ def test_everything_missing_is_one_error_with_a_command() -> None:
     error = caught.value
     assert error.problem.startswith("4 things are missing: (1) no time column and no sampling rate; (2) no column for ")
     assert error.problem.endswith("; the file has: q, r")
-    assert 'erclutch inspect a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
+    assert 'erclutch inspect logs/a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
     for option in ("--field", "--slip", "--effort"):
         assert option in error.remedy
     with pytest.raises(MappingError) as caught:
         made(
             {**COAXIAL, "q": ROWS, "T": np.full(N, np.nan)}, {"T": "kg"}, of={"rate": 50, "columns": {"theta_dot": "x"}}
         )
-    assert "erclutch inspect a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
+    assert "erclutch inspect logs/a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
 
 
 def test_no_such_device_or_way_with_missing_values() -> None:
@@ -233,3 +238,27 @@ def test_rows_that_repeat_the_row_before_are_told_from_rows_with_other_values() 
         note.startswith("1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other")
         for note in found.notes
     )
+
+
+def test_a_frame_is_asked_about_in_the_words_of_python() -> None:
+    with pytest.raises(MappingError) as caught:
+        assemble(table({"q": ROWS, "r": ROWS**2}, path=""), ColumnMap(), device="single")
+    assert "in place of these: {'time': 'COLUMN [s]', 'field': 'COLUMN [A]'" in caught.value.remedy
+
+
+def test_no_column_is_proposed_twice_and_a_refused_unit_is_named() -> None:
+    with pytest.raises(MappingError) as caught:
+        made({"V": ROWS, "F": ROWS**2}, {"F": "N"})
+    assert caught.value.remedy.count("V [") == 1
+    with pytest.raises(MappingError, match="column speed is called so, but its unit kg does not fit"):
+        made({"current": ROWS, "speed": ROWS, "F": ROWS}, {"F": "N", "current": "A", "speed": "kg"})
+    twice = table({"torque [N*m]": ROWS, "torque [N*m] (2)": ROWS}, {name: "N*m" for name in TWICE})
+    assert twice.labels == TWICE
+
+
+def test_a_file_is_asked_about_by_its_path(tmp_path: Path) -> None:
+    path = tmp_path / "a b.csv"
+    np.savetxt(path, np.column_stack([ROWS, ROWS]), delimiter=",", header="q,r", comments="")
+    with pytest.raises(MappingError) as caught:
+        read(path)
+    assert f"erclutch inspect '{path}' --time" in caught.value.remedy

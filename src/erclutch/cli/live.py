@@ -17,6 +17,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError, require
+from erclutch.files import plain_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -387,7 +388,7 @@ def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     try:
         body: dict[str, Any] = tomllib.loads(control.tuned.read_bytes().decode("utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        problem = f"cannot be read ({error})"
+        problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
     for name, value in body.items():
         if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):

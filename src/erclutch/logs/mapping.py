@@ -35,6 +35,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed, shell_word
+from erclutch.files import plain_words
 from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.name_pattern import signals_of
 from erclutch.logs.table import Table
@@ -117,7 +118,7 @@ class ColumnMap:
             content = path.read_bytes()
             values = tomllib.loads(content.decode("utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-            problem = f"the mapping file cannot be read ({error})"
+            problem = f"the mapping file cannot be read ({plain_words(error)})"
             raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
         return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
 

@@ -123,7 +123,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     try:
         import mujoco
     except ImportError as error:
-        raise ExportError("mujoco is not installed", remedy="pip install mujoco") from error
+        raise ExportError("mujoco is not installed", remedy="Run: pip install mujoco") from error
     model = mujoco.MjModel.from_xml_path(str(folder / f"{program.name}.xml"))
     vectors = vectors_of(program)
     usable = np.all(np.abs(np.where(np.isfinite(vectors.rows), vectors.rows, np.inf)) < _LARGEST, axis=1)

@@ -65,6 +65,4 @@ def _claims(head: bytes) -> bool:
     return head.startswith(b"LabVIEW Measurement")
 
 
-READER = LogReader(
-    (".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE
-)
+READER = LogReader((".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)

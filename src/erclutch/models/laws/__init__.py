@@ -40,6 +40,8 @@ __all__ = [
 
 GROUP = "erclutch.laws"
 
+#: What else a model may be, for the message of an unknown name.
+_NETWORKS = ("fnn-N", "rbfn-N")
 _SLIPS = np.array([-1.0, 0.5, 2.0])  # where a law is asked whether the field has a say
 
 #: What ``--models paper`` means: the laws of tables II and III, with the signs that the paper takes as constant.
@@ -135,7 +137,10 @@ def _plugin(name: str) -> tuple[Plugin, int | None]:
         family = registry.find(GROUP, stem)
         if family.of_type(LawFamily).count is not None:
             return family, int(digits)
-    plugin = registry.find(GROUP, name if name in known else _aliases().get(name, name))
+    wanted = name if name in known else _aliases().get(name)
+    if wanted is None:
+        raise registry.unknown(GROUP, name, (*law_names(), *_NETWORKS))
+    plugin = registry.find(GROUP, wanted)
     return plugin, plugin.of_type(LawFamily).count
 
 
