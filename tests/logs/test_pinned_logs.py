@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import re
 import numpy as np
 import pytest
 from scipy.signal import lfilter

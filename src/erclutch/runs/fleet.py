@@ -26,7 +26,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import file_digest, may_write, plain_words, whole_file
+from erclutch.files import file_digest, may_write, whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
 from erclutch.logs import ColumnMap
@@ -267,9 +267,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
             known = json.loads((folder / MARKER).read_text(encoding="utf-8"))
         except ValueError as error:
             if not force:
-                raise RunError(
-                    f"{MARKER}: {plain_words(error)}", where=str(folder), remedy="Give --force to begin anew"
-                ) from error
+                raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
     else:
         may_write(folder, False, MARKER)
     if isinstance(known, dict):
