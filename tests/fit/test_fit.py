@@ -146,7 +146,7 @@ def test_what_nothing_excites_is_not_identified() -> None:
 @pytest.mark.parametrize(("hold", "seconds"), [(0.25, 14.0), (1.0, 12.0)])
 def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(hold: float, seconds: float) -> None:
     n, rng, period = round(1e4 * seconds), np.random.default_rng(5), 1e-4
-    t = period * np.arange(n)
+    t = np.arange(n, dtype=np.float64) * period
     field = rng.uniform(0.0, 2.0, 100)[(t / hold).astype(int)]
     slip = 20.0 * np.sin(8.0 * t) * (0.6 + 0.4 * np.sin(t))
     fluid = lfilter([-np.expm1(-period / 8e-3)], [1.0, -np.exp(-period / 8e-3)], field - field[0]) + field[0]

@@ -488,6 +488,12 @@ def test_a_model_runs_at_its_own_period_only() -> None:
         Session(TWIN, LoopSettings(), model)
 
 
+def test_a_model_that_adapts_leaves_nothing_for_an_observer() -> None:
+    model = live_model(HERE / "model.json", "coaxial", adapt=True)
+    with pytest.raises(LiveError, match=r"adapts to the torque sensor, and so does the observer by motion\. Leave out"):
+        Session(TWIN, LoopSettings(observer="motion"), model)
+
+
 def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:
     with pytest.raises(SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model"):
         live_model(HERE / "model.json", "coaxial", units=Units("N", "", "rad/s"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -57,6 +59,12 @@ def test_a_constant_stays_what_it_is_and_the_note_says_what_was_done() -> None:
     assert set(got.signals["field"]) == {0.3}
     assert "brought from 1000 Hz to 100 Hz by a zero-phase filter that passes 34 Hz and stops 50 Hz" in got.notes[-1]
     assert "160 ms left out at each end" in got.notes[-1]
+
+
+def test_columns_that_nothing_takes_come_along() -> None:
+    log = log_at(1000.0, 5.0)
+    got = resampled(replace(log, spare={"effort again": log.signals["effort"]}), 400.0)
+    np.testing.assert_array_equal(got.spare["effort again"], got.signals["effort"])
 
 
 def test_each_stretch_by_itself() -> None:

@@ -5,10 +5,13 @@ import re
 import time
 import tracemalloc
 import zlib
+from collections.abc import Iterable
 from contextlib import suppress
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -18,6 +21,7 @@ from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
+from erclutch.logs.readers.dates import seconds
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
 NAMES, UNITS = ("t", "Y", "V", "F"), ("s", "V", "cm/s", "N")
@@ -302,7 +306,50 @@ def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
     path.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + rows)
     recording = read(path)
     assert recording.period == pytest.approx(0.01, rel=1e-6)
-    assert "time has no unit and holds dates as spreadsheets number them: taken as days" in recording.notes
+    assert any("no unit: dates as spreadsheets number them, taken as days" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+def test_a_time_since_1970_is_known_by_its_size(tmp_path: Path, unit: str, factor: float) -> None:
+    stamps = [round(factor * (1_709_560_790 + k / 100)) for k in range(200)]
+    (tmp_path / "log.csv").write_text("timestamp,field [V],slip [rad/s],effort [N*m]\n" + _signals(stamps))
+    recording = read(tmp_path / "log.csv")
+    assert recording.period == pytest.approx(0.01, rel=1e-6)
+    assert any(f"no unit: a time since 1970, taken as {unit}" in note for note in recording.notes)
+
+
+def test_rows_far_apart_in_a_time_without_a_unit_are_doubted(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(200)))
+    assert any('give --time "time [ms]"' in note for note in read(tmp_path / "log.csv").notes)
+
+
+def _signals(stamps: Iterable[object]) -> str:
+    return "".join(f"{t},{k % 2},{np.sin(k / 9):.6f},{k % 7}\n" for k, t in enumerate(stamps))
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        *("%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S.%f", "%m-%d-%Y %H:%M:%S.%f"),
+        *("%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f000", "%d/%m/%y %H:%M:%S,%f", "%m/%d/%Y %I:%M:%S.%f %p"),
+    ],
+)
+@pytest.mark.parametrize("whole", ["keeps its zeros", "loses its zeros"])
+def test_dates_over_midnight_in_any_order_of_day_and_month(pattern: str, whole: str) -> None:
+    first = datetime(2024, 4, 3, 23, 59, 58)
+    texts = [(first + timedelta(seconds=k / 50)).strftime(pattern) for k in range(200)]
+    if whole == "loses its zeros":
+        texts = [re.sub(r"[.,]0+(?=\D|$)", "", text) for text in texts]
+    found = seconds(pd.Series(texts))
+    assert found is not None
+    np.testing.assert_allclose(found, np.arange(200) / 50, atol=1e-9)
+
+
+def test_a_clock_set_back_within_its_zone_goes_on() -> None:
+    before, after = "2024-10-27T02:59:59.5+02:00", "2024-10-27T02:00:00+01:00"
+    found = seconds(pd.Series([before, after, after.replace(":00+", ":01+")]))
+    assert found is not None
+    assert found.tolist() == [0.0, 0.5, 1.5]
 
 
 def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:

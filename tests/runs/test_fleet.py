@@ -99,6 +99,17 @@ def test_a_changed_log_is_fitted_again(fleet: Fleet, logs: Path, tmp_path: Path)
     assert again.digest != fleet.digest
 
 
+def test_a_changed_mapping_beside_the_logs_fits_them_again(logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    shutil.copy(logs / "unit1.csv", tmp_path / "logs")
+    mapping = tmp_path / "logs" / "erclutch.toml"
+    mapping.write_text("this is no mapping\n")
+    assert fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST).failed
+    mapping.write_text("[columns]\n")
+    again = fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST)
+    assert (again.taken, again.failed) == (0, {})
+
+
 def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     for name, log in (("b/1.csv", "unit1.csv"), ("b/2.csv", "unit3.csv"), ("a/1.csv", "unit5.csv")):
         (tmp_path / "logs" / name).parent.mkdir(parents=True, exist_ok=True)

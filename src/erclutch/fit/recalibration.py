@@ -23,7 +23,7 @@ from erclutch.fit.laws.variable_projection import coordinates, parameters, seede
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.fit.networks.fit_residual import output_times
 from erclutch.fit.one_thread import one_thread
-from erclutch.fit.scoring import block_rows
+from erclutch.fit.scoring import correlated_over
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
@@ -134,7 +134,7 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
 
 def _blocks(error: Array) -> list[slice]:
     """Blocks of rows in time, as long as the error is correlated where there are rows enough."""
-    count = int(np.clip(error.size // block_rows([error]), _FEWEST_BLOCKS, _MOST_BLOCKS))
+    count = int(np.clip(error.size // correlated_over([error]), _FEWEST_BLOCKS, _MOST_BLOCKS))
     edges = np.linspace(0, error.size, count + 1).round().astype(int).tolist()
     return [slice(a, b) for a, b in itertools.pairwise(edges)]
 

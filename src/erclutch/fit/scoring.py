@@ -1,7 +1,9 @@
 """A score says how good a model is on rows that it has not seen, with a band for figures of so few independent rows.
 
 Bands are 95 % intervals of a circular block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
-drawn, as long as the squared residuals are correlated, and the same blocks for every model.
+drawn, and the same blocks for every model. A length with the least error of the variance is too short for bands that
+hold, and the variance of few blocks is itself uncertain (Sun, Phillips and Jin 2008,
+doi 10.1111/j.0012-9682.2008.00822.x). So blocks are twice as long, and bands as much wider as Student's t.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from erclutch.fit.intervals import bandwidth_of, correlated_rows
 from erclutch.signals.array import Array
 
 _RESAMPLES = 1000
+_LONGER = 2  # times the length with the least error of the variance
 _MOST_BLOCKS = 1000
 
 
@@ -62,10 +65,14 @@ class Score:
 
 
 def block_rows(residuals: Sequence[Array]) -> int:
-    """Length of a bootstrap block: the longest correlation of the squared residuals of any model, in rows."""
+    """Length of a bootstrap block in rows, by the longest correlation of the squared residuals of any model."""
     n = residuals[0].size
-    longest = max(bandwidth_of((e * e - np.mean(e * e))[:, None]) for e in residuals)
-    return int(np.clip(longest, max(1, -(-n // _MOST_BLOCKS)), max(1, n // 4)))
+    return int(np.clip(_LONGER * correlated_over(residuals), max(1, -(-n // _MOST_BLOCKS)), max(1, n // 4)))
+
+
+def correlated_over(residuals: Sequence[Array]) -> int:
+    """Rows over which the squared residuals of any model are correlated."""
+    return max(bandwidth_of((e * e - np.mean(e * e))[:, None]) for e in residuals)
 
 
 def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
@@ -95,16 +102,17 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     # Around the mean: sums of squares of a far-off effort would cancel.
     y: Array = measured - np.mean(measured)
     squares, first, second = (_resampled(v, length, starts) for v in (error * error, y, y * y))
+    count = starts.shape[1]
     variance = np.maximum(second - first * first, np.finfo(float).tiny)
     mse, spread = float(np.mean(error * error)), float(np.mean(y * y)) or np.finfo(float).tiny
     largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
     return Score(
         rows=error.size,
-        mse=_figure(mse, squares),
-        rmse=_figure(mse**0.5, np.sqrt(squares)),
-        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance)),
-        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance),
-        largest=_figure(float(np.abs(error).max()), largest),
+        mse=_figure(mse, squares, count, least=0.0),
+        rmse=_figure(mse**0.5, np.sqrt(squares), count, least=0.0),
+        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance), count, least=0.0),
+        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance, count, most=1.0),
+        largest=BandedFigure(float(np.abs(error).max()), *_middle(largest)),
         bias=float(error.mean()),
     )
 
@@ -122,7 +130,8 @@ def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> BandedFig
         return BandedFigure(np.inf, np.inf, np.inf)
     starts = block_starts(error.size, block, seed)
     mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, best))
-    return _figure(float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2)))), _over(mine, theirs))
+    value = float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2))))
+    return _figure(value, _over(mine, theirs), starts.shape[1], least=-1.0)
 
 
 def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> BandedFigure:
@@ -136,7 +145,8 @@ def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> Band
     """
     starts = block_starts(error.size, block, seed)
     mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, other))
-    return _figure(float(np.sqrt(np.mean(error**2)) - np.sqrt(np.mean(other**2))), mine - theirs)
+    value = float(np.sqrt(np.mean(error**2)) - np.sqrt(np.mean(other**2)))
+    return _figure(value, mine - theirs, starts.shape[1])
 
 
 def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
@@ -145,9 +155,22 @@ def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
         return np.where(np.equal(mine, theirs), 0.0, np.divide(mine, theirs) - 1.0)
 
 
-def _figure(value: float, resampled: Array) -> BandedFigure:
+def _figure(
+    value: float, resampled: Array, blocks: int, *, least: float = -np.inf, most: float = np.inf
+) -> BandedFigure:
+    """A band as much wider than the resamples as t of so many blocks is than the normal quantile, within limits."""
+    from scipy.special import ndtri, stdtrit
+
+    freedom = max(blocks - 1, 1)
+    wider = float(stdtrit(freedom, 0.975) / ndtri(0.975)) * (blocks / freedom) ** 0.5
+    low, high = (value + wider * (end - value) if np.isfinite(end) else end for end in _middle(resampled))
+    return BandedFigure(value, max(low, least), min(high, most))
+
+
+def _middle(resampled: Array) -> tuple[float, float]:
+    """Ends of the middle 95 %."""
     low, high = np.quantile(resampled, (0.025, 0.975))
-    return BandedFigure(value, float(low), float(high))
+    return float(low), float(high)
 
 
 def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:

@@ -59,7 +59,7 @@ def live_model(
             remedy="Give a model without further inputs",
         )
     name = f"{model.name}, adapting" if adapt else model.name
-    return LiveModel(_compiled(program), name, program.digest, model.units, period, program.other_period)
+    return LiveModel(_compiled(program), name, program.digest, model.units, period, program.other_period, adapt)
 
 
 def _compiled(program: object) -> Path:

@@ -72,6 +72,7 @@ class LiveModel:
         units: of its effort, field and slip, where they are known.
         period: in s that it is compiled for; None: any.
         note: what to know of it at that period.
+        adapts: a gain and an offset follow the torque sensor.
     """
 
     library: Path
@@ -80,6 +81,7 @@ class LiveModel:
     units: Units | None = None
     period: float | None = None
     note: str = ""
+    adapts: bool = False
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,10 @@ class Session(contextlib.AbstractContextManager["Session"]):
                 f"the model {model.name} is made for a period of {model.period:g} s, the loop has {settings.period:g} s"
             )
             raise LiveError(problem, remedy="Give both the same period")
+        if model and model.adapts and settings.observer != "off":
+            # The observer holds what the device gives against the estimate, which then follows the device by itself.
+            problem = f"the model adapts to the torque sensor, and so does the observer by {settings.observer}"
+            raise LiveError(problem, remedy="Leave out --adapt, or give --observer off")
         self._program = loop_program()
         self._folder, self._lock = _own_folder()
         self.ring = self._folder / "ring"

@@ -41,6 +41,7 @@ _SPARE = "spare column "
 _MOST_SPARE = 8
 _NONE = "none"  # in place of a column of the field: the device has none that was logged
 _COUNTER = "samplenumber"
+_SLOW = 0.5  # s between rows from which on a time without a unit is doubted
 
 
 @dataclass
@@ -529,12 +530,10 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
     if column is not None:
         name, unit, factor, source = column
         scale = _seconds(unit, name)
-        how = f", converted from {unit}" if scale != 1.0 else "" if unit else ", no unit: taken as s"
+        stamps, how = table.columns[name][rows] * (factor * scale), f", converted from {unit}" if scale != 1.0 else ""
+        if not unit:
+            stamps, how = _unitless(stamps)
         notes.append(f"time <- column {name}{how} ({source})")
-        stamps = table.columns[name][rows] * (factor * scale)
-        if not unit and _days(stamps):
-            notes.append(f"{name} has no unit and holds dates as spreadsheets number them: taken as days")
-            stamps = (stamps - np.floor(stamps[0])) * 86_400.0
     elif table.clock is not None:
         name, stamps = table.clock_name, table.clock
         notes.append(f"time <- date and time in column {name}")
@@ -546,13 +545,25 @@ def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.
         name, stamps = counter, (table.columns[counter] - table.columns[counter][0]) * hint
     else:
         raise AssertionError("a log without a clock was asked about")
-    return timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint)
+    clock = timing.from_stamps(stamps, _same_as_before(table, name, rows), column=name, hint=hint)
+    if column is not None and not column[1] and clock.period >= _SLOW:
+        remedy = f"if it counts milliseconds, give --time {shell_word(f'{name} [ms]')}"
+        notes.append(f"{name} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")
+    return clock
 
 
-def _days(stamps: Array) -> bool:
-    """Whether stamps without a unit are dates as spreadsheets number them (1954 to 2119), at 1 Hz or faster."""
+def _unitless(stamps: Array) -> tuple[Array, str]:
+    """Stamps without a unit in s, and as what they were taken.
+
+    They may be dates as spreadsheets number them (1954 to 2119, at 1 Hz or faster) or a time since 1970 (2001 to 2100).
+    """
     steps = np.abs(np.diff(stamps))
-    return bool(stamps.size > 1 and np.all((stamps > 20_000) & (stamps < 80_000)) and np.median(steps) < 1.2e-5)
+    if stamps.size > 1 and np.all((stamps > 20_000) & (stamps < 80_000)) and np.median(steps) < 1.2e-5:
+        return (stamps - np.floor(stamps[0])) * 86_400.0, ", no unit: dates as spreadsheets number them, taken as days"
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if stamps.size and np.all((stamps * factor > 1e9) & (stamps * factor < 4.1e9)):
+            return (stamps - stamps[0]) * factor, f", no unit: a time since 1970, taken as {unit}"
+    return stamps, ", no unit: taken as s"
 
 
 def _seconds(unit: str | None, name: str) -> float:

@@ -207,14 +207,20 @@ def beside(log: Path) -> ColumnMap:
     Raises:
         MappingError: there is one, but it cannot be used.
     """
-    for candidate in (log.with_name(f"{log.name}.toml"), log.with_suffix(".toml"), log.with_name("erclutch.toml")):
-        if candidate.is_file():
-            try:
-                return ColumnMap.from_toml(candidate)
-            except MappingError as error:
-                remedy = f"{error.remedy}; it is read as it lies beside {log.name}: rename it if it is no mapping"
-                raise MappingError(error.problem, where=error.where, remedy=remedy) from error
-    return ColumnMap()
+    path = file_beside(log)
+    if path is None:
+        return ColumnMap()
+    try:
+        return ColumnMap.from_toml(path)
+    except MappingError as error:
+        remedy = f"{error.remedy}; it is read as it lies beside {log.name}: rename it if it is no mapping"
+        raise MappingError(error.problem, where=error.where, remedy=remedy) from error
+
+
+def file_beside(log: Path) -> Path | None:
+    """The mapping file that belongs to a log."""
+    names = (f"{log.name}.toml", log.with_suffix(".toml").name, "erclutch.toml")
+    return next((path for path in map(log.with_name, names) if path.is_file()), None)
 
 
 def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:

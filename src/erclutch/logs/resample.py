@@ -89,6 +89,7 @@ def resampled(log: Recording, rate: float) -> Recording:
         log,
         signals=MappingProxyType({name: every(values) for name, values in log.signals.items()}),
         extras=MappingProxyType({name: every(values) for name, values in log.extras.items()}),
+        spare=MappingProxyType({name: every(values) for name, values in log.spare.items()}),
         time=time,
         period=1.0 / rate,
         segments=tuple(itertools.pairwise(ends)),

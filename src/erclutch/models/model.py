@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,6 +20,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
 from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.units import UNKNOWN
 
 Pair = tuple[float, float]
 _SAME_PERIOD = 0.01
@@ -305,7 +306,7 @@ def require_same_signals(model: Model, data: Rows) -> None:
         ErclutchError: they are.
     """
     device = model.structure.device
-    if data.device != device or data.units != model.units:
+    if data.device != device or not _same_units(data.units, model.units):
         raise ErclutchError(
             f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
             where=model.name,
@@ -319,6 +320,12 @@ def require_same_signals(model: Model, data: Rows) -> None:
             where=model.name,
             remedy=f"Read the log with --resample {1 / own:.6g}",
         )
+
+
+def _same_units(found: Units, own: Units) -> bool:
+    """Whether units are the same; a model of a field without a stated unit also takes a field that has no dimension."""
+    plain = own.field == UNKNOWN and found.field == ""
+    return found == (replace(own, field="") if plain else own)
 
 
 def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:

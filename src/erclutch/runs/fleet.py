@@ -32,6 +32,7 @@ from erclutch.fit.fleet_statistics import OUTLYING, ControlChart, Trend, control
 from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
+from erclutch.logs.mapping import file_beside
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
@@ -207,7 +208,7 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
     body = _failed(task, "")
     try:
         body |= {
-            "sha256": [file_digest(Path(path)) for path in task.paths],
+            "sha256": _digests(task),
             "modified": min(Path(path).stat().st_mtime for path in task.paths),
         }
         recordings = [log for path in task.paths for log in how.read(path, task.device)]
@@ -218,6 +219,12 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
         return body | {"failed": str(error)}
     except Exception as error:  # a failed log is a row, whatever failed
         return body | {"failed": f"unforeseen {type(error).__name__}: {error}"}
+
+
+def _digests(task: DeviceTask) -> list[str]:
+    """Of the logs, and of the mapping files beside them."""
+    logs = [Path(path) for path in task.paths]
+    return [file_digest(path) for path in (*logs, *filter(None, map(file_beside, logs)))]
 
 
 def _failed(task: DeviceTask, reason: str) -> dict[str, Any]:
@@ -298,10 +305,10 @@ def _file(folder: Path, name: str) -> Path:
 
 
 def _kept(folder: Path, task: DeviceTask) -> dict[str, Any] | None:
-    """What an earlier start found, if it is whole and the logs are the same."""
+    """What an earlier start found, if it is whole, and the logs and the mappings beside them are the same."""
     try:
         body = json.loads(_file(folder, task.name).read_text(encoding="utf-8"))
-        same = body["device"] == task.name and body["sha256"] == [file_digest(Path(path)) for path in task.paths]
+        same = body["device"] == task.name and body["sha256"] == _digests(task)
         return body if same and not str(body["failed"]).startswith("unforeseen") else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -203,7 +203,11 @@ def _chosen(sample: Dataset, settings: Settings) -> tuple[dict[str, Callable[[Tr
         raise not_on_disk(residual.specification, "its network is fitted to the law's residual of each row")
     how = {"seed": settings.seed, "workers": settings.workers}
     laws = [
-        (full_name(s.specification, s.dynamics), partial(require_no_stimulus, s), partial(fit_structure, structure=s, intervals=False))
+        (
+            full_name(s.specification, s.dynamics),
+            partial(require_no_stimulus, s),
+            partial(fit_structure, structure=s, intervals=False),
+        )
         for s in structures_for(sample, settings)
     ]
     networks = [

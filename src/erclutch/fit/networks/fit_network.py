@@ -30,6 +30,7 @@ from erclutch.signals.array import Array
 Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
 
 _NARROW = 0.006  # slip, over its root mean square, below which cells are equally wide
+_ROUNDING = 1e-12  # of an input: it varies by less where it is constant but for its last digits
 _MOST_CELLS = 4_000_000  # of a grid for rows on disk: 32 bytes each and more
 
 
@@ -309,7 +310,7 @@ def _require_usable(rows: Iterable[Pair], extent: Extent, structure: NetworkStru
             raise CheckError(
                 f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
             )
-        if high == low:
+        if high - low <= _ROUNDING * max(abs(low), abs(high)):
             raise CheckError(
                 f"input {name} is constant at {low:g} over all training rows",
                 remedy="Log with it changing, or leave it out",

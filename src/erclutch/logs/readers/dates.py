@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -15,20 +15,25 @@ from erclutch.signals.array import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-_DATES = ("%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y", "%m/%d/%y", "%d-%m-%Y", "%d-%b-%Y")
-_TIMES = ("%H:%M:%S.%f", "%H:%M:%S", "%I:%M:%S.%f %p", "%I:%M:%S %p", "%H:%M")
+_DATES = (
+    *("%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y"),
+    *("%m/%d/%y", "%d/%m/%y", "%d-%m-%Y", "%m-%d-%Y", "%d-%b-%Y"),
+)
+_TIMES = ("%H:%M:%S.%f", "%I:%M:%S.%f %p", "%H:%M")
 _DAY = 86_400.0  # s
 _LIKELY = re.compile(r".*\d:\d\d.*")
+_WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
+_FINER = re.compile(r"(\.\d{6})\d+")
 
 
-def _format(first: str, last: str) -> str | None:
-    """The strptime format that reads the first and the last cell, months before days where both would do."""
+def _formats(first: str, last: str) -> Iterator[str]:
+    """The strptime formats that read the first and the last cell."""
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
     joint = "T" if re.search(r"\dT\d", first) else " "
+    ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]
     for date, time in product((*(f"{date}{joint}" for date in _DATES), ""), _TIMES):
-        if _reads(first, f"{date}{time}{zone}") and _reads(last, f"{date}{time}{zone}"):
-            return f"{date}{time}{zone}"
-    return None
+        if all(_reads(cell, f"{date}{time}{zone}") for cell in ends):
+            yield f"{date}{time}{zone}"
 
 
 def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
@@ -58,22 +63,27 @@ def _reads(cell: str, pattern: str) -> bool:
 
 
 def seconds(cells: pd.Series[Any]) -> Array | None:
-    """Seconds since the first row of a column of date and time texts, shape (n,), or None if it is no such column."""
+    """Seconds since the first row of a column of date and time texts, shape (n,), or None if it is no such column.
+
+    Where a month may be a day, the order is taken in which time never runs back, and the log is shorter.
+    """
+    first = str(cells.iloc[0]).strip()
+    if cells.isna().any() or len(first) > 40 or not _LIKELY.match(first):
+        return None
+    texts = cells.astype(str).str.strip().str.replace(",", ".", regex=False).str.replace(_WHOLE, r"\1.0", regex=True)
+    patterns = _formats(texts.iloc[0], texts.iloc[-1])
+    found = [since for pattern in patterns if (since := _since(texts, pattern)) is not None]
+    return min(found, key=lambda since: (bool(np.any(np.diff(since) < 0)), float(np.ptp(since)))) if found else None
+
+
+def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
+    """Seconds since the first row by one format; None where a row has another."""
     import pandas as pd
 
-    if cells.isna().any():
-        return None
-    first, last = (str(cells.iloc[row]).strip().replace(",", ".") for row in (0, -1))
-    pattern = _format(first, last) if len(first) <= 40 and _LIKELY.match(first) else None
-    if pattern is None:
-        return None
-    texts = cells.astype(str).str.strip()
-    if "," in str(cells.iloc[0]):
-        texts = texts.str.replace(",", ".", regex=False)
     try:
-        stamps: Any = pd.to_datetime(texts, format=pattern)
+        stamps: Any = pd.to_datetime(texts, format=pattern, utc="%z" in pattern)
         since = np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
-        midnights = np.diff(since, prepend=0.0) < -_DAY / 2 if pattern in _TIMES else np.zeros(since.size)
-        return since + _DAY * np.cumsum(midnights)
     except (ValueError, TypeError, AttributeError, OverflowError):
         return None
+    midnights = np.diff(since, prepend=0.0) < -_DAY / 2 if pattern in _TIMES else np.zeros(since.size)
+    return since + _DAY * np.cumsum(midnights)
