@@ -294,7 +294,7 @@ def _show(
     )
     rows = [
         [
-            *(one.name, f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit, f"{one.margins.gain:.2f}"),
+            *(one.name, f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit, one.margins.gains),
             *(f"{one.margins.phase:.0f}", f"{1e3 * one.margins.delay:.1f}", f"{one.margins.sensitivity:.2f}"),
         ]
         for one in loops
@@ -311,7 +311,7 @@ def _toml(model: Model, loops: list[TunedLoop], gains: Mapping[str, float]) -> s
     for one in loops:
         m = one.margins
         lines.append(
-            f"# {one.name}: {one.bandwidth:g} Hz of at most {one.largest:.3g}; gain margin {m.gain:.2f}, phase "
+            f"# {one.name}: {one.bandwidth:g} Hz of at most {one.largest:.3g}; gain margin {m.gains}, phase "
             f"{m.phase:.0f} deg, delay {1e3 * m.delay:.1f} ms, sensitivity {m.sensitivity:.2f}"
         )
     return "\n".join([*lines, *(f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items())]) + "\n"

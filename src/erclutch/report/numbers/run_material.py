@@ -21,7 +21,7 @@ from erclutch.report.numbers.correlation import (
 )
 from erclutch.report.numbers.effort_loops import EffortLoop, LoopAreas, effort_loops, loop_areas
 from erclutch.report.numbers.error_map import ErrorMap, error_maps
-from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names
+from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names, rare_fields
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
@@ -244,6 +244,19 @@ class Material:
         named = "; ".join(f"{name} stands for {', '.join(others)} too" for name, others in found)
         limit = self.effort.of(self.unexplained, 2)
         return f"Curves nowhere further apart than {limit}, the RMSE of the best model, are drawn once: {named}."
+
+    @property
+    def about_flow_curves(self) -> str:
+        """What to know of the flow curves, in words: laws drawn once, fields without rows, laws without dots."""
+        said = [self.alike_laws] if self.alike_laws else []
+        for k, curves in enumerate(self.flow_curves):
+            rare = ", ".join(self.field.of(float(field), 2) for field in rare_fields(self.rows, k)) if curves else ""
+            on = f" of {self.element_name(k)}" if self.element_name(k) else ""
+            said += [f"The log has hardly any rows{on} at {rare}: there the curves are the laws' guess."] if rare else []
+        dots = {c.model: sum(map(len, c.dots)) for c in self.flow_curves[0]}
+        bare = ", ".join(name for name, count in dots.items() if count < 0.25 * max(dots.values()))
+        why = "a dot is a row whose field was still for as long as the law's lag takes"
+        return " ".join([*said, f"{bare}: few dots or none, for {why}."] if bare else said)
 
     def element_name(self, element: int) -> str:
         """CH1 and CH2 for a pair; empty for a single device."""
