@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -262,3 +263,13 @@ def test_a_file_is_asked_about_by_its_path(tmp_path: Path) -> None:
     with pytest.raises(MappingError) as caught:
         read(path)
     assert f"erclutch inspect '{path}' --time" in caught.value.remedy
+
+
+def test_a_recording_of_the_loop_is_a_measurement_and_a_twin_is_none() -> None:
+    from erclutch.cli.terminal import recording_lines
+
+    log, words = made(PLAIN), "made by a computer"
+    assert not any(words in line for line in recording_lines([replace(log, origin="RECORDING"), log]))
+    assert "TWIN data (some of the logs): made by a computer, not a measurement" in recording_lines(
+        [replace(log, origin="TWIN"), replace(log, origin="RECORDING")]
+    )

@@ -252,7 +252,9 @@ class Material:
         for k, curves in enumerate(self.flow_curves):
             rare = ", ".join(self.field.of(float(field), 2) for field in rare_fields(self.rows, k)) if curves else ""
             on = f" of {self.element_name(k)}" if self.element_name(k) else ""
-            said += [f"The log has hardly any rows{on} at {rare}: there the curves are the laws' guess."] if rare else []
+            said += (
+                [f"The log has hardly any rows{on} at {rare}: there the curves are the laws' guess."] if rare else []
+            )
         dots = {c.model: sum(map(len, c.dots)) for c in self.flow_curves[0]}
         bare = ", ".join(name for name, count in dots.items() if count < 0.25 * max(dots.values()))
         why = "a dot is a row whose field was still for as long as the law's lag takes"
