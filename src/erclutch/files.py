@@ -24,13 +24,10 @@ def cache_folder() -> Path:
 
 def plain_words(error: Exception) -> str:
     """What is wrong with a file that cannot be read, without the words of Python."""
-    if isinstance(error, FileNotFoundError):
-        return "there is no such file"
-    if isinstance(error, OSError):
-        return error.strerror or str(error)
-    if isinstance(error, UnicodeDecodeError):
-        return "it is no UTF-8 text"
-    return f"it is no JSON from line {error.lineno} on" if isinstance(error, JSONDecodeError) else str(error)
+    if isinstance(error, JSONDecodeError):
+        return f"it is no JSON from line {error.lineno} on"
+    known = {FileNotFoundError: "there is no such file", UnicodeDecodeError: "it is no UTF-8 text"}
+    return known.get(type(error)) or getattr(error, "strerror", None) or str(error)
 
 
 def unwritable(
@@ -71,13 +68,13 @@ def may_write(
         raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
 
 
-def may_write_file(path: Path, force: bool, option: str = "out") -> None:
-    """Say before any work whether a file may be made, or replaced.
+def may_write_file(path: Path | None, force: bool, option: str = "out") -> None:
+    """Say before any work whether a file may be made, or replaced; None is no file.
 
     Raises:
         RunError: there is a file of this name, and it may not be replaced; ``option`` gave the name.
     """
-    if path.exists() and not force:
+    if path is not None and path.exists() and not force:
         raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
 
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 #: Models beside the online one where the paper compares them (figures 11 and 12, table III).
 _RIVALS = ("rbfn-50", "rbfm-10/forward", "hem/forward", "seo-seo/forward", "bingham/forward")
-_OVER_SEEDS = ("control", "impedance", "wall")
 
 
 def experiment(
@@ -51,7 +50,7 @@ def experiment(
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
     """
-    from erclutch.paper.online import EXPERIMENTS
+    from erclutch.paper.online import EXPERIMENTS, experiment_of
 
     if name is None:
         rows = [[e.name, e.meaning, f"{e.seconds:g} s"] for e in EXPERIMENTS.values()]
@@ -60,16 +59,13 @@ def experiment(
         rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
         terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
         return
-    if name in _OVER_SEEDS:
+    if name in ("control", "impedance", "wall"):
         if model is not None or seconds is not None or seed or real_time:
             problem = f"experiment {name} takes no --model, --seconds, --seed or --real-time"
             raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
         _over_seeds(name, seeds, rig_file, out)
         return
-    if name not in (*EXPERIMENTS, "all"):
-        known = ", ".join((*EXPERIMENTS, *_OVER_SEEDS))
-        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {known}, or all")
-    names = list(EXPERIMENTS) if name == "all" else [name]
+    names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
         left_out = [n for n in names if EXPERIMENTS[n].encoders]
         names = [n for n in names if n not in left_out]

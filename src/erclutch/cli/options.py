@@ -152,7 +152,7 @@ class LogOptions:
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""
-        from erclutch.logs.mapping import still_needed
+        from erclutch.logs.name_pattern import still_needed
 
         own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
         said = self.column_map()

@@ -38,8 +38,7 @@ def table_for_paper(
 
     if most is not None and most < 1:
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
-    if out is not None:
-        may_write_file(out, force)
+    may_write_file(out, force)
     found = read_run(run)
     text = PRINTERS[to](parameter_table(found, model) if what == "parameters" else ranking_table(found, most))
     if out is None:

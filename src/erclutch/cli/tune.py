@@ -129,8 +129,7 @@ def _model(run: Run, name: str | None) -> Model:
         raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)
     if model.units.effort not in ("N*m", "?") or model.extras:
         problem = f"{model.name} gives {model.units.effort}" if not model.extras else f"{model.name} has further inputs"
-        remedy = "Control is of torques: give a model of a torque in N m, from field and slip alone"
-        raise SettingError(problem, where=str(run.folder), remedy=remedy)
+        raise SettingError(problem, where=str(run.folder), remedy="Give a model of a torque in N m over field and slip")
     return model
 
 

@@ -27,7 +27,6 @@ ONE_FIELD = "one field"
 STEADY_FIELD = "field"
 
 _FEWEST_ROWS = 50
-#: Which column a signal is, in the words of the reading.
 _COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2

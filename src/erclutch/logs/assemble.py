@@ -118,9 +118,8 @@ def all_asked(draft: _Draft, chosen: ColumnMap) -> MappingError:
     problem = f"{len(told)} things are missing: {numbered}; the file has: {columns_listed(draft.table)}"
     options = _options(draft, chosen)
     command = f"erclutch inspect {shlex.quote(draft.table.path)} {' '.join(options)}"
-    if not draft.table.path:
-        pairs = (shlex.split(each) for each in options)
-        command = str({key[2:]: label for key, label in pairs if key[2:] in (*NAMED_COLUMNS, "time")})
+    if not draft.table.path:  # of a DataFrame or of arrays
+        command = str({k[2:]: v for k, v in map(shlex.split, options) if k[2:] in (*NAMED_COLUMNS, "time")})
     pair = next((f"; if {hint}" for e in draft.asked.values() if (hint := e.remedy.partition("; if ")[2])), "")
     none = "; --field none if it was not logged" if "--field none" in str(draft.asked.get("field")) else ""
     return MappingError(problem, remedy=f"Give them all, with your columns in place of these: {command}{none}{pair}")

@@ -186,14 +186,9 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
     if volts := _in_volts(table, signal, free):
         remedy = f"Give what a volt of its sensor is, such as {volts}"
-    refused = [
-        f"; column {name} is called so, but its unit {table.units[name]} does not fit"
-        for name in free
-        for each in dict.fromkeys((signal, *alternatives.split(" or ")))
-        if each in SIGNALS and table.units.get(name) and len(_called(name, each) or "") > 2
-        if _fits(table, name, SIGNALS[each].si_units) is False
-    ]
-    doubt += "".join(refused[:1])
+    called = (name for name in free if table.units.get(name) and len(_called(name, signal) or "") > 2)
+    refused = next((name for name in called if _fits(table, name, SIGNALS[signal].si_units) is False), None)
+    doubt += f"; column {refused} is called so, but its unit {table.units[refused]} does not fit" if refused else ""
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
     return MappingError(problem, remedy=remedy)
 

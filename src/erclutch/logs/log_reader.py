@@ -120,9 +120,10 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     """
     reader: LogReader = plugin.of_type(LogReader)
     if source.variable and reader.recordings is None:
-        remedy = """Leave --variable out; if a run or a mapping file names one, give --variable ''"""
         problem = f"a log of this format is one recording, and --variable {source.variable} asks for one of several"
-        raise LogError(problem, where=source.name, remedy=remedy)
+        raise LogError(
+            problem, where=source.name, remedy="Leave it out, or give --variable '' where a run or mapping has it"
+        )
     with plugin.working(f"failed on {source.name}"):
         with placed(source.name):
             table = reader.read(source)

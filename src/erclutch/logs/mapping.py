@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -37,7 +37,7 @@ from typing import Any, cast
 from erclutch.errors import MappingError, UnitError, placed, shell_word
 from erclutch.files import plain_words
 from erclutch.logs.labels import own_unit, split_label
-from erclutch.logs.name_pattern import signals_of
+from erclutch.logs.name_pattern import still_needed
 from erclutch.logs.table import Table
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
@@ -139,10 +139,8 @@ class ColumnMap:
             if not isinstance(inputs, list | tuple):
                 raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
             time, constants = values.get("time"), _table_of(values, "constants")
-            twice = next((name for name in columns if name in constants), None)
-            if twice is not None:
-                problem = f"{twice} is given as a column and as a constant"
-                raise MappingError(problem, remedy="Give one of the two")
+            if twice := sorted(columns.keys() & constants):
+                raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
             return cls(
                 columns={name: _choice(name, value, source) for name, value in columns.items()},
                 time=None if time is None else _choice("time", time, source),
@@ -193,12 +191,6 @@ class ColumnMap:
             source=self.source if base == ColumnMap() else base.source,
             **{key: getattr(self, key) or getattr(base, key) for key in texts},
         )
-
-
-def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
-    """A pattern on the file's name; None where all the signals that it would give are given already."""
-    found = signals_of(pattern) if pattern else set[str]()
-    return None if found and found <= {*given} else pattern
 
 
 def beside(log: Path) -> ColumnMap:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from erclutch.errors import MappingError
 from erclutch.signals import units
@@ -13,9 +14,10 @@ _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 
 
-def signals_of(pattern: str) -> set[str]:
-    """The signals among the names in a pattern."""
-    return {match.group(1) for match in _FIELD.finditer(pattern)} & SIGNALS.keys()
+def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
+    """A pattern; None where all the signals that it would give are given already."""
+    found = {match.group(1) for match in _FIELD.finditer(pattern or "")} & SIGNALS.keys()
+    return None if found and found <= {*given} else pattern
 
 
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:

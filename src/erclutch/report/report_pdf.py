@@ -116,15 +116,15 @@ class _Writer:
         """A command, if there is any, in a type of its own."""
         element = self.book.add("P")
         for line in textwrap.wrap(text, int(0.75 * _WIDE), break_on_hyphens=False):
-            self.at -= _LINE
-            self.words(line, 7.5, element, 0.15, family="monospace")
+            self.skip(_LINE)
+            self.page.text(
+                (_SIDE + 0.15) / _SIZE[0], self.at / _SIZE[1], line, size=7.5, family="monospace", gid=element
+            )
 
-    def words(
-        self, text: str, size: float, element: str, left: float = 0.0, *, bold: bool = False, family: str | None = None
-    ) -> None:
+    def words(self, text: str, size: float, element: str, left: float = 0.0, *, bold: bool = False) -> None:
         """Words of an element on the line where the writer is, so many inches from the margin."""
         x, y, weight = (_SIDE + left) / _SIZE[0], self.at / _SIZE[1], "bold" if bold else "normal"
-        self.page.text(x, y, text, fontsize=size, fontweight=weight, family=family, parse_math=False, gid=element)
+        self.page.text(x, y, text, fontsize=size, fontweight=weight, parse_math=False, gid=element)
 
     def table(self, header: Sequence[str], rows: Sequence[Sequence[str]], lefts: Sequence[float]) -> None:
         """Rows under a header, each column so many inches from the margin; texts of the last column are broken."""

@@ -404,8 +404,7 @@ def _example(step: ExportedStep, n: str) -> list[str]:
 def _example_row(step: ExportedStep) -> list[float]:
     """Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones."""
     rows = np.round(ordinary(step, np.random.default_rng(0), 64), 4)
-    rows[:, step.signals :] = 0.0
-    rows[0] = 0.0
+    rows[:, step.signals :] = rows[0] = 0.0
     rows[0, [0, step.elements]] = step.field.range[1], 1.0
     return next((row for row in rows if not run(step, row[None])[1][0]), rows[0]).tolist()
 

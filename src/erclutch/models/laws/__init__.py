@@ -40,8 +40,6 @@ __all__ = [
 
 GROUP = "erclutch.laws"
 
-#: What else a model may be, for the message of an unknown name.
-_NETWORKS = ("fnn-N", "rbfn-N")
 _SLIPS = np.array([-1.0, 0.5, 2.0])  # where a law is asked whether the field has a say
 
 #: What ``--models paper`` means: the laws of tables II and III, with the signs that the paper takes as constant.
@@ -139,7 +137,7 @@ def _plugin(name: str) -> tuple[Plugin, int | None]:
             return family, int(digits)
     wanted = name if name in known else _aliases().get(name)
     if wanted is None:
-        raise registry.unknown(GROUP, name, (*law_names(), *_NETWORKS))
+        raise registry.unknown(GROUP, name, (*law_names(), "fnn-N", "rbfn-N"))
     plugin = registry.find(GROUP, wanted)
     return plugin, plugin.of_type(LawFamily).count
 
