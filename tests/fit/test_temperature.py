@@ -195,3 +195,18 @@ def test_a_law_that_keeps_no_efforts_apart_is_refused() -> None:
     bare = replace(law, gains=tuple(replace(gain, part=None) for gain in law.gains))
     with pytest.raises(SettingError, match="does not say which of its gains are the viscous effort"):
         Structure("single", "bare", bare, "arrhenius")
+
+
+def test_a_report_of_a_law_with_a_temperature(tmp_path: Path) -> None:
+    from erclutch.cli import app
+
+    data = log()
+    names = ("time [s]", "field [A]", "slip [m/s]", "effort [N]", "oil [°C]")
+    warm = data.extras[TEMPERATURE] - 273.15
+    table = np.column_stack([data.clock.time, data.elements[0].field, data.elements[0].slip, data.effort, warm])
+    path, run = tmp_path / "log.csv", tmp_path / "log.run"
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", encoding="utf-8")
+    chosen = ["--models", "bingham", "--lag", "arrhenius", "--temperature", "oil [°C]"]
+    app(["fit", str(path), *chosen, "--out", str(run)], exit_on_error=False)
+    app(["report", str(run), "--out", str(tmp_path / "report.html")], exit_on_error=False)
+    assert "Flow curves" in (tmp_path / "report.html").read_text("utf-8")

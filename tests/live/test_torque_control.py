@@ -77,6 +77,19 @@ def test_a_sensor_takes_away_what_the_model_does_not_know(gain: float, bingham: 
     assert abs(gain * alone["estimate"][-1] - wanted) > 0.03
 
 
+@pytest.mark.parametrize("lost", [1, 3])
+def test_a_lost_sample_does_not_kick_what_a_late_sensor_observes(lost: int, bingham: Path) -> None:
+    core = Core(replace(STAGES, torque_lag=5e-3, programs=(torque(0.2),)), bingham)
+    given, missing = samples(800), range(500, 500 + lost)
+    frames = np.zeros(800, FRAME)
+    for k in range(800):
+        given["torque"][k] = frames["estimate"][max(k - 5, 0)] if k else 0.0
+        frames[k] = core.step(given[k : k + 1] if k not in missing else given[:0], k)[1]
+    still = frames["estimate"][400]
+    assert still == pytest.approx(0.2, abs=2e-3)
+    np.testing.assert_allclose(frames["estimate"][500:], still, rtol=0.02)
+
+
 def test_a_clutch_s_gain_is_learned(bingham: Path) -> None:
     chosen = replace(STAGES, gain_rate=1.0, programs=(torque(0.2, Waveform.SINE, 2.0),))
     slow = replace(chosen, observer_bandwidth=0.5)

@@ -72,7 +72,8 @@ class Settings:
         test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
             another); or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
-        friction: a column of friction at zero field; None: yes for a single device, no for the pair (the paper's form).
+        friction: a column of friction at zero field; None: yes for a single device whose slip turns, no for all others
+            (the paper's form of the pair).
         offset: a constant effort; None: as for friction.
         seed: of the bootstrap and of the networks' starts.
         past: rows back, or times such as "2ms", whose samples are inputs of networks too.
@@ -256,7 +257,8 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
 
 def _structures(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
     alone = data.device == "single"
-    friction = alone if settings.friction is None else settings.friction
+    # Friction is told from a constant effort where the slip turns.
+    friction = alone and not data.one_way if settings.friction is None else settings.friction
     offset = alone if settings.offset is None else settings.offset
     if data.one_field:
         by_name = [name.partition("+")[0] for name in settings.models if name not in SETS]

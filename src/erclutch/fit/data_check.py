@@ -83,6 +83,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _one_field(train, data, test),
         lambda: _coverage(train, data, test),
         lambda: _zero_field(train),
+        lambda: _one_way(train),
         lambda: _unlike(data),
     )
     return (*(finding for finding in (look() for look in checks) if finding is not None), *sensor_findings(data))
@@ -343,6 +344,14 @@ def _unlike(data: Dataset) -> Finding | None:
             message = f"the {name} of {data.sources[odd[0]]} is {sizes[odd[0]]:.3g}, that of the usual log {usual:.3g}"
             return Finding("warning", name, message, f"Check the unit of the {name}")
     return None
+
+
+def _one_way(train: Dataset) -> Finding | None:
+    if not train.one_way:
+        return None
+    ends = " and ".join(f"{e.slip.min():.4g} to {e.slip.max():.4g}" for e in train.elements)
+    message = f"the slip keeps its sign ({ends} {train.units.slip}): effort near rest and in reverse is extrapolated"
+    return Finding("note", "coverage", message, "Log some time in both directions")
 
 
 def _zero_field(train: Dataset) -> Finding | None:

@@ -24,6 +24,7 @@ from erclutch.signals.speed import Derivative, differentiate
 
 #: Share of the RMS slip below which a row is at rest.
 _AT_REST = 0.02
+_NEAR_REST = 0.05  # of the usual slip
 #: Share of the largest field by which a field may change and still be called constant.
 _STEADY = 1e-6
 #: Rates this close are one: clocks of two recorders differ by more than nothing.
@@ -80,6 +81,12 @@ class Dataset(Shown):
         """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,)."""
         slips = np.array([e.slip for e in self.elements])
         return np.max(np.abs(slips), axis=0) < _AT_REST * float(np.sqrt(np.mean(slips**2)))
+
+    @property
+    def one_way(self) -> bool:
+        """Whether the slip of each element keeps its sign, and never comes near rest."""
+        least = [np.sign(e.slip[0]) * e.slip / (float(np.sqrt(np.mean(e.slip**2))) or 1.0) for e in self.elements]
+        return all(float(slip.min()) > _NEAR_REST for slip in least)
 
     @property
     def one_field(self) -> bool:

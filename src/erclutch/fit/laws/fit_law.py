@@ -43,6 +43,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.disk_rows import RANGE, DiskRows, TrainingRows
 from erclutch.models.law_model import Reference, Structure, TorqueModel
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.stages import outside_stages
 from erclutch.signals.array import Array
@@ -142,7 +143,18 @@ def fit_structure(
         found = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
     else:
         found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
-    return _outcome(whole, structure, reference, full, found, ordered, intervals)
+    return _outcome(whole, structure, reference, full, _stiff(full, found, whole), ordered, intervals)
+
+
+def _stiff(full: Separable, found: Minimum, data: Dataset) -> Minimum:
+    """With a stiff sign of the slip, where the slip keeps its sign and the rows are fitted as well so."""
+    names = [shape.name for shape in full.shapes]
+    if not data.one_way or TRANSITION_SLIP.name not in names:
+        return found
+    k, point, at_lower = names.index(TRANSITION_SLIP.name), found.point.copy(), found.at_lower.copy()
+    point[k], at_lower[k] = full.bounds[0][k], True
+    cost = project(full, parameters(full.shapes, point)).cost
+    return replace(found, point=point, at_lower=at_lower) if cost <= (1.0 + 1e-9) * found.cost else found
 
 
 _LINEAR = Minimum(np.zeros(0), np.nan, "converged", 1, np.zeros(0, np.bool_), np.zeros(0, np.bool_))

@@ -68,6 +68,9 @@ static void begin_anew(erc_core *core) {
         s->speed = s->slow_speed = core->theta.speed;
         s->late = s->modelled = 0.0;
         s->reaction = s->learned[0].drag * s->speed;
+        if (core->config.observer == ERC_BY_SENSOR && isfinite(core->estimate)) {
+            s->modelled = core->estimate; /* the sensor goes on where it was */
+        }
     }
     s->step = core->step;
 }

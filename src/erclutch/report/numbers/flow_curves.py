@@ -104,7 +104,7 @@ def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array
     count = model.structure.elements
     fields = [field if i == element else nothing for i in range(count)]
     slips = [slip if i == element else nothing for i in range(count)]
-    return model.steady(fields, slips)
+    return _steady(model, fields, slips)
 
 
 def _others(rows: RunRows, model: TorqueModel, element: int, at: Rows) -> Array:
@@ -113,7 +113,14 @@ def _others(rows: RunRows, model: TorqueModel, element: int, at: Rows) -> Array:
     if model.structure.elements == 1 or not at.size:
         return nothing
     slips = [nothing if i == element else e.slip[at] for i, e in enumerate(rows.data.elements)]
-    return model.steady([nothing] * len(slips), slips)
+    return _steady(model, [nothing] * len(slips), slips)
+
+
+def _steady(model: TorqueModel, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
+    """Effort at rest with further inputs, such as a temperature, in the middle of their ranges."""
+    return model.steady(
+        fields, slips, [np.full(slips[0].size, 0.5 * (low + high)) for low, high in model.extras.values()]
+    )
 
 
 def _levels(strength: Array) -> Array:
