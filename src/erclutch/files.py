@@ -24,10 +24,12 @@ def cache_folder() -> Path:
 
 def plain_words(error: Exception) -> str:
     """What is wrong with a file that cannot be read, without the words of Python."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no UTF-8 text"
     if isinstance(error, JSONDecodeError):
         return f"it is no JSON from line {error.lineno} on"
-    known = {FileNotFoundError: "there is no such file", UnicodeDecodeError: "it is no UTF-8 text"}
-    return known.get(type(error)) or getattr(error, "strerror", None) or str(error)
+    missing = isinstance(error, FileNotFoundError)
+    return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
 
 
 def unwritable(

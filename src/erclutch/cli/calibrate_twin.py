@@ -33,14 +33,12 @@ def calibrate_twin(
     """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
 
     With a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque) the twin follows it sample by
-    sample. Without a LOG it is calibrated to the summary figures that the paper prints. The search keeps a journal
-    beside the rig file and resumes from it.
+    sample. Without a LOG the paper's summary figures are the target. The search resumes from a journal beside OUT.
 
     Args:
         log: A log of the pair.
         out: Rig file to write.
-        parameters: Parameters to vary, as section.name. Default: those that the paper leaves open, without
-            those marked assumed.
+        parameters: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
         rig: A rig file (TOML) to start from.
         seed: Seed of the search and, without a log, of the twin's runs.
         seconds: Rig time of the training run in each evaluation, without a log.

@@ -13,7 +13,6 @@ from erclutch.cli import terminal
 from erclutch.cli.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import CheckError, require
-from erclutch.signals.recording import MEASURED
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Settings
@@ -93,7 +92,7 @@ def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOpt
 def _print(fleet: Fleet) -> None:
     from erclutch.report.html.fleet_page import beyond, named, shown, trend_of
 
-    if made := sorted({*fleet.origins} - MEASURED):
+    if made := sorted({*fleet.origins} - terminal.MEASURED):
         terminal.tell(f"{' and '.join(made)} data: made by a computer, not a measurement")
     done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")

@@ -247,12 +247,12 @@ def _replay(
 ) -> tuple[RigChoice, LoopProgram]:
     import numpy as np
 
+    from erclutch.cli import terminal
     from erclutch.live.offered_programs import recorded
     from erclutch.live.session import ServedRig
     from erclutch.rig.playback import angles_of, at_period, fields_of
     from erclutch.signals.channels import NamedChannels
     from erclutch.signals.device import EFFORT_OF, Units
-    from erclutch.signals.recording import MEASURED
     from erclutch.signals.units import UNKNOWN
 
     if rig.log is None:
@@ -270,7 +270,7 @@ def _replay(
     slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
     sensor = EFFORT_OF[reading.device] in log.signals
     named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
-    origin = "RECORDING" if log.origin in MEASURED else f"RECORDING of {log.origin}"
+    origin = "RECORDING" if log.origin in terminal.MEASURED else f"RECORDING of {log.origin}"
     return ServedRig(log.name, origin, spec, named), recorded(commands)
 
 

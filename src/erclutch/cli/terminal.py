@@ -17,8 +17,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from erclutch.signals.recording import MEASURED
-
 if TYPE_CHECKING:
     from erclutch.fit.laws.fit_law import Estimate
     from erclutch.signals.array import Array
@@ -26,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Begins a line that tells how far a command is; see `progress`.
 PROGRESS = "erclutch progress: "
+#: Origins of a log that was measured; all others were made by a computer.
+MEASURED = frozenset({"", "RECORDING", "HARDWARE"})
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:

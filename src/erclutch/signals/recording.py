@@ -33,9 +33,6 @@ class SignalKind:
 #: Begins the note of a log without a field; its field is written as 0 in all rows.
 NO_FIELD = "no field is logged"
 
-#: Origins of a log that was measured; all others were made by a computer.
-MEASURED = frozenset({"", "RECORDING", "HARDWARE"})
-
 _FIELD_UNITS = ("", "V", "A", "V/m", "T", "A/m")
 
 SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
