@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from json import JSONDecodeError
 from pathlib import Path
 
 from erclutch.errors import ErclutchError, RunError
@@ -19,6 +20,16 @@ def cache_folder() -> Path:
     if given:
         return Path(given)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
+
+
+def plain_words(error: Exception) -> str:
+    """What is wrong with a file that cannot be read, without the words of Python."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no UTF-8 text"
+    if isinstance(error, JSONDecodeError):
+        return f"it is no JSON from line {error.lineno} on"
+    missing = isinstance(error, FileNotFoundError)
+    return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
 
 
 def unwritable(
@@ -57,6 +68,16 @@ def may_write(
         raise kind(f"exists and is not {what}", where=str(folder), remedy="Give --out another name")
     if not force:
         raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
+
+
+def may_write_file(path: Path | None, force: bool, option: str = "out") -> None:
+    """Say before any work whether a file may be made, or replaced; None is no file.
+
+    Raises:
+        RunError: there is a file of this name, and it may not be replaced; ``option`` gave the name.
+    """
+    if path is not None and path.exists() and not force:
+        raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
 
 
 def file_digest(path: Path) -> str:

@@ -197,7 +197,7 @@ def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
     assert body["missing"] == ["there is no column 'nope' for effort"]
     said = good_here("inspect", log, "--effort", "nope", cwd=log.parent, code=1)
     assert "Not understood yet: " in said
-    assert f"erclutch inspect {log} --write-mapping log.csv.toml" in " ".join(said.split())
+    assert f"erclutch inspect {log} --write-mapping {log}.toml" in " ".join(said.split())
 
 
 def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -352,6 +352,7 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
         (("--effort", "torque [m]"), ["log.csv", "unit 'm', which does not fit effort", "N*m, N, Pa"]),
         (("--effort", "torque [furlong]"), ["furlong"]),
         (("--models", "binghm"), ["unknown law 'binghm'", "Did you mean bingham?"]),
+        (("--models", "foo"), ["unknown law 'foo'", "rbfm-N, fnn-N, rbfn-N"]),
         (("--models", "rbfm-1"), ["1 kernels", "2 to 100"]),
         (("--models", "bingham/cube"), ["unknown yield stress 'cube'"]),
         (("--test", "1.5"), ["a test share of 1.5", "above 0 and below 0.9"]),
@@ -364,6 +365,7 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
         (("--seed", "-1"), ["--seed -1"]),
         (("--rate", "abc"), ["rate is 'abc'", "Hz"]),
         (("--constant", "field=much"), ["field is 'much'"]),
+        (("--field", "field", "--constant", "field=1 V"), ["field is given as a column and as a constant"]),
         (("--map", "nowhere.toml"), ["nowhere.toml"]),
         (("--out", "no/run"), ["no/run: its parent folder does not exist", "Make no first"]),
         (("--out", "thesis"), ["thesis: exists and is not a run", "another name"]),
@@ -582,7 +584,7 @@ def test_figure(runs: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("report", "nowhere"), "nowhere: not a run: run.json: No such file or directory"),
+        (("report", "nowhere"), "nowhere: not a run: run.json: there is no such file"),
         (("report", "log.csv"), "log.csv: not a run"),
         (("report", "one", "--out", "no/x.html"), "no/x.html: its folder does not exist. Make no first."),
         (("report", "one", "--out", "log.csv"), "log.csv: exists and is not a report. Give --out another name"),

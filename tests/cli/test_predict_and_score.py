@@ -76,6 +76,19 @@ def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, 
     assert len(lines) == 2 + data.rows
 
 
+def test_the_command_line_wins_over_how_the_run_read_its_logs(place: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(place / "run", run)
+    body = json.loads((run / "run.json").read_text())
+    body["reading"] |= {"field": None, "name_pattern": "{field}A"}
+    del body["reading"]["field"], body["digest"]
+    (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
+    asked = ("score", place / "two.csv", "--model", run)
+    assert "does not match the pattern" in _run(*asked, cwd=tmp_path)[2]
+    assert _run(*asked, "--constant", "field=0.75 V", cwd=tmp_path)[0] == 0
+    assert _run("score", place / "two.csv", "--model", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
+
+
 def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path: Path) -> None:
     file = place / "run" / "models" / "quadratic.json"
     given = ("--field", "u", "--slip", "w", "--effort", "M", "--time", "t")
@@ -186,7 +199,8 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
         (("predict", "none.csv", "--model", "run", "--out", "n.csv"), "there is no such file"),
         (("predict", "several", "--model", "run", "--out", "n.csv"), "one file for 2 logs"),
         (("score", "blind.csv", "--model", "run"), "M"),
-        (("score", "two.csv", "--model", "two.csv"), "no readable model"),
+        (("score", "two.csv", "--model", "two.csv"), "two.csv: no readable model: it is no JSON from line 1 on"),
+        (("score", "two.csv", "--model", "gone"), "gone: no readable model: there is no such file. Check the path"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:

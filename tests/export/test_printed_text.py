@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from erclutch.export.c.c_printer import table
+from erclutch.export.c.c_source import header
 from erclutch.export.exported_step import ExportOptions
 from erclutch.export.matlab_function import step_function
-from erclutch.export.step_numbers import band_of
+from erclutch.export.step_numbers import band_of, run
 from erclutch.export.step_record import step_of, step_record
 from erclutch.export.targets import mujoco
 from erclutch.export.targets.c import check_source
 from erclutch.models.model import Model
+from erclutch.signals.device import Units
 
 
 @pytest.mark.parametrize("count", [1, 4, 5, 9])
@@ -60,3 +62,24 @@ def test_the_check_prints_words_of_its_precision(models: dict[str, Model], preci
 def test_a_step_without_alarms_has_no_band(models: dict[str, Model]) -> None:
     program = step_of(models["bingham, single"])
     assert band_of(program, np.zeros((4, program.signals))).shape == (0, 2)
+
+
+def test_a_force_over_a_speed_moves_a_mass_on_a_slide(models: dict[str, Model]) -> None:
+    turning = step_of(models["bingham, single"])
+    made: Any = turning.model
+    linear: Any = replace(made, units=Units("N", "V", "m/s"))
+    assert 'type="hinge"' in mujoco._example(turning)
+    said = mujoco._example(step_of(linear))
+    assert 'joint name="slip" type="slide" axis="1 0 0"' in said
+    assert f'mass="{max(map(abs, linear.trained_on.effort)) / 100.0:.6g}"' in said
+
+
+@pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial"])
+def test_the_example_in_the_header_lies_where_the_model_was_trained(models: dict[str, Model], label: str) -> None:
+    model: Any = models[label]
+    slow = replace(model, trained_on=replace(model.trained_on, slip=(-0.59, 0.64), near=()))
+    program = step_of(slow, ExportOptions("m", "float32", 1e-3))
+    said = dict(re.findall(r"input\[M_IN_(\w+)\] = \(m_real\)(\S+);", header(program)))
+    row = [float(said.get(name.upper(), 0.0)) for name in program.inputs]
+    assert any(row)
+    assert run(program, np.array([row]))[1].tolist() == [0]

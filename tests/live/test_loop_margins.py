@@ -50,6 +50,8 @@ def test_a_loop_bears_its_margins_and_no_more(tau: float, delay: int, bandwidth:
         assert found.stable
         assert more(loop, 0.98 * found.gain)
         assert not more(loop, 1.02 * found.gain)
+        assert more(loop, 1.02 * found.least or 1e-3)
+        assert not found.least or not more(loop, 0.98 * found.least)
         assert more(loop, samples=math.floor(found.delay / PERIOD * 0.99))
         assert not more(loop, samples=math.ceil(found.delay / PERIOD * 1.01))
         assert found.gain >= found.sensitivity / (found.sensitivity - 1.0) - 1e-6
@@ -143,7 +145,7 @@ def test_what_tune_predicts_is_what_the_twin_does(tmp_path: Path, monkeypatch: p
     }
     for option in ("--bandwidth", "--torque-bandwidth"):
         with pytest.raises(SettingError, match="allows"):
-            _erclutch("tune", "run", option, "150")
+            _erclutch("tune", "run", option, "150", "--force")
     gains = tomllib.loads((tmp_path / "tuning" / "control.toml").read_text())
     rig, run = default_rig(), read_run("run")
     motion = tuned_loops(torque_path(run.model())[0], rig, 10.0, 20.0)[1]

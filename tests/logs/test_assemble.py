@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
+from erclutch.logs import read
 from erclutch.logs.assemble import assemble, assemble_rows, clocks_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.table import Table
@@ -22,8 +25,11 @@ COAXIAL: dict[str, Any] = {
 }
 
 
+TWICE = ("torque [N*m]", "torque [N*m] (2)")
+
+
 def table(columns: dict[str, Any], units: dict[str, str] | None = None, **more: Any) -> Table:
-    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **more)
+    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **{"path": "logs/a.csv", **more})
 
 
 def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any) -> Recording:
@@ -87,10 +93,10 @@ def test_a_scale_that_does_not_fit(unit: str, scale: str, problem: str) -> None:
 # --- constants, inputs, spare columns ---------------------------------------------------------------------------------
 
 
-def test_a_constant_beside_a_chosen_column_is_not_used() -> None:
-    found = made(PLAIN, of={"columns": {"field": "field"}, "constants": {"field": "2 A", "mass": "3 kg"}})
-    np.testing.assert_array_equal(found.signals["field"], PLAIN["field"])
-    assert "field = 2 A (given) not used: column field was chosen" in found.notes
+def test_a_constant_beside_a_chosen_column_is_refused() -> None:
+    with pytest.raises(MappingError, match="field is given as a column and as a constant"):
+        made(PLAIN, of={"columns": {"field": "field"}, "constants": {"field": "2 A"}})
+    found = made(PLAIN, of={"columns": {"field": "field"}, "constants": {"mass": "3 kg"}})
     assert dict(found.constants) == {"mass": 3.0}
     assert "mass = 3 kg (given)" in found.notes
 
@@ -128,14 +134,14 @@ def test_everything_missing_is_one_error_with_a_command() -> None:
     error = caught.value
     assert error.problem.startswith("4 things are missing: (1) no time column and no sampling rate; (2) no column for ")
     assert error.problem.endswith("; the file has: q, r")
-    assert 'erclutch inspect a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
+    assert 'erclutch inspect logs/a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
     for option in ("--field", "--slip", "--effort"):
         assert option in error.remedy
     with pytest.raises(MappingError) as caught:
         made(
             {**COAXIAL, "q": ROWS, "T": np.full(N, np.nan)}, {"T": "kg"}, of={"rate": 50, "columns": {"theta_dot": "x"}}
         )
-    assert "erclutch inspect a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
+    assert "erclutch inspect logs/a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
 
 
 def test_no_such_device_or_way_with_missing_values() -> None:
@@ -232,4 +238,38 @@ def test_rows_that_repeat_the_row_before_are_told_from_rows_with_other_values() 
     assert any(
         note.startswith("1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other")
         for note in found.notes
+    )
+
+
+def test_a_frame_is_asked_about_in_the_words_of_python() -> None:
+    with pytest.raises(MappingError) as caught:
+        assemble(table({"q": ROWS, "r": ROWS**2}, path=""), ColumnMap(), device="single")
+    assert "in place of these: {'time': 'COLUMN [s]', 'field': 'COLUMN [A]'" in caught.value.remedy
+
+
+def test_no_column_is_proposed_twice_and_a_refused_unit_is_named() -> None:
+    with pytest.raises(MappingError) as caught:
+        made({"V": ROWS, "F": ROWS**2}, {"F": "N"})
+    assert caught.value.remedy.count("V [") == 1
+    with pytest.raises(MappingError, match="column speed is called so, but its unit kg does not fit"):
+        made({"current": ROWS, "speed": ROWS, "F": ROWS}, {"F": "N", "current": "A", "speed": "kg"})
+    twice = table({"torque [N*m]": ROWS, "torque [N*m] (2)": ROWS}, {name: "N*m" for name in TWICE})
+    assert twice.labels == TWICE
+
+
+def test_a_file_is_asked_about_by_its_path(tmp_path: Path) -> None:
+    path = tmp_path / "a b.csv"
+    np.savetxt(path, np.column_stack([ROWS, ROWS]), delimiter=",", header="q,r", comments="")
+    with pytest.raises(MappingError) as caught:
+        read(path)
+    assert f"erclutch inspect '{path}' --time" in caught.value.remedy
+
+
+def test_a_recording_of_the_loop_is_a_measurement_and_a_twin_is_none() -> None:
+    from erclutch.cli.terminal import recording_lines
+
+    log, words = made(PLAIN), "made by a computer"
+    assert not any(words in line for line in recording_lines([replace(log, origin="RECORDING"), log]))
+    assert "TWIN data (some of the logs): made by a computer, not a measurement" in recording_lines(
+        [replace(log, origin="TWIN"), replace(log, origin="RECORDING")]
     )

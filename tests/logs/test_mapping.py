@@ -197,6 +197,20 @@ def test_a_file_name_gives_constants(log: Callable[..., Path], rows: Rows) -> No
         read(path, {"name_pattern": "{field}A"})
 
 
+def test_what_is_given_wins_over_a_name_that_does_not_match(log: Callable[..., Path], rows: Rows) -> None:
+    path = log(rows, "t,c,speed [m/s],force [N]", "renamed.csv")
+    path.with_name("erclutch.toml").write_text('name_pattern = "{field}A"\n', encoding="utf-8")
+    assert read(path, {"constants": {"field": "0.75 A"}}).constants["field"] == 0.75
+    with pytest.raises(MappingError, match="does not match the pattern"):
+        read(path)
+
+
+def test_a_variable_of_a_log_that_is_one_recording_is_refused(log: Callable[..., Path], rows: Rows) -> None:
+    with pytest.raises(LogError, match="a log of this format is one recording, and --variable x asks"):
+        read(log(rows), LABELS, variable="x")
+    assert read(log(rows), LABELS, variable="").rows == 200
+
+
 def test_name_patterns() -> None:
     assert constants_of("{a [kV]}_{b:mm}", "2x5_-3.csv") == {"a": (2.5, "kV"), "b": (-3.0, "mm")}
     assert constants_of("run{n}", "run7.tar.gz") == {"n": (7.0, None)}

@@ -6,6 +6,7 @@ is to be seen here and meant (`tests/conftest.py` says how to pin anew).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
@@ -42,12 +43,15 @@ def summed(values: Any) -> list[float]:
     return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
 
 
+_FOLDER = re.compile(r"(?<=erclutch inspect )\S*/")  # of the file in a command
+
+
 def told(of: Callable[[], Any]) -> Any:
     """What comes of it in numbers and words, or the words of the error."""
     try:
         found = of()
     except ErclutchError as error:
-        return f"{type(error).__name__}: {error}"
+        return f"{type(error).__name__}: {_FOLDER.sub('', str(error))}"
     if isinstance(found, Table):
         names = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
         clock = None if found.clock is None else summed(found.clock)

@@ -14,14 +14,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
+from erclutch.report.html.dynamics_section import _model  # pyright: ignore[reportPrivateUsage]
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
-from erclutch.report.numbers.flow_curves import FlowCurves, grouped
+from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
 from erclutch.report.numbers.number_text import number, percent, scale_for, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
 from erclutch.report.numbers.windows import windows
+from erclutch.report.plots.lag_plot import _steps  # pyright: ignore[reportPrivateUsage]
+from erclutch.report.plots.plot_description import Line
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -338,3 +341,25 @@ def test_a_field_is_still_where_its_last_rows_lie_close(values: list[float], wid
     windows = [array[k - width + 1 : k + 1] for k in range(width - 1, array.size)]
     expected = [False] * (width - 1) + [bool(w.max() - w.min() <= reach) for w in windows]
     assert _still(array, width, reach).tolist() == expected
+
+
+def test_fields_without_rows_are_named() -> None:
+    field = np.where(np.arange(6000) // 100 % 2, 2.0, 0.0)
+    field[:10] = np.linspace(0.0, 2.0, 10)
+    found = rare_fields(rows_of(field, np.sin(np.arange(6000.0)), field, {"m": field}), 0)
+    assert found.tolist() == [0.5, 1.0, 1.5]
+
+
+def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
+    from types import SimpleNamespace
+
+    slow = chain("a+rise-fall") | {"dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}}
+    found = step_responses({"ranking": [slow]}, [slow["name"]])
+    material: Any = SimpleNamespace(shown={slow["name"]: "best"})
+    lines = [mark for mark in _steps(material, found, []).marks if isinstance(mark, Line)]
+    assert [(line.label, line.dashed) for line in lines] == [("a+rise-fall, rise", False), ("a+rise-fall, fall", True)]
+
+
+def test_a_stage_without_numbers_has_no_heading() -> None:
+    entry = {"name": "fnn-4+inertia", "dynamics": {}, "fit": {"parameters": []}}
+    assert _model(entry, Units("N", "V", "m/s"))["stages"] == []

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -132,3 +133,9 @@ def test_a_plot_leaves_the_notebooks_backend_as_it_set_itself_up(kept_run: Path,
     paths = os.pathsep.join((str(tmp_path), *sys.path))
     seen = {**os.environ, "MPLBACKEND": "module://inline_like", "PYTHONPATH": paths}
     subprocess.run([sys.executable, "-c", code], env=seen, check=True)
+
+
+def test_a_negative_offset_is_taken_away(shown: dict[str, Any]) -> None:
+    network = next(value for name, value in shown.items() if name == "NetworkModel")
+    lower = replace(network, scaling=replace(network.scaling, effort_offset=-128.5))
+    assert f"effort = y {network.scaling.effort_scale:.9g} - 128.5." in lower._repr_html_()

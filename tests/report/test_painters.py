@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.matplotlib_painter import paint, save_plot
@@ -152,3 +153,15 @@ def test_the_page_shows_the_panels_of_the_figures(material: Material) -> None:
         for panel in FIGURES[name][1](material).panels:
             assert panel.says
             assert str(svg(panel)) in html, name
+
+
+def test_panels_of_a_row_name_their_axis_alike() -> None:
+    """One of them stands over another axis, so both keep their numbers."""
+    time, rate = Axis("time", "s", 0.0, 1.0), Axis("rate", "Hz", 0.0, 1.0)
+    y = Axis("value", "", 0.0, 1.0)
+    plot = Plot([Panel(x, y, []) for x in (rate, rate, rate, time)], PlotTable((), ()), 4.0, columns=2)
+    with style():
+        figure = new_figure(plot.height, plot.width)
+        paint(figure, plot)
+        FigureCanvasAgg(figure).draw()
+        assert [axis.get_xlabel() for axis in figure.axes] == ["Rate [Hz]", "Rate [Hz]", "Rate [Hz]", "Time [s]"]

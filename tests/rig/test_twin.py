@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -223,6 +224,25 @@ def test_a_place_that_cannot_be(tmp_path: Path, name: str) -> None:
     run = prepare("test", seconds=0.2)
     with pytest.raises(ErclutchError):
         write_log(tmp_path / name, COLUMNS, run.chunks(), run.about(), rows=run.rows)
+
+
+def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from erclutch.cli.calibrate_twin import calibrate_twin
+    from erclutch.cli.excite import excite
+    from erclutch.cli.simulate import simulate
+    from erclutch.cli.table_for_paper import table_for_paper
+    from erclutch.cli.tune import tune
+
+    monkeypatch.chdir(tmp_path)
+    mine = tmp_path / "control.toml"
+    mine.write_text("mine")
+    commands = partial(simulate, "test"), partial(table_for_paper, tmp_path), calibrate_twin, excite
+    for command in (*(partial(each, out=mine) for each in commands), partial(tune, tmp_path, out=tmp_path)):
+        with pytest.raises(RunError, match="there is a file already"):
+            command()
+    assert mine.read_text() == "mine"
+    excite(out=mine.with_suffix(".csv"), seconds=1)
+    excite(out=mine.with_suffix(".csv"), seconds=1, force=True)
 
 
 @pytest.mark.slow

@@ -11,7 +11,8 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import LogOptions, expand
-from erclutch.errors import RunError, SettingError
+from erclutch.errors import SettingError
+from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.logs.aligned_logs import AlignedLogs
@@ -89,10 +90,8 @@ def align(
         force: Replace files that are there.
     """
     shown = picture or out.with_name(f"{out.stem}-clocks.png")
-    for path in (out, shown):
-        if path.exists() and not force:
-            remedy = f"Give --{'out' if path == out else 'picture'} another name, or --force"
-            raise RunError("there is a file already", where=str(path), remedy=remedy)
+    may_write_file(out, force)
+    may_write_file(shown, force, "picture")
     if shown.suffix.lower() not in (".png", ".svg", ".pdf") or shown.with_suffix(".csv") == out:
         remedy = "Give --picture a name of its own that ends in .png, .svg or .pdf"
         raise SettingError("the picture cannot have this name", where=str(shown), remedy=remedy)

@@ -35,7 +35,7 @@ def app_page(
 
         from erclutch.cli.workbench.workbench_server import Workbench
     except ImportError as error:
-        raise SettingError(f"{error.name} is not installed", remedy='pip install "erclutch[live]"') from error
+        raise SettingError(f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"') from error
     from erclutch.cli import terminal
     from erclutch.live.page.access import Access, new_token
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import require
+from erclutch.files import may_write_file
 from erclutch.rig.twin.parameters import RigParameters, load_rig
 
 if TYPE_CHECKING:
@@ -26,24 +27,24 @@ def calibrate_twin(
     seconds: float = 60.0,
     evaluations: int = 480,
     workers: int = 2,
+    force: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
 
     With a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque) the twin follows it sample by
-    sample. Without a LOG it is calibrated to the summary figures that the paper prints. The search keeps a journal
-    beside the rig file and resumes from it.
+    sample. Without a LOG the paper's summary figures are the target. The search resumes from a journal beside OUT.
 
     Args:
         log: A log of the pair.
         out: Rig file to write.
-        parameters: Parameters to vary, as section.name. Default: those that the paper leaves open, without
-            those marked assumed.
+        parameters: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
         rig: A rig file (TOML) to start from.
         seed: Seed of the search and, without a log, of the twin's runs.
         seconds: Rig time of the training run in each evaluation, without a log.
         evaluations: How many rigs the wide search tries (CMA-ES).
         workers: How many rigs are simulated side by side; changes no figure.
+        force: Replace a rig file that is there.
         reading: How to read the log.
     """
     from dataclasses import replace
@@ -55,6 +56,7 @@ def calibrate_twin(
     require(16, evaluations=evaluations)
     require(0, seed=seed)
     require(1, workers=workers)
+    may_write_file(out, force)
     start = load_rig(rig)
     target = _target(log, seed, seconds, replace(reading, device="coaxial"))
     names = parameters or _open(start, log is not None)

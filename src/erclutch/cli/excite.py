@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError, require
+from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.signals.array import Array
@@ -24,6 +25,7 @@ def excite(
     lowest: float = 2.0,
     highest: float = 100.0,
     torque: Annotated[tuple[float, float], Parameter(negative=())] = (0.04, 0.15),
+    force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Write the commands of section III-B: pseudorandom square and sine fields, pseudorandom square motor torque.
 
@@ -39,6 +41,7 @@ def excite(
         lowest: Lowest frequency in Hz.
         highest: Highest frequency in Hz.
         torque: Smallest and largest motor torque in N m.
+        force: Replace a file that is there.
     """
     import numpy as np
 
@@ -55,6 +58,7 @@ def excite(
         raise SettingError(
             f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"
         )
+    may_write_file(out, force)
     rng = np.random.default_rng(seed)
     rows = round(seconds * rate)
     field = field_sequence(rows, rng, FieldSettings(largest=largest, lowest=lowest, highest=highest), rate)

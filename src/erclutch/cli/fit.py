@@ -158,4 +158,4 @@ def print_comparison(comparison: Comparison) -> None:
         terminal.tell(moving)
     terminal.tell(*ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort))
     screen.print()
-    screen.print(ranking_table.parameters(comparison.entry(comparison.recommended).outcome))
+    screen.print(ranking_table.parameters(comparison.entry(comparison.recommended)))

@@ -92,8 +92,8 @@ def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOpt
 def _print(fleet: Fleet) -> None:
     from erclutch.report.html.fleet_page import beyond, named, shown, trend_of
 
-    if fleet.origins:
-        terminal.tell(f"{' and '.join(fleet.origins)} data: made by a computer, not a measurement")
+    if made := sorted({*fleet.origins} - terminal.MEASURED):
+        terminal.tell(f"{' and '.join(made)} data: made by a computer, not a measurement")
     done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
     for device, reason in list(fleet.failed.items())[:5]:

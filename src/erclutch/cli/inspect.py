@@ -108,14 +108,14 @@ def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> N
     if written is None and not missing:
         return
     if written is None:
-        offer = shlex.join(["erclutch", "inspect", str(log), "--write-mapping", f"{log.name}.toml"])
+        offer = shlex.join(["erclutch", "inspect", str(log), "--write-mapping", f"{log}.toml"])
         terminal.say(f"A mapping file to fill in: {offer}")
         return
     terminal.say(f"Mapping written: {written}" + (f"; {len(missing)} to fill in" if missing else ""))
 
 
 def _print_columns(log: Path, raw: Table) -> None:
-    terminal.tell(f"{log.name}: {raw.rows:,} rows, {len(raw.columns)} columns")
+    terminal.tell(f"{log.name}: {raw.rows:,} row{'s'[: raw.rows != 1]}, {len(raw.columns)} columns")
     rows = [
         [name, raw.units.get(name) or "-", *(terminal.number(v) for v in _figures(values))]
         for name, values in raw.columns.items()

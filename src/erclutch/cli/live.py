@@ -17,6 +17,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError, require
+from erclutch.files import plain_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -246,6 +247,7 @@ def _replay(
 ) -> tuple[RigChoice, LoopProgram]:
     import numpy as np
 
+    from erclutch.cli import terminal
     from erclutch.live.offered_programs import recorded
     from erclutch.live.session import ServedRig
     from erclutch.rig.playback import angles_of, at_period, fields_of
@@ -268,7 +270,8 @@ def _replay(
     slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
     sensor = EFFORT_OF[reading.device] in log.signals
     named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
-    return ServedRig(log.name, "RECORDING", spec, named), recorded(commands)
+    origin = "RECORDING" if log.origin in terminal.MEASURED else f"RECORDING of {log.origin}"
+    return ServedRig(log.name, origin, spec, named), recorded(commands)
 
 
 def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
@@ -281,7 +284,7 @@ def _channels(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tu
     if named is None:
         return channels_of(device, units)
     known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
-    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin == "RECORDING" else USUAL[device]
+    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin.startswith("RECORDING") else USUAL[device]
     merged = replace(units or usual, **known)
     return named.of(channels_of(device, merged, motor=named.motor))
 
@@ -385,7 +388,7 @@ def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     try:
         body: dict[str, Any] = tomllib.loads(control.tuned.read_bytes().decode("utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        problem = f"cannot be read ({error})"
+        problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
     for name, value in body.items():
         if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):
@@ -408,7 +411,7 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 
     if isinstance(rig, RigDevice):
         return rig.device
-    if rig.origin == "RECORDING":
+    if rig.origin.startswith("RECORDING"):
         return reading.device
     return "single" if rig.spec["single"] else "coaxial"
 
@@ -426,7 +429,7 @@ def _for_rig(
     from erclutch.rig.rig_plugins import RigDevice
 
     settings, asked = replace(settings, **tuned), control.field_limit
-    if rig.origin != "RECORDING":
+    if not rig.origin.startswith("RECORDING"):
         most = settings.field_limit
         if isinstance(rig, RigDevice):
             most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)

@@ -152,15 +152,20 @@ class LogOptions:
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""
+        from erclutch.logs.name_pattern import still_needed
+
         own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
-        if self.time is not None or self.rate is not None:
-            own = {key: value for key, value in own.items() if key not in ("time", "rate")}
-        for key in ("begin", "end", "skip"):  # a window belongs to the log that it was given for
-            own.pop(key, None)
-        lists = {key: tuple(own[key]) for key in ("input", "constant", "scale") if key in own}
-        paths = {key: Path(own[key]) for key in ("map",) if key in own}
-        device: _Device = model.structure.device
-        return replace(self, **{**own, **lists, **paths, "device": device, **self._given()})
+        said = self.column_map()
+        given = {*said.columns, *said.constants}
+        gone = {"begin", "end", "skip", *(name.lower() for name in given)}  # a window is of the log it was given for
+        gone |= {"time", "rate"} if self.time is not None or self.rate is not None else set()
+        own = {key: value for key, value in own.items() if key not in gone}
+        own["name_pattern"] = still_needed(own.get("name_pattern"), given)
+        own |= {key: tuple(own[key]) for key in ("input", "scale") if key in own}
+        own |= {key: Path(own[key]) for key in ("map",) if key in own}
+        kept = (each for each in own.get("constant", ()) if each.partition("=")[0].strip() not in given)
+        constants = {"constant": (*kept, *self.constant)}
+        return replace(self, **{**own, "device": model.structure.device, **self._given(), **constants})
 
     def without_effort(self, unit: str) -> LogOptions:
         """The same for logs of which the effort is not asked for: a constant stands for it."""

@@ -10,8 +10,8 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
-from erclutch.errors import RunError, SettingError
-from erclutch.files import unwritable, whole_folder
+from erclutch.errors import SettingError
+from erclutch.files import may_write_file, unwritable, whole_folder
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -51,8 +51,7 @@ def predict(
     """
     from erclutch.runs.new_rows import opened
 
-    if out.exists() and not force:
-        raise RunError("there is a file already", where=str(out), remedy="Give --out another name, or --force")
+    may_write_file(out, force)
     run, chosen = opened(model, name)
     how = reading.like(run, chosen)
     how = how if sensor else how.without_effort(chosen.units.effort)

@@ -13,7 +13,7 @@ from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
 from erclutch.logs.dataset import constant_stretches
 
 if TYPE_CHECKING:
-    from erclutch.fit.comparison import AnyOutcome, Comparison, RankedModel
+    from erclutch.fit.comparison import Comparison, RankedModel
     from erclutch.fit.scoring import BandedFigure
 
 
@@ -140,11 +140,12 @@ def at_rest(comparison: Comparison) -> str:
     )
 
 
-def parameters(outcome: AnyOutcome) -> Table | str:
+def parameters(entry: RankedModel) -> Table | str:
     """Parameters of a model with their intervals, and the published symbols where they differ; a network's count."""
+    outcome = entry.outcome
     if outcome.weights:
-        return f"{outcome.model.name}: {outcome.weights} weights, which mean nothing one by one."
-    made = estimates(f"Parameters of {outcome.model.name}", outcome.estimates)
+        return f"{entry.name}: {outcome.weights} weights, which mean nothing one by one."
+    made = estimates(f"Parameters of {entry.name}", outcome.estimates)
     for name, value in outcome.paper_form.items():
         made.add_row(name, "as published", number(value), "", "")
     return made

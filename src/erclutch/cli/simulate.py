@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.rig.twin.scenarios import TwinRun
@@ -20,6 +21,7 @@ def simulate(
     seconds: float | None = None,
     seed: int = 0,
     rig: Path | None = None,
+    force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Run one of the paper's scenarios on the digital TWIN and write the log. Without a scenario: list them.
 
@@ -29,6 +31,7 @@ def simulate(
         seconds: Rig time; default: the scenario's own.
         seed: Seed of the commands and the noise.
         rig: A rig file (TOML) with what differs from the default rig.
+        force: Replace a file that is there.
     """
     from erclutch.rig.twin.parameters import load_rig
     from erclutch.rig.twin.scenarios import SCENARIOS, prepare
@@ -38,7 +41,9 @@ def simulate(
         terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
         return
     run = prepare(scenario, rig=load_rig(rig), seconds=seconds, seed=seed)
-    path = collect(run, out or Path(f"{scenario}.parquet"))
+    path = out or Path(f"{scenario}.parquet")
+    may_write_file(path, force)
+    collect(run, path)
     size = path.stat().st_size / 1e6
     terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
     terminal.say(f"{path}: {size:.1f} MB")

@@ -16,6 +16,7 @@ def table_for_paper(
     model: str | None = None,
     most: int | None = None,
     out: Path | None = None,
+    force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Print a table of a run for a paper, rounded to the digits that the intervals allow.
 
@@ -26,15 +27,18 @@ def table_for_paper(
         model: Whose parameters. Default: those of the recommended model.
         most: Only the first so many models of the ranking.
         out: File to write. Default: the terminal.
+        force: Replace a file that is there.
     """
     import sys
 
     from erclutch.errors import SettingError
+    from erclutch.files import may_write_file
     from erclutch.report.printed_table import PRINTERS, parameter_table, ranking_table
     from erclutch.runs.run_folder import read_run
 
     if most is not None and most < 1:
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
+    may_write_file(out, force)
     found = read_run(run)
     text = PRINTERS[to](parameter_table(found, model) if what == "parameters" else ranking_table(found, most))
     if out is None:

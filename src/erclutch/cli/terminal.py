@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Begins a line that tells how far a command is; see `progress`.
 PROGRESS = "erclutch progress: "
+#: Origins of a log that was measured; all others were made by a computer.
+MEASURED = frozenset({"", "RECORDING", "HARDWARE"})
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:
@@ -87,9 +89,9 @@ def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]
     rate = " and ".join(f"{1 / p:.6g} Hz" for p in periods[:3])
     gaps = f", {cuts} gap{'s' if cuts > 1 else ''}" if cuts else ""
     lines = [f"{what}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
-    made = sorted({r.origin for r in recordings if r.origin})
+    made = sorted({r.origin for r in recordings} - MEASURED)
     if made:
-        some = "" if all(r.origin for r in recordings) else " (some of the logs)"
+        some = " (some of the logs)" if {r.origin for r in recordings} & MEASURED else ""
         lines.append(f"{' and '.join(made)} data{some}: made by a computer, not a measurement")
     notes = notes_of(recordings)
     lines += [f"  {note}" for note in notes[: most * 2]]

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import CheckError, SettingError, require
+from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.live.loop_margins import LinearLoop, LoopMargins, TorquePath
@@ -76,6 +77,7 @@ def tune(
     as_: Annotated[
         tuple[Literal["pdf", "png", "svg"], ...], Parameter(name="--as", consume_multiple=True, negative=())
     ] = ("pdf", "svg"),
+    force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Find gains of torque and motion control from the model of a run, with margins, pictures, and a file for live.
 
@@ -89,6 +91,7 @@ def tune(
         rig_file: A rig file (TOML) with the supply's limits, and inertias that no log shows.
         out: Folder for control.toml (erclutch live --tuned takes it) and the pictures.
         as_: Formats of the pictures: pdf, png or svg.
+        force: Replace the files of an earlier tuning.
     """
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.report.plots.paper_style import placed
@@ -96,6 +99,7 @@ def tune(
     from erclutch.runs.run_folder import read_run
 
     require(0.1, unit=" Hz", bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
+    may_write_file(out / "control.toml", force)
     rig, found = load_rig(rig_file), read_run(run)
     chosen = _model(found, model)
     path, slope = torque_path(chosen)
@@ -125,7 +129,7 @@ def _model(run: Run, name: str | None) -> Model:
         raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)
     if model.units.effort not in ("N*m", "?") or model.extras:
         problem = f"{model.name} gives {model.units.effort}" if not model.extras else f"{model.name} has further inputs"
-        raise SettingError(problem, where=str(run.folder), remedy="Give a model of a torque, from field and slip alone")
+        raise SettingError(problem, where=str(run.folder), remedy="Give a model of a torque in N m over field and slip")
     return model
 
 
@@ -290,7 +294,7 @@ def _show(
     )
     rows = [
         [
-            *(one.name, f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit, f"{one.margins.gain:.2f}"),
+            *(one.name, f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit, one.margins.gains),
             *(f"{one.margins.phase:.0f}", f"{1e3 * one.margins.delay:.1f}", f"{one.margins.sensitivity:.2f}"),
         ]
         for one in loops
@@ -307,7 +311,7 @@ def _toml(model: Model, loops: list[TunedLoop], gains: Mapping[str, float]) -> s
     for one in loops:
         m = one.margins
         lines.append(
-            f"# {one.name}: {one.bandwidth:g} Hz of at most {one.largest:.3g}; gain margin {m.gain:.2f}, phase "
+            f"# {one.name}: {one.bandwidth:g} Hz of at most {one.largest:.3g}; gain margin {m.gains}, phase "
             f"{m.phase:.0f} deg, delay {1e3 * m.delay:.1f} ms, sensitivity {m.sensitivity:.2f}"
         )
     return "\n".join([*lines, *(f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items())]) + "\n"

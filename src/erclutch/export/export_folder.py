@@ -17,7 +17,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.files import file_digest
+from erclutch.files import file_digest, plain_words
 from erclutch.models.load import load_model
 from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require
@@ -84,11 +84,10 @@ def read_export(folder: str | Path) -> Exported:
     try:
         body = json.loads((place / _MARKER).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        what = error.strerror if isinstance(error, OSError) and error.strerror else error
-        remedy = "Give a folder that erclutch export wrote"
+        what, remedy = f"not an export: export.json: {plain_words(error)}", "Give a folder that erclutch export wrote"
         if (place / "run.json").is_file():
             remedy = f"This is a run: erclutch export {place} makes one"
-        raise ExportError(f"not an export: export.json: {what}", where=str(place), remedy=remedy) from error
+        raise ExportError(what, where=str(place), remedy=remedy) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
         raise ExportError("export.json does not describe an export", where=str(place), remedy="Export the model again")
     content = cast(dict[str, Any], body)

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from re import compile as pattern
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import CheckError
+from erclutch.errors import CheckError, shell_word
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
@@ -26,6 +27,7 @@ ONE_FIELD = "one field"
 STEADY_FIELD = "field"
 
 _FEWEST_ROWS = 50
+_COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
@@ -214,7 +216,10 @@ def _sign(train: Dataset) -> Finding | None:
     power = sum(float(np.mean(centred * e.slip * _weight(e.field))) for e in train.elements)
     if power >= 0:
         return None
-    sign = "--T '-T [N*m]'" if train.device == "coaxial" else "--effort '-F [N]'"
+    effort = "T" if train.device == "coaxial" else "effort"
+    found = (match for note in train.notes if (match := _COLUMN.fullmatch(note)) and match[1] == effort)
+    label = next((("" if "sign turned" in match[0] else "-") + match[2] for match in found), "-NAME [unit]")
+    sign = f"--{effort} {shell_word(label)}"
     message = "effort opposes slip on average, so the device would deliver energy"
     return Finding("warning", "sign", message, f"Turn a sign, for example {sign}")
 

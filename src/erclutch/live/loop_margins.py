@@ -88,6 +88,7 @@ class LoopMargins:
 
     Attributes:
         gain: by which the loop's gain may grow.
+        least: to which share of it the gain may fall; 0: as far as it likes.
         phase: in degrees.
         delay: further dead time in s that the loop bears.
         sensitivity: largest |1 / (1 + L)|.
@@ -95,10 +96,16 @@ class LoopMargins:
     """
 
     gain: float
+    least: float
     phase: float
     delay: float
     sensitivity: float
     stable: bool
+
+    @property
+    def gains(self) -> str:
+        """Both margins of the gain in words."""
+        return f"{self.least:.2g} to {self.gain:.2f}" if self.least else f"{self.gain:.2f}"
 
 
 def _sum(one: Array, other: Array) -> Array:
@@ -112,13 +119,14 @@ def margins_of(loop: LinearLoop) -> LoopMargins:
     f, response = loop.response()
     size, real, imaginary = np.abs(response), response.real, response.imag
     crosses = np.append(imaginary[1:] * imaginary[:-1] <= 0.0, True)  # at the last frequency the response is real
-    turns = np.flatnonzero(crosses & (real < 0.0) & (size < 1.0))
+    turns = size[crosses & (real < 0.0)]
     ones = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
     phases = np.mod(np.degrees(np.angle(response[ones])) + 180.0, 360.0)
     delays = phases / 360.0 / f[ones]
     stable = bool(np.all(np.abs(np.roots(loop.closed)) < 1.0 - 1e-9))
     return LoopMargins(
-        gain=float(1.0 / size[turns].max()) if turns.size else math.inf,
+        gain=1.0 / float(turns[turns < 1.0].max(initial=0.0)) if (turns < 1.0).any() else math.inf,
+        least=1.0 / float(turns[turns > 1.0].min()) if (turns > 1.0).any() else 0.0,
         phase=float(phases.min()) if ones.size else math.inf,
         delay=float(delays.min()) if ones.size else math.inf,
         sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),

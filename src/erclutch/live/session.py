@@ -47,7 +47,7 @@ class ServedRig:
 
     Attributes:
         name: for people.
-        origin: TWIN or RECORDING.
+        origin: TWIN, RECORDING, or RECORDING of what a computer made.
         spec: what `erclutch.rig.rig_process.start_rig` takes, without the session's number and the device.
         named: units of its channels, and which there are; None: those of the device.
     """

@@ -251,7 +251,7 @@ def read_table(
     table = read_by(plugin, LogSource(file, data, digest, variable, told))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
-    return replace(table, notes=(*table.notes, *notes)) if notes else table
+    return replace(table, notes=(*table.notes, *notes), path=str(path))
 
 
 def recording_from_arrays(

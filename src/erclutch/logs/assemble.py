@@ -20,7 +20,7 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import NO_FIELD, SIGNALS, TEMPERATURE, Recording
+from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD, SIGNALS, TEMPERATURE, Recording
 
 Invalid = Literal["error", "drop"]
 
@@ -116,7 +116,10 @@ def all_asked(draft: _Draft, chosen: ColumnMap) -> MappingError:
     told = [error.problem.split("; the file has: ")[0] for error in draft.asked.values()]
     numbered = "; ".join(f"({number}) {problem}" for number, problem in enumerate(told, start=1))
     problem = f"{len(told)} things are missing: {numbered}; the file has: {columns_listed(draft.table)}"
-    command = f"erclutch inspect {shlex.quote(draft.table.name)} {' '.join(_options(draft, chosen))}"
+    options = _options(draft, chosen)
+    command = f"erclutch inspect {shlex.quote(draft.table.path)} {' '.join(options)}"
+    if not draft.table.path:  # of a DataFrame or of arrays
+        command = str({k[2:]: v for k, v in map(shlex.split, options) if k[2:] in (*NAMED_COLUMNS, "time")})
     pair = next((f"; if {hint}" for e in draft.asked.values() if (hint := e.remedy.partition("; if ")[2])), "")
     none = "; --field none if it was not logged" if "--field none" in str(draft.asked.get("field")) else ""
     return MappingError(problem, remedy=f"Give them all, with your columns in place of these: {command}{none}{pair}")
@@ -136,11 +139,14 @@ def _options(draft: _Draft, chosen: ColumnMap) -> list[str]:
         words += [f'--lead "{chosen.lead:g} m"'] if chosen.lead is not None else []
         for option, texts in (("constant", chosen.constants), ("scale", chosen.scales)):
             words += [f"--{option} {shell_word(f'{name}={text}')}" for name, text in texts.items()]
+    proposed: list[str] = []
     for signal, error in draft.asked.items():
         example = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
-        taken = [*draft.columns.values(), *_reserved(draft)]
+        taken = [*draft.columns.values(), *_reserved(draft), *proposed]
         position = "--position" in error.remedy and f"--position {error.remedy.partition('--position ')[2]}"
         words.append(position or example.get(signal) or guessed_columns.example(draft.table, signal, taken))
+        label = shlex.split(words[-1])[1]
+        proposed += [label, split_label(label)[0]]
     return words
 
 

@@ -50,7 +50,7 @@ def windowed_batches(
     short: ShortLogError | None = None
     some = False
     for start, stop, table in windows(file, rows, MARGIN):
-        table = replace(table, digest=digest, sample_period=period)
+        table = replace(table, digest=digest, sample_period=period, path=str(file))
         try:
             recording, kept = assemble_rows(table, chosen, device=device, invalid=invalid)
         except ShortLogError as error:

@@ -186,6 +186,9 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
     if volts := _in_volts(table, signal, free):
         remedy = f"Give what a volt of its sensor is, such as {volts}"
+    called = (name for name in free if table.units.get(name) and len(_called(name, signal) or "") > 2)
+    refused = next((name for name in called if _fits(table, name, SIGNALS[signal].si_units) is False), None)
+    doubt += f"; column {refused} is called so, but its unit {table.units[refused]} does not fit" if refused else ""
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
     return MappingError(problem, remedy=remedy)
 
@@ -205,7 +208,7 @@ def _label(table: Table, name: str, signal: str) -> str:
     """The column with its unit, or with a likely one."""
     example = "V [V]" if signal == "field" and _plain(name) == "v" else _EXAMPLES.get(signal, "")
     likely = example[example.find("[") + 1 : -1] if example else SIGNALS[signal].si_units[0] or "-"
-    return f"{name} [{table.units.get(name) or likely}]"
+    return table.label(name, likely)
 
 
 def time_column(table: Table, taken: Iterable[str]) -> str | None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from erclutch import registry
-from erclutch.errors import PluginError, placed
+from erclutch.errors import LogError, PluginError, placed
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
@@ -119,6 +119,11 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
         LogError: the file is damaged. PluginError: the reader is.
     """
     reader: LogReader = plugin.of_type(LogReader)
+    if source.variable and reader.recordings is None:
+        problem = f"a log of this format is one recording, and --variable {source.variable} asks for one of several"
+        raise LogError(
+            problem, where=source.name, remedy="Leave it out, or give --variable '' where a run or mapping has it"
+        )
     with plugin.working(f"failed on {source.name}"):
         with placed(source.name):
             table = reader.read(source)

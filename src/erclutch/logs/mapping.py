@@ -35,7 +35,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed, shell_word
+from erclutch.files import plain_words
 from erclutch.logs.labels import own_unit, split_label
+from erclutch.logs.name_pattern import still_needed
 from erclutch.logs.table import Table
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
@@ -116,7 +118,7 @@ class ColumnMap:
             content = path.read_bytes()
             values = tomllib.loads(content.decode("utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-            problem = f"the mapping file cannot be read ({error})"
+            problem = f"the mapping file cannot be read ({plain_words(error)})"
             raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
         return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
 
@@ -136,13 +138,15 @@ class ColumnMap:
             inputs = values.get("inputs", ())
             if not isinstance(inputs, list | tuple):
                 raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
-            time = values.get("time")
+            time, constants = values.get("time"), _table_of(values, "constants")
+            if twice := sorted(columns.keys() & constants):
+                raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
             return cls(
                 columns={name: _choice(name, value, source) for name, value in columns.items()},
                 time=None if time is None else _choice("time", time, source),
                 rate=_number(values, "rate", "Hz"),
                 lead=_number(values, "lead", "m"),
-                constants={str(name): str(value) for name, value in _table_of(values, "constants").items()},
+                constants={str(name): str(value) for name, value in constants.items()},
                 scales={name: str(value) for name, value in scales.items()},
                 inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
                 source=source,
@@ -174,7 +178,7 @@ class ColumnMap:
         """This mapping with what it leaves open taken from another."""
         chosen = {*self.columns, *self.constants}
         timed = self.time is not None or self.rate is not None
-        texts = ("name_pattern", "variable", "invalid", "inputs", "file")
+        texts = ("variable", "invalid", "inputs", "file")
         return replace(
             self,
             columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
@@ -183,6 +187,7 @@ class ColumnMap:
             time=self.time if timed else base.time,
             rate=self.rate if timed else base.rate,
             lead=base.lead if self.lead is None else self.lead,
+            name_pattern=self.name_pattern or still_needed(base.name_pattern, chosen),
             source=self.source if base == ColumnMap() else base.source,
             **{key: getattr(self, key) or getattr(base, key) for key in texts},
         )

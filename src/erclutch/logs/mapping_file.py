@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from erclutch.errors import MappingError
-from erclutch.files import whole_file
+from erclutch.files import unwritable, whole_file
 from erclutch.logs.assemble import understood
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.table import Table
@@ -64,13 +65,9 @@ def write_mapping(path: Path, text: str) -> None:
     if path.exists():
         remedy = "Give another name, or delete the file first"
         raise MappingError("there is such a file, and it may be your own mapping", where=str(path), remedy=remedy)
-
-    def unwritable(target: Path, error: OSError) -> MappingError:
-        problem = f"the mapping file cannot be written ({error.strerror or error})"
-        return MappingError(problem, where=str(target), remedy="Give a file in a folder that you may write to")
-
-    with whole_file(path, unwritable) as partial:
-        partial.write_text(text, encoding="utf-8")
+    remedy = "Give a file in a folder that you may write to"
+    with whole_file(path, partial(unwritable, remedy=remedy, kind=MappingError)) as whole:
+        whole.write_text(text, encoding="utf-8")
 
 
 def _line(signal: str, choice: ColumnChoice) -> str:

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from erclutch.errors import MappingError
 from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
 
 _FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
+
+
+def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
+    """A pattern; None where all the signals that it would give are given already."""
+    found = {match.group(1) for match in _FIELD.finditer(pattern or "")} & SIGNALS.keys()
+    return None if found and found <= {*given} else pattern
 
 
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:

@@ -32,6 +32,7 @@ class Table:
         unsampled: rows of a live recording in which no good sample came, shape (n,); None in all other files.
         damage: what the format does about damaged bytes, see `LogReader.tells_damage`.
         first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
+        path: of the file, as the user gave it; "" for a table that is not of a file.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Table:
     unsampled: NDArray[np.bool_] | None = None
     damage: str = ""
     first_row: int = 0
+    path: str = ""
 
     @property
     def origin(self) -> str:
@@ -74,4 +76,9 @@ class Table:
     @property
     def labels(self) -> tuple[str, ...]:
         """Column names with their units, as a user would write them: ``V [cm/s]``."""
-        return tuple(f"{name} [{unit}]" if (unit := self.units.get(name)) else name for name in self.columns)
+        return tuple(map(self.label, self.columns))
+
+    def label(self, name: str, likely: str = "") -> str:
+        """A column's name with its unit, or with a likely one; a name that holds the unit already stays."""
+        unit = self.units.get(name) or likely
+        return f"{name} [{unit}]" if unit and f"[{unit}]" not in name else name

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import RunError
+from erclutch.files import plain_words
 from erclutch.models import residual_model
 from erclutch.models.law_model import model_from_dict
 from erclutch.models.model import Model
@@ -30,7 +31,8 @@ def load_model(path: str | Path) -> Model:
     try:
         body = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"no readable model: {error}", where=str(path), remedy="Give a model file of a run") from error
+        remedy = "Check the path; give a run, or a file of its models folder"
+        raise RunError(f"no readable model: {plain_words(error)}", where=str(path), remedy=remedy) from error
     if not isinstance(body, dict):
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)

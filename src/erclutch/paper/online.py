@@ -219,7 +219,8 @@ def experiment_of(name: str) -> Experiment:
         SettingError: there is none.
     """
     if name not in EXPERIMENTS:
-        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {', '.join(EXPERIMENTS)}")
+        known = ", ".join((*EXPERIMENTS, "control", "impedance", "wall", "all"))
+        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {known}")
     return EXPERIMENTS[name]
 
 

@@ -194,7 +194,7 @@ def _model(model: Any) -> NotebookCard:
         model.name,
         [model.structure.device, model.title, f"effort in {unit_text(model.units.effort) or '1'}", band],
         lambda: PlotTable(("parameter", "value", "unit", "meaning"), [*model.in_units(), *_trained(model)]),
-        lines=[line for line in model.equation() if not _NUMBER.match(line)],
+        lines=[line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)],
         panels=lambda: [_curves(model)],
         plots={"flow-curves": lambda: Plot([_curves(model)], PlotTable((), ()), 2.6)},
     )

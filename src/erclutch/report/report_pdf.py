@@ -112,6 +112,15 @@ class _Writer:
             self.words(line, size, element, bold=tag != "P")
         self.at -= 0.04
 
+    def code(self, text: str) -> None:
+        """A command, if there is any, in a type of its own."""
+        element = self.book.add("P")
+        for line in textwrap.wrap(text, int(0.75 * _WIDE), break_on_hyphens=False):
+            self.skip(_LINE)
+            self.page.text(
+                (_SIDE + 0.15) / _SIZE[0], self.at / _SIZE[1], line, size=7.5, family="monospace", gid=element
+            )
+
     def words(self, text: str, size: float, element: str, left: float = 0.0, *, bold: bool = False) -> None:
         """Words of an element on the line where the writer is, so many inches from the margin."""
         x, y, weight = (_SIDE + left) / _SIZE[0], self.at / _SIZE[1], "bold" if bold else "normal"
@@ -153,13 +162,14 @@ def _first(material: Material, book: TaggedPages) -> Any:
     for name, value, more in values["facts"]:
         out.put(f"{value}   {name}; {more}")
     for title, items in (
-        ("What to worry about", values["worries"]),
-        ("What to do next", [f"{n['text']} {n['code']}".strip() for n in values["next"]]),
+        ("What to worry about", [(text, "") for text in values["worries"]]),
+        ("What to do next", [(n["text"], n["code"]) for n in values["next"]]),
     ):
         out.skip(0.12)
         out.put(title, tag="H2")
-        for item in items or ["Nothing that the checks know of."]:
-            out.put(f"•  {item}")
+        for text, code in items or [("Nothing that the checks know of.", "")]:
+            out.put(f"•  {text}")
+            out.code(code)
     used = _SIZE[1] - _SIDE - out.at + 0.25
     ranking = describe_ranking(material)
     high = min(ranking.height, _SIZE[1] - 2 * _SIDE - used)
@@ -238,7 +248,8 @@ def _last(material: Material, book: TaggedPages) -> Any:
     out.put("Provenance", 10.0, "H2")
     out.put(f"{origin['means']} {origin['rows']}.")
     if origin["command"]:
-        out.put(f"To repeat it: {origin['command']}")
+        out.put("To repeat it:")
+        out.code(origin["command"])
     for found in origin["mappings"][:5]:
         out.put(f"{found['name']}: mapping file, SHA-256 {found['sha256']}", 7.0)
     for log in origin["logs"][:20]:

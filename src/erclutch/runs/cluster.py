@@ -245,7 +245,7 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         from distributed import Client, KilledWorker, LocalCluster
         from distributed.utils import silence_logging_cmgr
     except ImportError as error:
-        raise SettingError("Dask is not installed", remedy='pip install "erclutch[cluster]"') from error
+        raise SettingError("Dask is not installed", remedy='Run: pip install "erclutch[cluster]"') from error
     import logging
 
     with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:

@@ -28,7 +28,7 @@ import numpy as np
 from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import RunError
-from erclutch.files import file_digest, whole_folder
+from erclutch.files import file_digest, plain_words, whole_folder
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
@@ -337,10 +337,8 @@ def read_run(folder: str | Path) -> Run:
         body = json.loads(path.read_text(encoding="utf-8"))
         json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
-        what = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise RunError(
-            f"not a run: run.json: {what}", where=str(folder), remedy="Give the --out folder of erclutch fit"
-        ) from error
+        what = f"not a run: run.json: {plain_words(error)}"
+        raise RunError(what, where=str(folder), remedy="Give the --out folder of erclutch fit") from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
         raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")
     body = cast(dict[str, Any], body)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
+import numpy as np
+
 from erclutch._version import __version__
 from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import Record
@@ -15,6 +17,7 @@ from erclutch.export.cost import cost_text
 from erclutch.export.encode import c_string, comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
 from erclutch.export.rounding import measured
+from erclutch.export.step_numbers import run
 from erclutch.export.step_record import (
     SWITCHED_OFF,
     StepRecord,
@@ -24,6 +27,7 @@ from erclutch.export.step_record import (
     settled_record,
     step_record,
 )
+from erclutch.export.step_vectors import ordinary
 from erclutch.models.gain_tracking import REACH
 
 FLAGS = {
@@ -384,8 +388,8 @@ def _header_comment(step: ExportedStep) -> str:
 
 def _example(step: ExportedStep, n: str) -> list[str]:
     """Lines of C that call the step."""
-    N, places = n.upper(), list(_macros(step.inputs))
-    given = ((places[0], step.field.range[1]), (places[step.elements], 1.0))
+    N = n.upper()
+    given = [(place, value) for place, value in zip(_macros(step.inputs), _example_row(step), strict=True) if value]
     return [
         "Example: declare a state, reset it once, then call the step for each sample and look at the flags.",
         f"    {n}state state;",
@@ -395,6 +399,14 @@ def _example(step: ExportedStep, n: str) -> list[str]:
         *(f"    input[{N}IN_{place}] = ({n}real){value:.6g};" for place, value in given),
         f"    flags = {n}step(&state, input, &effort);",
     ]
+
+
+def _example_row(step: ExportedStep) -> list[float]:
+    """Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones."""
+    rows = np.round(ordinary(step, np.random.default_rng(0), 64), 4)
+    rows[:, step.signals :] = rows[0] = 0.0
+    rows[0, [0, step.elements]] = step.field.range[1], 1.0
+    return next((row for row in rows if not run(step, row[None])[1][0]), rows[0]).tolist()
 
 
 def _ranges(step: ExportedStep, i: int) -> str:

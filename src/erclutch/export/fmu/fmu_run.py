@@ -39,7 +39,7 @@ def simulated(
         import fmpy
         from fmpy.validation import validate_fmu
     except ImportError as error:
-        raise ExportError("fmpy is not installed", remedy="pip install fmpy") from error
+        raise ExportError("fmpy is not installed", remedy="Run: pip install fmpy") from error
     path = archive_path(program, version, folder)
     check_binary(version, path)
     problems = validate_fmu(str(path))

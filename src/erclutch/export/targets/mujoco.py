@@ -76,8 +76,11 @@ def _example(program: ExportedStep) -> str:
     gear = 1 if program.elements == 2 else -1
     period = program.period or 1e-3
     top = max(abs(v) for v in program.model.trained_on.effort) or 1.0
-    # An arm that the largest effort turns at 100 rad/s^2.
-    inertial = f'<inertial pos="0 0 0" mass="1" diaginertia="{" ".join(3 * [f"{top / 100.0:.6g}"])}"/>'
+    # An arm that the largest effort accelerates by 100 rad/s^2 or m/s^2.
+    slides = program.elements == 1 and (program.model.units.slip == "m/s" or program.model.units.effort == "N")
+    heavy, turning = (f"{top / 100.0:.6g}", "1") if slides else ("1", f"{top / 100.0:.6g}")
+    inertial = f'<inertial pos="0 0 0" mass="{heavy}" diaginertia="{" ".join(3 * [turning])}"/>'
+    joint = 'type="slide" axis="1 0 0"' if slides else 'type="hinge" axis="0 0 1"'
     drive = motor = ""
     if program.elements == 2:
         drive = f"""    <body name="drive">
@@ -90,12 +93,12 @@ def _example(program: ExportedStep) -> str:
     return f"""<!-- {program.headline} as an actuator; written by erclutch {__version__}.
      The ctrl of {" and ".join(_fields(program))} is the field; the force of "effort" comes from
      {program.name}_mujoco.py.
-     Units are those of the model: joints in rad and rad/s where it was trained so. -->
+     Units are those of the model: joints in {"m and m/s" if slides else "rad and rad/s"} where it was trained so. -->
 <mujoco model="{program.name}">
   <option timestep="{period:.9g}" gravity="0 0 0" integrator="implicitfast"/>
   <worldbody>
 {drive}    <body name="arm">
-      <joint name="{_joints(program)[-1]}" type="hinge" axis="0 0 1"/>
+      <joint name="{_joints(program)[-1]}" {joint}/>
       {inertial}
       <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
@@ -120,7 +123,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     try:
         import mujoco
     except ImportError as error:
-        raise ExportError("mujoco is not installed", remedy="pip install mujoco") from error
+        raise ExportError("mujoco is not installed", remedy="Run: pip install mujoco") from error
     model = mujoco.MjModel.from_xml_path(str(folder / f"{program.name}.xml"))
     vectors = vectors_of(program)
     usable = np.all(np.abs(np.where(np.isfinite(vectors.rows), vectors.rows, np.inf)) < _LARGEST, axis=1)

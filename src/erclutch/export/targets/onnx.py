@@ -43,7 +43,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     try:
         import onnxruntime as runtime
     except ImportError as error:
-        raise ExportError("onnxruntime is not installed", remedy="pip install 'onnxruntime'") from error
+        raise ExportError("onnxruntime is not installed", remedy="Run: pip install onnxruntime") from error
     path = folder / f"{program.name}.onnx"
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1

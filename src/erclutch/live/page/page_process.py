@@ -113,7 +113,7 @@ def main() -> int:
     try:
         return asyncio.run(_serve(json.loads(line)))
     except ImportError as error:
-        _say({"problem": f"{error.name} is not installed", "remedy": 'pip install "erclutch[live]"'})
+        _say({"problem": f"{error.name} is not installed", "remedy": 'Run: pip install "erclutch[live]"'})
     except ErclutchError as error:
         _say({"problem": error.problem, "remedy": error.remedy})
     except OSError as error:

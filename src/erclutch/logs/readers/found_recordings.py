@@ -11,7 +11,7 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, TypedDict, TypeVar, cast
@@ -96,6 +96,19 @@ def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str) 
         )
     name = variable or next(iter(found))
     return name, found[name]
+
+
+def names_by(read: Callable[[LogSource], Table]) -> Callable[[LogSource], list[str]]:
+    """What lists the recordings of a file, from what reads one of them by `choose`."""
+
+    def recordings(source: LogSource) -> list[str]:
+        try:
+            read(replace(source, variable=ALL))
+        except RecordingNames as found:
+            return found.names
+        return []
+
+    return recordings
 
 
 def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:

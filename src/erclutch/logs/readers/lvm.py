@@ -61,16 +61,8 @@ def _read(source: LogSource) -> Table:
     return replace(segments[0], columns=columns, notes=(*notes, *more))
 
 
-def _recordings(source: LogSource) -> list[str]:
-    try:
-        _read(replace(source, variable=found_recordings.ALL))
-    except found_recordings.RecordingNames as found:
-        return found.names
-    return []
-
-
 def _claims(head: bytes) -> bool:
     return head.startswith(b"LabVIEW Measurement")
 
 
-READER = LogReader((".lvm",), _claims, _read, recordings=_recordings, tells_damage=text.DAMAGE)
+READER = LogReader((".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers.found_recordings import names_by
 from erclutch.logs.table import Table
 
 
@@ -16,4 +17,5 @@ def _read(source: LogSource) -> Table:
     return read_mcap(source)
 
 
-READER = LogReader((".mcap",), _claims, _read, tells_damage="seen by checksums, where the writer added them")
+_DAMAGE = "seen by checksums, where the writer added them"
+READER = LogReader((".mcap",), _claims, _read, recordings=names_by(_read), tells_damage=_DAMAGE)

@@ -135,7 +135,10 @@ def _plugin(name: str) -> tuple[Plugin, int | None]:
         family = registry.find(GROUP, stem)
         if family.of_type(LawFamily).count is not None:
             return family, int(digits)
-    plugin = registry.find(GROUP, name if name in known else _aliases().get(name, name))
+    wanted = name if name in known else _aliases().get(name)
+    if wanted is None:
+        raise registry.unknown(GROUP, name, (*law_names(), "fnn-N", "rbfn-N"))
+    plugin = registry.find(GROUP, wanted)
     return plugin, plugin.of_type(LawFamily).count
 
 

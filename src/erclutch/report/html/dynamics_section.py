@@ -37,8 +37,8 @@ DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 
 def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    stages = [{"title": capital(s.title), "rows": list(_constants(entry, s, units))} for s in stages_in(entry)]
-    return {"name": entry["name"], "stages": stages}
+    found = [(capital(s.title), list(_constants(entry, s, units))) for s in stages_in(entry)]
+    return {"name": entry["name"], "stages": [{"title": title, "rows": rows} for title, rows in found if rows]}
 
 
 def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator[dict[str, Any]]:
@@ -74,8 +74,8 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
     if after is not None:
         curve = after.rmse[material.recommended]
         parts.append(
-            f"Over {count(after.switches)} switches held out, {material.recommended} errs at worst by "
-            f"{material.effort.of(float(curve.max()))}, {_worst_time(float(after.since[int(curve.argmax())]))}."
+            f"Over {count(after.switches)} switches held out, the RMSE of {material.recommended} is largest "
+            f"{_worst_time(float(after.since[int(curve.argmax())]))}: {material.effort.of(float(curve.max()))}."
         )
     else:
         parts.append("The command hardly ever switches in the rows held out, so these rows tell little of a lag.")
@@ -102,4 +102,4 @@ def _gain(material: Material) -> str:
 
 
 def _worst_time(since: float) -> str:
-    return "in the very row of one" if since == 0.0 else f"{number(1e3 * since, 2)} ms after one"
+    return "in the very row of a switch" if since == 0.0 else f"{number(1e3 * since, 2)} ms after a switch"

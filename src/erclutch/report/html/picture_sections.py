@@ -105,7 +105,7 @@ def _flow_curves(material: Material) -> dict[str, Any] | None:
             for k, both in enumerate(zip(curves, groups, strict=True))
         ],
         "levels": [(style, label if material.field.unit else f"E = {label}") for style, label in groups[0][0].legend()],
-        "alike": material.alike_laws,
+        "about": material.about_flow_curves,
         "dots": any(d.size for group in curves for c in group for d in c.dots),
     }
 

@@ -18,6 +18,7 @@ from erclutch.signals.array import Array
 Rows = NDArray[np.intp]
 
 _LEVELS, _CURVE, _DOTS = 5, 81, 160
+_RARE = 0.005  # of all rows
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,12 @@ def flow_curves(rows: RunRows, models: Sequence[TorqueModel], element: int = 0) 
         )
         found.append(FlowCurves(model.name, element, levels, slip, curves, dots))
     return found
+
+
+def rare_fields(rows: RunRows, element: int) -> Array:
+    """Fields of the curves of an element near which the log has hardly any rows, settled or not, shape (k,)."""
+    levels = _levels(np.abs(rows.data.elements[element].field))
+    return levels[[bool(near.mean() < _RARE) for near in _near(rows, 1, element, levels)]]
 
 
 def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple[FlowCurves, ...], ...]:

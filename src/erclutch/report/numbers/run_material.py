@@ -21,7 +21,7 @@ from erclutch.report.numbers.correlation import (
 )
 from erclutch.report.numbers.effort_loops import EffortLoop, LoopAreas, effort_loops, loop_areas
 from erclutch.report.numbers.error_map import ErrorMap, error_maps
-from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names
+from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names, rare_fields
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
@@ -236,14 +236,21 @@ class Material:
         return min((error for error in errors if error is not None), default=0.0)
 
     @property
-    def alike_laws(self) -> str:
-        """Which laws share their flow curves, in words; empty where none do."""
-        found = [(c.model, [other.model for other in c.alike]) for c in self.flow_curves[0] if c.alike]
-        if not found:
-            return ""
-        named = "; ".join(f"{name} stands for {', '.join(others)} too" for name, others in found)
-        limit = self.effort.of(self.unexplained, 2)
-        return f"Curves nowhere further apart than {limit}, the RMSE of the best model, are drawn once: {named}."
+    def about_flow_curves(self) -> str:
+        """What to know of the flow curves, in words: laws drawn once, fields without rows, laws without dots."""
+        curves, said = self.flow_curves[0], list[str]()
+        same = [f"{c.model} stands for {', '.join(other.model for other in c.alike)} too" for c in curves if c.alike]
+        if same:
+            limit = f"{self.effort.of(self.unexplained, 2)}, the RMSE of the best model"
+            said.append(f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(same)}.")
+        rare = sorted({float(field) for k in range(len(self.flow_curves)) for field in rare_fields(self.rows, k)})
+        if at := ", ".join(self.field.of(field, 2) for field in rare):
+            said.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
+        dots = {c.model: sum(map(len, c.dots)) for c in curves}
+        few = ", ".join(name for name, count in dots.items() if count < 0.25 * max(dots.values()))
+        if few:
+            said.append(f"{few}: few dots or none, for a dot is a row whose field was still as long as the law's lag.")
+        return " ".join(said)
 
     def element_name(self, element: int) -> str:
         """CH1 and CH2 for a pair; empty for a single device."""

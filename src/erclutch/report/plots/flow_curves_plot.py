@@ -41,7 +41,8 @@ def describe_flow_curves(material: Material) -> Plot:
         columns,
         badge=material.print_badge,
         legend="shared",
-        legend_title="\n".join([*textwrap.wrap(material.alike_laws, _LINE, break_on_hyphens=False), "field"]),
+        legend_title="field",
+        title="\n".join(textwrap.wrap(material.about_flow_curves, _LINE, break_on_hyphens=False)),
     )
 
 

@@ -55,8 +55,8 @@ def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> 
         up, down = step.up(t), step.down(t)
         ways = {"step": up} if np.allclose(down, 1.0 - up, atol=1e-3) else {"step": up, "fall": down}
         for name, share in ways.items():
-            label = step.model if name == "step" else ""
-            lines.append(Line(t * 1e3, share, material.shown[step.model], label))
+            way = "" if len(ways) == 1 else ", rise" if name == "step" else ", fall"
+            lines.append(Line(t * 1e3, share, material.shown[step.model], step.model + way, dashed=name == "fall"))
             rows += [(name, step.model, float(a), float(b)) for a, b in zip(t, share, strict=True)]
     highest = max(1.05, *(1.03 * float(line.y.max()) for line in lines))
     return Panel(
@@ -64,5 +64,6 @@ def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> 
         Axis("field in the fluid, share of the step", "", min(0.0, *(float(line.y.min()) for line in lines)), highest),
         lines,
         f"Step responses of {', '.join(s.model for s in found)}.",
-        caption="How the field in the fluid follows a step, as the models with a lag have it.",
+        caption="How the field in the fluid follows a step, as the models with a lag have it"
+        + ("; dashed: a step down." if any(line.dashed for line in lines) else "."),
     )

@@ -68,8 +68,9 @@ def paint(figure: Any, plot: Plot) -> None:
                 _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
     _titles(axes, plot)
     _legends(figure, axes, plot)
-    if plot.title:
-        figure.suptitle(plot.title, x=0.02, ha="left", fontsize=8.0)
+    if plot.title:  # below, where a shared legend is above
+        place = figure.supxlabel if plot.legend == "shared" else figure.suptitle
+        place(plot.title, x=0.02, ha="left", fontsize=8.0)
     if plot.columns == 1:
         figure.align_ylabels(list(axes.flat))
 
@@ -165,11 +166,12 @@ def _titles(axes: Any, plot: Plot) -> None:
     """Titles of the axes; panels under one another or side by side name a common axis once."""
     columns, panels = plot.columns, plot.panels
     for k, (panel, axis) in enumerate(zip(panels, axes.flat, strict=False)):
-        below = panels[k + columns].x if k + columns < len(panels) else None
-        if _same(panel.x, below):
+        row = range(k - k % columns, min(k - k % columns + columns, len(panels)))
+        below = {j: panels[j + columns].x if j + columns < len(panels) else None for j in row}
+        if all(_same(panels[j].x, under) for j, under in below.items()):
             axis.tick_params(labelbottom=False)
         else:
-            badge = f" ({plot.badge})" if plot.badge and below is None else ""
+            badge = f" ({plot.badge})" if plot.badge and below[k] is None else ""
             narrow = any(isinstance(mark, NamedBars) for mark in panel.marks)  # names beside it have taken the room
             axis.set_xlabel(capital(panel.x.title) + badge, loc="right" if narrow else "center")
         if k % columns and _same(panel.y, panels[k - 1].y):

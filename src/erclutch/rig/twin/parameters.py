@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import SettingError
+from erclutch.files import plain_words
 
 SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "excitation", "integration")
 
@@ -194,7 +195,7 @@ def load_rig(path: str | Path | None) -> RigParameters:
     try:
         body = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        problem = f"the rig file cannot be read ({error})"
+        problem = f"the rig file cannot be read ({plain_words(error)})"
         raise SettingError(problem, remedy="Correct the file", where=path.name) from error
     body.pop("calibration", None)
     rig = RigParameters(default_rig().entries, path.name)
