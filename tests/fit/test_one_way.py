@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.data_check import check
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 
@@ -46,3 +47,11 @@ def test_friction_is_there_when_asked_for_and_where_the_slip_turns() -> None:
     turns = build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0))
     assert (data.one_way, turns.one_way) == (True, False)
     assert "T_f" in {e.name for e in compare(turns, named).entry("bingham").outcome.estimates}
+
+
+def test_a_field_that_is_never_positive_is_told_with_its_remedy() -> None:
+    data = one_way(0, 1.0)
+    signals = {"field": -data.elements[0].field, "slip": data.elements[0].slip, "effort": data.effort}
+    found = check(build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0)), np.zeros(data.rows, np.bool_))
+    assert any("--field '-NAME [unit]'" in finding.remedy for finding in found)
+    assert not any("never above zero" in finding.message for finding in check(data, np.zeros(data.rows, np.bool_)))

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import MappingError, SettingError
+from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, hold_out, time_folds
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -388,3 +389,17 @@ def test_blocks_of_twenty_rows() -> None:
         time_folds(data, 3)
     with pytest.raises(SettingError, match="2 blocks of 39 rows"):
         time_folds(build_dataset(recording(39)), 2)
+
+
+@pytest.mark.parametrize("first", [0.0, -180.0])
+def test_an_angle_that_starts_again_is_drawn_out(first: float) -> None:
+    t = np.arange(4000) / 1000
+    turned = np.degrees(25.0 * np.sin(2.0 * t) + 40.0 * t)
+    units = {"field": "A", "position": "rad", "effort": "N*m"}
+    signals = {"field": np.ones(t.size), "position": np.radians(turned), "effort": t}
+    plain = build_dataset(recording_from_arrays(signals, units, rate=1000.0))
+    signals["position"] = np.radians((turned - first) % 360.0 + first)
+    wrapped = build_dataset(recording_from_arrays(signals, units, rate=1000.0))
+    np.testing.assert_allclose(wrapped.elements[0].slip, plain.elements[0].slip, atol=1e-9)
+    assert any("position starts again after a full turn" in note for note in wrapped.notes)
+    assert not any("full turn" in note for note in plain.notes)

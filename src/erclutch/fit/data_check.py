@@ -84,6 +84,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _coverage(train, data, test),
         lambda: _zero_field(train),
         lambda: _one_way(train),
+        lambda: _negative_field(train),
         lambda: _unlike(data),
     )
     return (*(finding for finding in (look() for look in checks) if finding is not None), *sensor_findings(data))
@@ -344,6 +345,13 @@ def _unlike(data: Dataset) -> Finding | None:
             message = f"the {name} of {data.sources[odd[0]]} is {sizes[odd[0]]:.3g}, that of the usual log {usual:.3g}"
             return Finding("warning", name, message, f"Check the unit of the {name}")
     return None
+
+
+def _negative_field(train: Dataset) -> Finding | None:
+    if train.device != "single" or train.one_field or float(train.elements[0].field.max()) > 0.0:
+        return None
+    message = "the field is never above zero, and a model's inverse looks for fields from zero up"
+    return Finding("warning", "field", message, "Turn its sign, for example --field '-NAME [unit]'")
 
 
 def _one_way(train: Dataset) -> Finding | None:

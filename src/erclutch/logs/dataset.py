@@ -25,6 +25,7 @@ from erclutch.signals.speed import Derivative, differentiate
 #: Share of the RMS slip below which a row is at rest.
 _AT_REST = 0.02
 _NEAR_REST = 0.05  # of the usual slip
+_TURN = 2.0 * np.pi * (1.0 + 1e-6)  # that the angles of a sensor that starts again lie within
 #: Share of the largest field by which a field may change and still be called constant.
 _STEADY = 1e-6
 #: Rates this close are one: clocks of two recorders differ by more than nothing.
@@ -203,6 +204,15 @@ def require_units(data: Dataset, first: Dataset, where: str) -> None:
         raise MappingError(problem, where=where, remedy=remedy)
 
 
+def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
+    """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
+    if np.ptp(angle) > _TURN:
+        return angle, 0
+    out = np.concatenate([np.unwrap(angle[span.start : span.stop]) for span in clock.spans])
+    turns = sum(int(np.sum(np.abs(np.diff(angle[s.start : s.stop])) > np.pi)) for s in clock.spans)
+    return (out, turns) if turns else (angle, 0)
+
+
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
     """The rows of one log; see `build_dataset`."""
     log, lone = _without_lone_rows(log)
@@ -213,6 +223,10 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
+            if units.get(position) == "rad":
+                signals[position], turns = _drawn_out(signals[position], clock)
+                if turns:
+                    notes.append(f"{position} starts again after a full turn, {turns} times: drawn out without jumps")
             signals[speed] = differentiate(signals[position], clock, derivative)
             units[speed] = f"{units[position]}/s" if units.get(position, "?") not in ("", "?") else "?"
             notes.append(f"{speed} <- {position} by the {derivative.name} derivative")
