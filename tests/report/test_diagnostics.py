@@ -353,7 +353,7 @@ def test_fields_without_rows_are_named() -> None:
 def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
     from types import SimpleNamespace
 
-    slow = chain("a+rise-fall") | {"dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}}
+    slow: dict[str, Any] = chain("a+rise-fall") | {"dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}}
     found = step_responses({"ranking": [slow]}, [slow["name"]])
     material: Any = SimpleNamespace(shown={slow["name"]: "best"})
     lines = [mark for mark in _steps(material, found, []).marks if isinstance(mark, Line)]
