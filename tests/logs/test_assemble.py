@@ -273,3 +273,19 @@ def test_a_recording_of_the_loop_is_a_measurement_and_a_twin_is_none() -> None:
     assert "TWIN data (some of the logs): made by a computer, not a measurement" in recording_lines(
         [replace(log, origin="TWIN"), replace(log, origin="RECORDING")]
     )
+
+
+def test_counts_are_scaled_and_a_temperature_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(
+        "t [s],u [V],w [rad/s],M [counts],oil [°C]\n"
+        + "".join(f"{k / 100},1,{k % 7},{k},{20 + k / 9}\n" for k in range(60))
+    )
+    mapping = ColumnMap.from_dict({"columns": {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [counts]"}})
+    for scale in ("0.5 N*m", "0.5 N*m/counts"):
+        found = read(path, replace(mapping, scales={"effort": scale}))
+        assert found.units["effort"] == "N*m"
+        assert found.signals["effort"][8] == 4.0
+        assert any('--temperature "oil [°C]"' in note for note in found.notes)
+    with pytest.raises(MappingError, match="Write it like"):
+        read(path, replace(mapping, scales={"effort": "0.5 N*m/countz"}))

@@ -18,6 +18,7 @@ from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.models.load import load_model
 from erclutch.runs import run_folder
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.recording import Recording
@@ -299,6 +300,12 @@ def test_an_exchanged_model_is_refused(run: Path) -> None:
 def test_what_is_no_run_is_said(tmp_path: Path, text: str) -> None:
     (tmp_path / "run.json").write_text(text)
     assert str(tmp_path) in error_of(lambda: read_run(tmp_path))
+
+
+def test_the_file_of_a_model_is_the_recommended_ones_by_default(run: Path) -> None:
+    read = read_run(run)
+    assert load_model(read.model_file()).to_dict() == read.model().to_dict()
+    assert "no model 'other'" in error_of(lambda: read.model_file("other"))
 
 
 def test_no_folder_another_schema_a_missing_model(tmp_path: Path, run: Path) -> None:

@@ -152,7 +152,7 @@ def live(
     """Estimate torque, control, record and watch at 1 kHz, on the digital TWIN or on your rig. Ctrl-C: zero field, end.
 
     Args:
-        model: A model's file out of a run's models folder. Default on the twin: fnn-16, fitted to it once.
+        model: A run, for its recommended model, or a model's file. Default on the twin: fnn-16, fitted to it once.
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
@@ -168,9 +168,12 @@ def live(
     from erclutch.live.session import Session, SessionOptions
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import load_rig
+    from erclutch.runs.run_folder import read_run
 
     if explain or explain_page is not None:
         return _explained(terminal.console(), explain, explain_page)
+    if model is not None and model.is_dir():
+        model = read_run(model).model_file()
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)

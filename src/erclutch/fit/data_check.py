@@ -268,7 +268,7 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
         return None
     many = f"{rows.size} row{'s' if rows.size > 1 else ''} of the {name} stand{'s' if rows.size == 1 else ''} out"
     message = f"{many} from the rows beside, the first at {data.clock.time[rows[0]]:.6g} s with {values[rows[0]]:.4g}"
-    return Finding("warning", name, message, "Correct these rows or leave them out with --from, --to or --invalid drop")
+    return Finding("warning", name, message, "Correct these rows, or empty their cells and give --invalid drop")
 
 
 def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:

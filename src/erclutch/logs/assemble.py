@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed, shell_word
 from erclutch.logs import guessed_columns, name_pattern, timing
 from erclutch.logs.labels import split_label
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, columns_listed, locate, scaled
+from erclutch.logs.mapping import COUNTS, ColumnChoice, ColumnMap, columns_listed, locate, scaled
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
@@ -267,6 +267,7 @@ def _take(draft: _Draft, signal: str, choice: ColumnChoice, scale_text: str | No
 def _by_scale(signal: str, name: str, unit: str | None, text: str) -> tuple[float, str, str]:
     """Factor, SI unit and note of a column that a scale makes a signal of: ``2.5 N*m/V`` for one in volts."""
     number, made, sensor = scaled(text, signal)
+    unit = None if unit in COUNTS else unit
     if sensor is not None and unit is not None:
         found = units.fits(unit, (sensor,))
         if found is None:
@@ -275,7 +276,7 @@ def _by_scale(signal: str, name: str, unit: str | None, text: str) -> tuple[floa
         number *= found[0]
     elif unit is not None and made is not None:
         problem = f"column '{name}' has the unit '{unit}', and the scale of {signal}, {text}, names no unit of a sensor"
-        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}=2.5 N*m/{unit}')}")
+        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}={text}/{unit}')}")
     made = made if made is not None else unit
     if made is None:
         return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
@@ -436,6 +437,13 @@ def _spare(draft: _Draft, chosen: ColumnMap) -> None:
     """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
     taken = {*draft.columns.values(), *_reserved(draft)}
     for name, values in draft.table.columns.items():
+        if (
+            name not in taken
+            and units.is_temperature(draft.table.units.get(name))
+            and "temperature" not in draft.choices
+        ):
+            option = f"--temperature {shell_word(f'{name} [{draft.table.units[name]}]')}"
+            draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
         if name not in taken and values.size and np.isfinite(values).all() and np.ptp(values) > 0:
             draft.signals[f"{_SPARE}{name}"] = values
         if sum(key.startswith(_SPARE) for key in draft.signals) == _MOST_SPARE:
@@ -515,7 +523,8 @@ def _refuse_or_note(draft: _Draft, each: Mapping[str, Mask], invalid: Invalid) -
     if invalid == "error":
         raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
     total = int(np.logical_or.reduce(list(each.values())).sum())
-    draft.notes.append(f"{text}: {total} rows dropped, the log cut there")
+    others = "".join(f", column {other} {int(rows.sum())}" for other, rows in list(each.items())[1:])
+    draft.notes.append(f"{text}{others}: {total} rows dropped, the log cut there")
 
 
 def _clock(draft: _Draft, chosen: ColumnMap, rows: NDArray[np.int64]) -> timing.LogClock:

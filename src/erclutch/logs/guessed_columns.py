@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.labels import own_unit, split_end
-from erclutch.logs.mapping import ColumnChoice, columns_listed
+from erclutch.logs.mapping import COUNTS, ColumnChoice, columns_listed
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -197,7 +197,7 @@ def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
     """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
     for name in free:
         unit = table.units.get(name)
-        volts = unit in ("V", "mV") and _fits(table, name, SIGNALS[signal].si_units) is False
+        volts = (unit in ("V", "mV") or unit in COUNTS) and _fits(table, name, SIGNALS[signal].si_units) is False
         if volts and len(_called(name, signal) or "") > 2:
             scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{unit}")
             return f"--{signal} {shell_word(name)} --scale {scale}"

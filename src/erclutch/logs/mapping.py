@@ -41,6 +41,10 @@ from erclutch.logs.name_pattern import still_needed
 from erclutch.logs.table import Table
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
+#: Units that say no more than that a column holds whole numbers of a converter or an encoder.
+COUNTS = frozenset(
+    {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
+)
 _KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "scales", "constants")
 _CHOICE_KEYS = ("column", "unit", "scale")
 _TEXT_KEYS = ("name_pattern", "variable", "invalid")
@@ -248,12 +252,13 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
         whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
         over, _, under = (unit or "").rpartition("/")
         if not whole:
-            over, under = units.parse(over).text, units.parse(under).text
+            over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
     except UnitError:
-        number, whole, over, under, unit = 0.0, False, "", "", None
+        number, whole, over, under, unit = 0.0, False, "", None, None
     if not 0 < abs(number) < float("inf"):
         problem = f"the scale of {signal} is '{text}'"
-        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}=2.5 N*m/V')}")
+        example = f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/V"
+        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(example)}")
     return (number, unit, None) if whole else (number, over, under)
 
 

@@ -290,12 +290,15 @@ class Run(Shown):
             RunError: no such model, or its file was changed.
         """
         wanted = name or str(self.body["recommended"])
-        entry = self.entry(wanted)
-        path = self.folder / "models" / f"{file_name(wanted)}.json"
+        path = self.model_file(wanted)
         model = load_model(path)
-        if model.to_dict()["digest"] != entry["model_digest"]:
+        if model.to_dict()["digest"] != self.entry(wanted)["model_digest"]:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
+
+    def model_file(self, name: str | None = None) -> Path:
+        """The file of a model, see `model`; RunError for a model that is not there."""
+        return self.folder / "models" / f"{file_name(str(self.entry(name or self.body['recommended'])['name']))}.json"
 
 
 def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:

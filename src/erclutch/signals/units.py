@@ -143,13 +143,18 @@ def is_written_well(text: str) -> bool:
     return text in ("", "-", UNKNOWN) or (len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None)
 
 
+def is_temperature(unit: str | None) -> bool:
+    """Whether a column's unit is °C or K."""
+    return unit in _CELSIUS or unit in ("K", "kelvin", "Kelvin")
+
+
 def kelvin(values: Array, unit: str | None, column: str) -> Array:
     """Temperatures of a column in K, shape (n,); what is not finite stays so.
 
     Raises:
         UnitError: no unit, another unit than °C or K, or temperatures that no fluid of a device has.
     """
-    if unit not in _CELSIUS and unit not in ("K", "kelvin", "Kelvin"):
+    if not is_temperature(unit):
         problem = f"column '{column}' has " + (f"the unit '{unit}'" if unit else "no unit")
         raise UnitError(
             f"{problem}, and a temperature needs °C or K",

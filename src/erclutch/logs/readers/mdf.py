@@ -25,7 +25,8 @@ def _group(mdf: Any, index: int, into: Found, time: Array, mark: str) -> None:
             continue
         if len(signal.samples) != len(time):
             raise LogError(f"channel {channel.name} is cut off", remedy="Copy the file again")
-        label = channel.name if channel.name not in into.columns else f"{channel.name} ({mark})"
+        marks = ("", f" ({mark})", f" ({mark}, channel {place})")
+        label = next(name for each in marks if (name := channel.name + each) not in into.columns)
         into.columns[label], into.units[label] = signal.samples.astype(np.float64), signal.unit or None
         bits = signal.invalidation_bits
         if bits is not None and (bad := np.asarray(bits, dtype=bool)).any():
@@ -47,7 +48,7 @@ def find(path: str, variable: str | None) -> Table:
             if master is not None and not into.columns:
                 label = group.channels[master].name or "time"
                 into.columns[label], into.units[label] = time, group.channels[master].unit or "s"
-            _group(mdf, index, into, time, name)
+            _group(mdf, index, into, time, name if name.startswith("group ") else f"group {name}")  # "(A)" is a unit
             if time.size > 1 and len(into.columns) > 1 and all(into is not each for _, each in found.values()):
                 found[name] = time, into
     recordings = {name: each for name, (_, each) in found.items()}
