@@ -168,18 +168,16 @@ def live(
     from erclutch.live.session import Session, SessionOptions
     from erclutch.live.session_figures import SessionFigures
     from erclutch.rig.twin.parameters import load_rig
-    from erclutch.runs.run_folder import read_run
 
     if explain or explain_page is not None:
         return _explained(terminal.console(), explain, explain_page)
-    if model is not None and model.is_dir():
-        model = read_run(model).model_file()
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
     require(0, 99, priority=loop.priority)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
+        model = model and _file_of(model)
         parameters, (control, tuned) = load_rig(rig.rig_file), _tuned(control)
         _knows_inertia(control)
         what, program = _rig(rig, reading, folder, model, control, loop)
@@ -199,6 +197,13 @@ def live(
         code = session.wait(5.0)
         watch.poll()
         return _ended(session, watch, observers, code, None if loop.json else output)
+
+
+def _file_of(model: Path) -> Path:
+    """The file of a model, of a run its recommended one."""
+    from erclutch.runs.run_folder import read_run
+
+    return read_run(model).model_file() if model.is_dir() else model
 
 
 def _explained(output: Console, table: bool, page: Path | None) -> int:

@@ -26,7 +26,6 @@ from erclutch.fit.scoring import (
     TOLERATED,
     BandedFigure,
     Score,
-    block_rows,
     excess,
     independent_rows,
     information_criteria,
@@ -488,7 +487,6 @@ def scored(
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - p for p in predictions]
     sound = [e for e in errors if np.all(np.isfinite(e))] or [data.effort]
-    lengths = [block_rows([e[rows] for e in sound]) for rows in (test, ~test)]
     independent = min(independent_rows(e[~test]) for e in sound)
     best = min((e[test] for e in sound), key=lambda e: float(e @ e))
     entries: list[RankedModel] = []
@@ -497,12 +495,12 @@ def scored(
         entries.append(
             RankedModel(
                 outcome=outcome,
-                train=score(data.effort[~test], predicted[~test], block=lengths[1], seed=settings.seed),
-                test=score(data.effort[test], predicted[test], block=lengths[0], seed=settings.seed),
+                train=score(data.effort[~test], predicted[~test], seed=settings.seed),
+                test=score(data.effort[test], predicted[test], seed=settings.seed),
                 criteria=information_criteria(cost, train.rows, independent, outcome.parameters),
                 folds=_cross_validate(train, outcome, settings),
                 predicted=predicted,
-                excess=excess((data.effort - predicted)[test], best, block=lengths[0], seed=settings.seed),
+                excess=excess((data.effort - predicted)[test], best, seed=settings.seed),
                 sound=_sound(outcome) and not _wild(data, predicted, test),
                 notes=_notes(outcome, data, predicted, test),
             )

@@ -1,8 +1,8 @@
 """A score says how good a model is on rows that it has not seen, with a band for figures of so few independent rows.
 
 Bands are 95 % intervals of a circular block bootstrap: residuals of neighbouring rows are alike, so blocks of rows are
-drawn, and the same blocks for every model. A length with the least error of the variance is too short for bands that
-hold, and the variance of few blocks is itself uncertain (Sun, Phillips and Jin 2008,
+drawn, and the same blocks for two models that are compared. A length with the least error of the variance is too short
+for bands that hold, and the variance of few blocks is itself uncertain (Sun, Phillips and Jin 2008,
 doi 10.1111/j.0012-9682.2008.00822.x). So blocks are twice as long, and bands as much wider as Student's t.
 """
 
@@ -117,17 +117,18 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     )
 
 
-def excess(error: Array, best: Array, *, block: int, seed: int = 0) -> BandedFigure:
+def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0) -> BandedFigure:
     """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
 
     Args:
         error: residuals of the model, shape (n,).
         best: residuals of the best one on the same rows, shape (n,).
-        block: rows of a bootstrap block.
+        block: rows of a bootstrap block; None takes it from the two.
         seed: of the resampling.
     """
     if not np.all(np.isfinite(error)) or (error.any() and not best.any()):
         return BandedFigure(np.inf, np.inf, np.inf)
+    block = block or block_rows([error, best])
     starts = block_starts(error.size, block, seed)
     mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, best))
     value = float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2))))
