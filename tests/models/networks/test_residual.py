@@ -233,8 +233,8 @@ def test_the_state_has_the_switch_only_where_there_is_a_network_on_a_law(model: 
 
 
 @pytest.mark.slow
-def test_a_comparison_names_fits_and_says_what_the_network_adds(data: Dataset) -> None:
-    found = compare(data, Settings(models=("bingham", "bingham+fnn-4"), lag="none", test=0.3))
+def test_a_comparison_names_fits_and_says_what_the_network_adds() -> None:
+    found = compare(device(30_000), Settings(models=("bingham", "bingham+fnn-4"), lag="none", test=0.3))
     assert {e.name for e in found.entries} == {"bingham", "bingham+fnn-4"}
     entry = found.entry("bingham+fnn-4")
     assert entry.test.rmse.value < found.entry("bingham").test.rmse.value

@@ -11,6 +11,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 
@@ -48,7 +49,7 @@ def find(path: str, variable: str | None) -> Table:
             if master is not None and not into.columns:
                 label = group.channels[master].name or "time"
                 into.columns[label], into.units[label] = time, group.channels[master].unit or "s"
-            _group(mdf, index, into, time, name if name.startswith("group ") else f"group {name}")  # "(A)" is a unit
+            _group(mdf, index, into, time, f"group {name}" if units.is_unit(name) else name)  # "(A)" is a unit
             if time.size > 1 and len(into.columns) > 1 and all(into is not each for _, each in found.values()):
                 found[name] = time, into
     recordings = {name: each for name, (_, each) in found.items()}
