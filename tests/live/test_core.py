@@ -323,7 +323,8 @@ def test_periods_that_were_slept_through_count() -> None:
         frame = core.step(samples[:0], tick)[1]
         return float(frame["field1"]), int(frame["events"])
 
-    assert after(104) == (0.5, EVENT_BITS["sample-lost"] | EVENT_BITS["hold"])  # the fifth period without one
+    lost = EVENT_BITS["sample-lost"] | EVENT_BITS["hold"] | EVENT_BITS["overrun"]
+    assert after(104) == (0.5, lost)  # the fifth period without one
     field, events = after(108)
     assert 0.0 < field < 0.5
     assert events & EVENT_BITS["degrade"]
@@ -331,6 +332,16 @@ def test_periods_that_were_slept_through_count() -> None:
     assert field == 0.0
     assert not events & EVENT_BITS["trip"]
     assert after(120)[1] & EVENT_BITS["trip"]
+
+
+def test_one_delay_is_one_overrun() -> None:
+    """A wake-up after more than a period misses deadlines: the next step says so, and the late one does not as well."""
+    samples, core = moving(), Core(LoopSettings())
+    run(core, samples[:100])
+    steps = [(100, 15_100_000), (116, 0), (117, 0), (118, 1_050_000), (120, 0), (121, 0)]
+    frames = [core.step(samples[tick : tick + 1], tick, late_ns=late)[1].copy() for tick, late in steps]
+    overruns = [bool(frame["events"] & EVENT_BITS["overrun"]) for frame in frames]
+    assert overruns == [False, True, False, False, True, False]
 
 
 class Operator:
@@ -417,9 +428,9 @@ def test_frames_among_faults_are_those_on_record(bingham: Path) -> None:
     record = np.load(HERE / "spoilt_frames.npz")
     assert flags == [0] * 3990 + [1] * 10
     np.testing.assert_array_equal(frames["flags"], record["flags"])
-    # An order to choose a program while tripped was carried out then, and is not given now.
-    but_orders = ~np.uint32(EVENT_BITS["order"] | EVENT_BITS["order-refused"])
-    np.testing.assert_array_equal(frames["events"] & but_orders, record["events"] & but_orders)
+    # An order to choose a program while tripped was carried out then, and is not given now. A delay was two overruns.
+    alike = ~np.uint32(EVENT_BITS["order"] | EVENT_BITS["order-refused"] | EVENT_BITS["overrun"])
+    np.testing.assert_array_equal(frames["events"] & alike, record["events"] & alike)
     for name in FRAME.names or ():
         if FRAME[name] == np.float64:
             np.testing.assert_allclose(frames[name][::20], record[name], rtol=1e-12, atol=1e-12, err_msg=name)

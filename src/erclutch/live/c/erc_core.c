@@ -259,7 +259,7 @@ void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, ui
     events |= core->pending;
     core->pending = 0u;
     events |= erc_sensors_take(core, samples, count, periods);
-    if (late_ns >= core->config.period_ns) {
+    if (periods > 1u) {
         events |= ERC_OVERRUN;
     }
     events |= trip_checks(core, late_ns, events);

@@ -219,7 +219,6 @@ static void run(const options_t *options, erc_core *core, erc_rig *rig, erc_ring
         /* Deadlines stay on their grid: what was missed is skipped, not caught up with. */
         const uint64_t now = erc_now();
         const uint64_t periods = now > deadline ? (now - deadline) / period + 1u : 1u;
-        carried |= periods > 1u ? (uint32_t)ERC_OVERRUN : 0u;
         skipped = (uint32_t)(periods - 1u);
         deadline += periods * period;
         tick += periods;
