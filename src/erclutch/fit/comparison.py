@@ -16,7 +16,7 @@ from erclutch.fit.history import history_finding
 from erclutch.fit.ladder import grown, helpful
 from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
 from erclutch.fit.log_zeros import log_differences
-from erclutch.fit.networks.fit_network import fit_network
+from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
@@ -213,7 +213,8 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
     if settings.lag == AUTO:
         more, more_findings = _with_memory(train, laws, report)
         laws, findings = laws + more, findings + more_findings
-        networks += _networks_with_memory(networks, laws)
+        remembering, corrections = _networks_with_memory(train, networks, laws)
+        networks, residuals = networks + remembering, list(dict.fromkeys([*residuals, *corrections]))
     corrected = _fit_residuals(train, residuals, laws, chosen, report)
     outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
     entries = with_bands(data, test, scored(data, train, test, outcomes, settings))
@@ -454,13 +455,18 @@ def _spare_column(name: str, gain: float) -> Finding:
 
 
 def _networks_with_memory(
-    networks: Sequence[NetworkStructure], laws: Sequence[FitOutcome[TorqueModel]]
-) -> list[NetworkStructure]:
-    """Each FNN that is asked for once more, with the memory of the richest law."""
+    train: Dataset, networks: Sequence[NetworkStructure], laws: Sequence[FitOutcome[TorqueModel]]
+) -> tuple[list[NetworkStructure], list[ResidualStructure]]:
+    """Each FNN that is asked for twice more: with the memory of the richest law, and on what that law misses."""
     if not laws or not slip_stages(laws[-1].model.structure.dynamics):
-        return []
-    form = _remembered(laws[-1].model.structure.dynamics)
-    return list(dict.fromkeys(replace(n, dynamics=form) for n in networks if n.kind == "fnn"))
+        return [], []
+    law = laws[-1].model.structure
+    asked = [n for n in networks if n.kind == "fnn"]
+    remembering, correcting = (
+        [n for n in dict.fromkeys(replace(n, dynamics=form) for n in asked) if supports(train.rows, n)]
+        for form in (_remembered(law.dynamics), law.dynamics)
+    )
+    return remembering, [ResidualStructure(law, n) for n in correcting]
 
 
 def _second_time_constant(

@@ -27,6 +27,7 @@ from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
+from erclutch.models.stages import remembers, stages_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -34,11 +35,11 @@ PERIOD = 1e-3
 DYNAMICS = "lag+dahl+effort-lag"
 
 
-def device(rows: int = 6000, seed: int = 0, *, missed: float = 3.0) -> Dataset:
+def device(rows: int = 6000, seed: int = 0, *, missed: float = 3.0, field: Any = None) -> Dataset:
     """A damper with a Bingham effort, and what no law of ours has: a bump at one field and slip."""
     rng = np.random.default_rng(seed)
     time = np.asarray(np.arange(rows) * PERIOD, np.float64)
-    field = np.repeat(rng.uniform(0.0, 2.0, rows // 100), 100)
+    field = np.repeat(rng.uniform(0.0, 2.0, rows // 100), 100) if field is None else field
     slip = 20.0 * np.sin(2.0 * np.pi * 1.7 * time + 3.0 * np.sin(0.9 * time))
     bump = missed * np.exp(-((field - 1.0) ** 2) / 0.1 - (slip - 8.0) ** 2 / 30.0)
     effort = (2.0 + 5.0 * field) * np.tanh(slip / 2.0) + 0.2 * slip + bump + rng.normal(0.0, 0.05, rows)
@@ -240,6 +241,39 @@ def test_a_comparison_names_fits_and_says_what_the_network_adds() -> None:
     assert entry.test.rmse.value < found.entry("bingham").test.rmse.value
     assert any("of the law alone" in note and "less" in note for note in entry.notes)
     assert found.recommended == "bingham+fnn-4"
+
+
+def remembering(data: Dataset, travel: float = 3.0) -> Dataset:
+    """The same device with a Dahl memory of the slip."""
+    slip, field = data.elements[0].slip, data.elements[0].field
+    memory = np.zeros(data.rows)
+    for k in range(1, data.rows):
+        step = PERIOD * slip[k]
+        memory[k] = step / travel + memory[k - 1] * np.exp(-abs(step) / travel)
+    return replace(data, effort=data.effort + (1.0 + 4.0 * field) * memory)
+
+
+def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> None:
+    found = compare(remembering(device(30_000)), Settings(models=("bingham", "fnn-4")))
+    best = found.entries[0]
+    assert best.name == found.recommended
+    assert best.name.startswith("bingham+fnn-4+")
+    law = found.entry(best.name.replace("+fnn-4", ""))
+    assert best.test.rmse.value < 0.7 * law.test.rmse.value
+    assert best.outcome.model.law.to_dict() == replace(law.outcome.model, band=None).to_dict()
+
+
+def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:
+    short = remembering(data).take(np.arange(data.rows) < 600)
+    found = compare(short, Settings(models=("bingham", "fnn-70")))
+    assert any(remembers(stage) for e in found.entries for stage in stages_of(e.outcome.model.structure.dynamics))
+    assert {e.name for e in found.entries if e.outcome.weights} == {"fnn-70", "fnn-70+lag"}
+
+
+def test_a_block_that_holds_the_only_other_field_counts_as_not_helped() -> None:
+    steps = device(field=np.where(np.arange(6000) < 1200, 0.5, 1.0))
+    network = fit_residual(steps, structure()).model.correction.network
+    assert 0.0 < float(network.about["share"]) <= 1.0
 
 
 def test_names() -> None:

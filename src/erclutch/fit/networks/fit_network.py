@@ -289,12 +289,20 @@ def _centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, see
     return refined(cells[max(cells)], found, one_spread=how == "refined") if len(cells) > 1 else found
 
 
+def supports(rows: int, structure: NetworkStructure) -> bool:
+    """Whether there are at least as many training rows as weights."""
+    return rows >= _weights_of(structure)
+
+
+def _weights_of(structure: NetworkStructure) -> int:
+    return sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
+
+
 def _require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
     """Raise a CheckError for fewer rows than weights."""
-    count = sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
-    if rows < count:
+    if not supports(rows, structure):
         raise CheckError(
-            f"{rows} training rows for the {count} weights of {structure.specification}",
+            f"{rows} training rows for the {_weights_of(structure)} weights of {structure.specification}",
             remedy="Log more, or choose a smaller network",
             where=where,
         )

@@ -7,6 +7,7 @@ its rows by heart keeps nothing.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -119,11 +120,16 @@ class _Target:
 
 
 def _share(target: _Target) -> float:
-    """The share of a network, 0 to 1, that leaves least of the residual of blocks that it has not seen."""
+    """The share of a network, 0 to 1, that leaves least of the residual of blocks that it has not seen.
+
+    A block without which the other rows do not support a network, as where its field is the only other field, counts as
+    a block to which the network adds nothing.
+    """
     missed, seen = target.data.effort, np.zeros(target.data.rows)
     for block in time_folds(target.data, _BLOCKS):
-        others = target.bounded(target.network(~block).model, target.inputs[:, ~block])
-        seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
+        with contextlib.suppress(CheckError):
+            others = target.bounded(target.network(~block).model, target.inputs[:, ~block])
+            seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
     size = float(seen @ seen)
     return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0
 
