@@ -260,7 +260,9 @@ def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> Non
     assert best.name.startswith("bingham+fnn-4+")
     law = found.entry(best.name.replace("+fnn-4", ""))
     assert best.test.rmse.value < 0.7 * law.test.rmse.value
-    assert best.outcome.model.law.to_dict() == replace(law.outcome.model, band=None).to_dict()
+    both = best.outcome.model
+    assert isinstance(both, ResidualModel)
+    assert both.law.to_dict() == replace(law.outcome.model, band=None).to_dict()
 
 
 def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:

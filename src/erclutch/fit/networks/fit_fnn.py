@@ -25,9 +25,6 @@ from erclutch.logs.blocks import Blocks
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
-#: Of a network with many inputs, whose rows leave much between them: the strongest that loses nothing for sure on
-#: quarters of the training rows of `mr_damper_nees` that were left out in turn.
-_PULL = 1e-3
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
 
 
@@ -88,9 +85,8 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Sc
     if inputs > _FEW:
         starts, kept, polished = (16, 6, 10) if polish else (4, 2, 0)
         last = Round(1, 10, 2), Round(2, 0, 1), Round(2, 60 if polish else 30, 1)
-        return Schedule(
-            starts, (Round(0, 30, starts, spare), Round(1, 0, kept, few), *last), spare, 15, polished, _PULL
-        )
+        first = Round(0, 30, starts, spare), Round(1, 0, kept, few)
+        return Schedule(starts, (*first, *last), spare, 15, polished)
     if sum(hidden) <= _SMALL:
         starts = 16 if polish else 10
         first = Round(0, 15, starts, spare), Round(0, 8, 4, tries=2, exchanges=6)
