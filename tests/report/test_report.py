@@ -9,6 +9,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
@@ -98,6 +99,16 @@ def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> No
     for other in material.body["ranking"]:
         assert f">{other['name']}" in html
         assert material.effort.band(other["test"]["rmse"]) in html
+
+
+def test_where_no_fit_is_sound_the_nearest_model_is_not_called_recommended(material: Material) -> None:
+    unsound = [{**entry, "sound": False} for entry in material.body["ranking"]]
+    run = replace(material.run, body={**material.body, "ranking": unsound})
+    doubtful = report_html(replace(material, run=run))
+    assert "Nothing can be recommended" in doubtful
+    assert '<span class="tag">nearest</span>' in doubtful
+    assert '<span class="tag">recommended</span>' not in doubtful
+    assert '<span class="tag">recommended</span>' in report_html(material)
 
 
 def test_the_same_run_gives_the_same_bytes(html: str, kept_run: Path, tmp_path: Path) -> None:

@@ -47,7 +47,8 @@ def ranking(comparison: Comparison, width: int) -> Table:
         folds = f"{len(comparison.entries[0].folds)}-block RMSE"
         cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
-    title = "Models on the rows held out (* recommended; bands: for more rows of the same logs, not for other logs)"
+    star = "recommended" if comparison.entry(comparison.recommended).sound else "nearest"
+    title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
     return narrowed(title, cells, less_needed, width, left=2)
 
 

@@ -276,6 +276,7 @@ def _judged(
     material: Callable[[], Material], name: str, body: Mapping[str, Any], origins: Sequence[str]
 ) -> NotebookCard:
     """What a comparison and a run have in common."""
+    from erclutch.report.numbers.run_material import standing
     from erclutch.report.plots.run_plots import FIGURES
     from erclutch.report.plots.trace_plot import describe_trace
 
@@ -293,7 +294,7 @@ def _judged(
         name,
         [
             f"{len(body['ranking'])} models",
-            f"recommended {body['recommended']}",
+            f"{standing(body)} {body['recommended']}",
             f"{error} on {held}",
             f"{percent(share)} of the standard deviation",
         ],
@@ -312,10 +313,11 @@ def _drawn(describe: Callable[..., Plot], material: Callable[[], Material], **op
 
 def _verdict(material: Material) -> list[str]:
     from erclutch.report.html.verdict_section import choice, worries
+    from erclutch.report.numbers.run_material import standing
 
     found = worries(material)
     more = [f"{len(found) - _WORRIES} more worries are in the report."] if len(found) > _WORRIES else []
-    return [f"Recommended: {material.recommended}. {choice(material)}", *found[:_WORRIES], *more]
+    return [f"{capital(standing(material.body))}: {material.recommended}. {choice(material)}", *found[:_WORRIES], *more]
 
 
 def _comparison(comparison: Comparison) -> NotebookCard:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import pickle
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -256,6 +257,15 @@ def test_a_further_input_helps_and_must_be_there() -> None:
     assert seeing.train_cost < 0.05 * blind.train_cost
     with pytest.raises(MappingError, match="'A' is not in these rows"):
         seeing.model.predict(log)
+
+
+def test_the_equation_has_one_sign_for_a_negative_offset() -> None:
+    log = single()
+    for offset in (-1000.0, 1000.0):
+        moved = replace(log, effort=log.effort + offset)
+        first = fit_network(moved, network_from_name("fnn-2", "single")).model.equation()[0]
+        assert re.search(r"effort = y [\d.]+ [-+] \d[\d.]+\.$", first), first
+        assert ("+ " in first) == (offset > 0)
 
 
 def test_the_pull_of_a_network_that_remembers_falls_with_the_rows() -> None:

@@ -232,6 +232,7 @@ class Workbench:
 
     async def _run(self, request: Request) -> Response:
         from erclutch.registry import names
+        from erclutch.report.numbers.run_material import standing
         from erclutch.runs.run_folder import read_run
 
         name = request.path_params["name"]
@@ -240,7 +241,8 @@ class Workbench:
         sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
         query, row = actions.query_of(run.body), _run_row(Entry(name, 0, 0.0), run.body)
         shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
-        return self._page("run", title=name, name=name, run=run, singles=actions.SINGLE_TARGETS, **shown)
+        shown |= {"run": run, "standing": standing(run.body), "singles": actions.SINGLE_TARGETS}
+        return self._page("run", title=name, name=name, **shown)
 
     async def _report(self, request: Request) -> Response:
         """The report, written anew where the run is newer; never a file out of the run's folder."""

@@ -205,7 +205,8 @@ class NetworkModel(SharedAnswers):
             layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
             formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
         inputs = f"Inputs: {', '.join(s.inputs)}."
-        return [f"{first} + {to.effort_offset:.9g}.", "", f"  {formula}", "", inputs, *stage_equations(s.dynamics)]
+        first += f" {'-' if to.effort_offset < 0 else '+'} {abs(to.effort_offset):.9g}."
+        return [first, "", f"  {formula}", "", inputs, *stage_equations(s.dynamics)]
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:

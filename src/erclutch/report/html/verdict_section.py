@@ -13,7 +13,7 @@ from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import capital, count, number, percent, span
-from erclutch.report.numbers.run_material import Material
+from erclutch.report.numbers.run_material import Material, standing
 
 _FEW_INDEPENDENT = 0.02
 
@@ -195,6 +195,7 @@ def _ranking(material: Material) -> dict[str, Any]:
     return {
         # One model gone wild must not flatten the bars of all others.
         "most": min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 1.0,
+        "standing": standing(material.body),
         "folds": {name: (sum(f * f for f in rmse) / len(rmse)) ** 0.5 for name, rmse in folds.items()},
     }
 

@@ -51,6 +51,12 @@ def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     return found
 
 
+def standing(body: Mapping[str, Any]) -> str:
+    """What the model that a run names is: recommended, or the nearest where no fit is sound."""
+    chosen = next(entry for entry in body["ranking"] if entry["name"] == body["recommended"])
+    return "recommended" if chosen["sound"] else "nearest"
+
+
 def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:
     """Bingham without memory where it was fitted, else the model with the fewest parameters."""
     finite = [e for e in ranking if e["test"]["rmse"][0] is not None]
