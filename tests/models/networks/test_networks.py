@@ -21,13 +21,13 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, weights_of
 from erclutch.fit.networks.first_weights import first_weights, with_best_output
 from erclutch.fit.networks.fit_fnn import schedule_for, train
-from erclutch.fit.networks.fit_network import _pull, fit_network, mean_squares, scaling_of, slips_for, slips_of
+from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling_of, slips_for, slips_of
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.load import load_model
-from erclutch.models.networks import NetworkStructure, is_network, network_from_name
+from erclutch.models.networks import is_network, network_from_name
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import forward_fnn, forward_rbfn, network_from_dict
 from erclutch.rig.twin.scenarios import prepare
@@ -266,23 +266,6 @@ def test_the_equation_has_one_sign_for_a_negative_offset() -> None:
         first = fit_network(moved, network_from_name("fnn-2", "single")).model.equation()[0]
         assert re.search(r"effort = y [\d.]+ [-+] \d[\d.]+\.$", first), first
         assert ("+ " in first) == (offset > 0)
-
-
-def test_the_pull_of_a_network_that_remembers_falls_with_the_rows() -> None:
-    """A prior counts as much as a few independent rows, however long the log and however fast it was sampled."""
-    effort = np.random.default_rng(0).normal(size=4000)
-    remembering = network_from_name("fnn-4", "single", dynamics="lag+dahl", past=(1,))
-    plain = network_from_name("fnn-4", "single", extras=("A", "B"))
-
-    def pull(structure: NetworkStructure, effort: Any) -> float:
-        return _pull(OneBlock((np.empty((0, effort.size)), effort)), structure)
-
-    assert len(remembering.inputs) > 3
-    assert len(plain.inputs) > 3
-    assert pull(plain, effort) == 0.0
-    assert pull(remembering, effort) == pytest.approx(2.0 / effort.size, rel=0.3)
-    assert pull(remembering, np.repeat(effort, 10)) == pytest.approx(pull(remembering, effort), rel=0.3)
-    assert pull(remembering, effort[:1000]) == pytest.approx(4.0 * pull(remembering, effort), rel=0.3)
 
 
 @pytest.mark.slow

@@ -59,7 +59,6 @@ class Schedule:
         spare: neurons of the last hidden layer beyond the final number that the starts have.
         between: most steps after a neuron has gone.
         polish: most steps on all rows; 0 for none.
-        pull: of the weights towards zero, as a share of the cost for each unit of their squares.
     """
 
     starts: int
@@ -67,7 +66,6 @@ class Schedule:
     spare: int = 0
     between: int = 15
     polish: int = 0
-    pull: float = 0.0
 
     @property
     def levels(self) -> set[int]:
@@ -128,21 +126,21 @@ def train(
     steps = 0
     for k, part in enumerate(schedule.rounds):
         neurons, harder = hidden[-1] + part.spare, 1.0 if part.level == level else _HARDER
-        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips, schedule.pull)
+        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips)
         random = [np.random.default_rng([seed, k, rank]) for rank in range(len(found))]
         with ThreadPoolExecutor(max_workers=max(1, min(workers, len(found)))) as pool:
             found = sorted(pool.map(stage.through, found, random), key=lambda t: t.cost)
         steps += sum(t.steps for t in found)
         found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
     best = replace(found[0], steps=steps)
-    return _polished(blocks, best, sizes, schedule) if schedule.polish else best
+    return _polished(blocks, best, sizes, schedule.polish) if schedule.polish else best
 
 
-def _polished(blocks: Iterable[Gridded], best: Trained, sizes: tuple[int, ...], schedule: Schedule) -> Trained:
+def _polished(blocks: Iterable[Gridded], best: Trained, sizes: tuple[int, ...], steps: int) -> Trained:
     """The last steps, on all rows at once."""
     x, y, _ = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
     rows = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
-    polished = levenberg_marquardt(rows, best.theta, schedule.polish, _HARDER * best.damping, schedule.pull)
+    polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping)
     return replace(polished, steps=best.steps + polished.steps)
 
 
@@ -158,7 +156,6 @@ class _Stage:
         between: most steps after a neuron has gone.
         harder: damping over that of the last round.
         slips: see `train`.
-        pull: see `Schedule`.
     """
 
     part: Round
@@ -168,7 +165,6 @@ class _Stage:
     between: int
     harder: float
     slips: Slips | None
-    pull: float
 
     def through(self, start: Trained, rng: np.random.Generator) -> Trained:
         """A start after the round: neurons go one by one, steps follow, then exchanges."""
@@ -176,9 +172,9 @@ class _Stage:
         while rows.sizes[-2] > self.neurons:
             theta = without_least(rows, found.theta)
             rows = _rows(self.cells, smaller(rows.sizes))
-            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, AFTER_LOSS, self.pull)
+            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, AFTER_LOSS)
             steps += found.steps
-        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder, self.pull)
+        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder)
         steps += found.steps
         if self.part.exchanges:
             rows_of = partial(_rows, self.cells)

@@ -18,7 +18,6 @@ from erclutch.fit.networks.fit_fnn import schedule_for, train
 from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_over
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
-from erclutch.fit.scoring import independent_rows
 from erclutch.fit.training_range import range_of
 from erclutch.logs.blocks import Blocks
 from erclutch.logs.dataset import Dataset
@@ -32,10 +31,6 @@ Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
 
 _NARROW = 0.006  # slip, over its root mean square, below which cells are equally wide
 _ROUNDING = 1e-12  # of an input: it varies by less where it is constant but for its last digits
-#: Pull of a network with a memory and more than a few inputs, whose rows leave much between them, times independent
-#: rows of the effort: the strongest that loses nothing for sure on quarters of the training rows of `mr_damper_nees`
-#: that were left out in turn.
-_PULL, _FEW = 2.0, 3
 _MOST_CELLS = 4_000_000  # of a grid for rows on disk: 32 bytes each and more
 
 
@@ -269,22 +264,10 @@ def learn(
         w, _ = weights_over(units.map(_unweighted), centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
-    schedule = replace(schedule_for(structure.hidden, len(structure.inputs), polish), pull=_pull(rows, structure))
+    schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
     slips = None if squares is None else slips_for(structure, scaling, squares)
     found = train(units, structure.hidden, seed, schedule, workers, slips)
     return tables_of(found.theta, (scaling.offset.size, *structure.hidden, 1)), found.stop, found.steps
-
-
-def _pull(rows: Blocks[Pair], structure: NetworkStructure) -> float:
-    """Of the weights towards zero: a prior counts the less the more independent rows there are."""
-    if not (_remembers(structure) and len(structure.inputs) > _FEW):
-        return 0.0
-    return _PULL / sum(independent_rows(y) for _, y in rows)
-
-
-def _remembers(structure: NetworkStructure) -> bool:
-    """Whether an input needs each row's past, which only rows in memory have."""
-    return structure.dynamics != "none" or bool(structure.past)
 
 
 def _unit_of(scaling: Scaling, structure: NetworkStructure, squares: Mapping[int, float] | None, pair: Pair) -> Gridded:

@@ -72,7 +72,7 @@ def fit_residual(
     left = missed - whole.of_inputs(inputs, exactly=False)
     return FitOutcome(
         model=ResidualModel(law.model, whole),
-        stop=found.stop,
+        stop=found.stop if law.converged else law.stop,
         iterations=law.iterations + found.iterations,
         estimates=law.estimates,
         paper_form=law.paper_form,

@@ -46,34 +46,26 @@ class Trained:
     damping: float = FIRST_DAMPING
 
 
-def levenberg_marquardt(
-    rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING, pull: float = 0.0
-) -> Trained:
-    """Accelerated steps until the cost falls no more, or ``most`` are done.
-
-    With a pull the cost has another part: the squares of all weights, times the pull, times the cost at the first step.
-    """
+def levenberg_marquardt(rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING) -> Trained:
+    """Accelerated steps until the cost falls no more, or ``most`` are done."""
     mu, idle, now = damping, 0, rows.at(theta)
-    pull *= now.cost
     for step in range(1, most + 1):
-        found = _step(rows, theta, now, mu, pull)
+        found = _step(rows, theta, now, mu)
         if found is None:
             return Trained(theta, now.cost, step, "converged", mu)
-        before = now.cost + pull * float(theta @ theta)
+        before = now.cost
         theta, now, mu = found
-        idle = idle + 1 if before - now.cost - pull * float(theta @ theta) < _FALLING * before else 0
+        idle = idle + 1 if before - now.cost < _FALLING * before else 0
         if idle >= _PATIENCE:
             return Trained(theta, now.cost, step, "converged", mu)
     return Trained(theta, now.cost, most, "iterations", mu)
 
 
-def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) -> tuple[Array, Point, float] | None:
+def _step(rows: WeightedRows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
     """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
     total = rows.gram(now)
     square, slope, growth = total[:p, :p], total[:p, p], 2.0
-    slope -= pull * theta
-    square[np.diag_indices(p)] += pull
     scale = square.diagonal() + _FLOOR * square.diagonal().max()
     for _ in range(_MOST_TRIES):
         damped = square.copy(order="F")
@@ -88,7 +80,7 @@ def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) 
         bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
         after = theta + _curved(d, bent, scale)
         there = rows.at(after)
-        fall = now.cost - there.cost + pull * float((theta - after) @ (theta + after))
+        fall = now.cost - there.cost
         if fall > 0.0:
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
             # In single precision a tiny predicted fall may come out as anything.
