@@ -36,7 +36,7 @@ def fit(
     seed: Annotated[int, Parameter(group=MODELS)] = 0,
     past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
-    workers: Annotated[int, Parameter(group=MODELS)] = 2,
+    workers: Annotated[int, Parameter(group=MODELS)] = 1,
     out: Annotated[Path | None, Parameter(group=MODELS)] = None,
     force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
@@ -58,7 +58,7 @@ def fit(
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
         past: Networks also take signals of so long ago as inputs, such as --past 1ms 2ms; a plain number counts rows.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
-        workers: How many models are fitted side by side; changes no figure.
+        workers: How many models are fitted side by side; changes no figure. Two pay from some 300,000 rows on.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.

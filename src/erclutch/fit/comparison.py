@@ -87,7 +87,7 @@ class Settings:
     friction: bool | None = None
     offset: bool | None = None
     seed: int = 0
-    workers: int = 2
+    workers: int = 1
     past: tuple[int | str, ...] = ()
     polish: bool = False
 
