@@ -44,6 +44,9 @@ ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
 #: Models that also go through Eva with a gain and an offset that follow a torque sensor.
 ADAPTING = ("bingham, single", "fnn-16, coaxial")
 
+#: States that Eva keeps apart at each place of a function; more of them where these do not suffice.
+_LEVELS = (12, 30)
+
 #: Models whose controller goes through Eva.
 CONTROLLED = ("bingham, single", "bingham+rise-fall, coaxial")
 
@@ -78,8 +81,12 @@ def proved(step: ExportedStep, folder: Path) -> Proof:
     """
     write_core(step, folder)
     (folder / "driver.c").write_text(driver(step), encoding="ascii")
-    options = ("-eva-slevel", "12", "-eva-auto-loop-unroll", str(_longest_loop(step)))
-    return analysed(folder, ["driver.c", f"{step.name}.c"], *options, "-eva-subdivide-non-linear", "10")
+    loops = ("-eva-auto-loop-unroll", str(_longest_loop(step)), "-eva-subdivide-non-linear", "10")
+    for level in _LEVELS:
+        proof = analysed(folder, ["driver.c", f"{step.name}.c"], "-eva-slevel", str(level), *loops)
+        if all(map(all, proof.shown.values())):
+            break
+    return proof
 
 
 def proved_interlock(folder: Path) -> Proof:

@@ -59,13 +59,13 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
 
 
 def _oscillating(step: ExportedStep, made: StepRecord) -> Iterator[tuple[Node, Mapping[str, float]]]:
-    """The output of each oscillator among the stages: in the first row, its third argument, it is the signal."""
+    """The choice that gives the output of each oscillator: in the first row, its third argument, that is the signal."""
     for stage, q in step.stages:
         if isinstance(stage, Oscillator):
             for element in ("0", "1", "") if stage.place == "command" else ("",):
                 name = f"x{suffix_of(stage, element)}"
                 if name in made.record.after:
-                    yield made.record.after[name], q
+                    yield made.record.after[name].arguments[0], q
 
 
 def _oscillator_error(

@@ -188,6 +188,16 @@ def _limited(value: Any, before: Any, low: Any, high: Any) -> Any:
     return record.choose(finite, record.choose(_beyond(value, low, high), held, value), before)
 
 
+def _finite(value: Any) -> Any:
+    """A number of the state; 0 where it is not finite, so that no input can leave the state without a number."""
+    record = value.owner
+    return record.choose(record.label(record.finite(value), "is_finite"), value, 0.0)
+
+
+def _kept(value: Any) -> Any:
+    return value.owner.call("kept", _finite, value=value)
+
+
 @dataclass
 class _Memory:
     """The memory of a stage while its step is recorded.
@@ -210,7 +220,7 @@ class _Memory:
         return self.record.choose(self.going, self.record.state(name + self.suffix), self.initial[name])
 
     def keep(self, name: str, value: Any) -> Any:
-        kept = self.record.choose(self.going, value, self.initial[name])
+        kept = _kept(self.record.choose(self.going, value, self.initial[name]))
         self.record.keep(name + self.suffix, kept)
         return self.record.label(kept, name + self.suffix)
 
@@ -318,8 +328,8 @@ class _Recording:
         innovation = record.choose(self.good, self._turned(measured - predicted), 0.0)
         first = record.choose(self.good, self._turned(measured), position)
         corrected = self._turned(predicted + f.g * innovation)
-        record.keep(f"position{i}", record.choose(self.going, corrected, first))
-        now = record.choose(self.going, speed + f.h * innovation / period, speed)
+        record.keep(f"position{i}", _kept(record.choose(self.going, corrected, first)))
+        now = _kept(record.choose(self.going, speed + f.h * innovation / period, speed))
         record.keep(f"speed{i}", now)
         return record.label(now, f"speed{i}")
 

@@ -73,6 +73,7 @@ LICENCE = """SPDX-License-Identifier: Apache-2.0
    This is the licence of the text, which erclutch wrote. The model's numbers belong to whoever owns the log."""
 _NULL = "#include <stddef.h> /* NULL */\n\n"
 _ABOUT = {
+    "kept": "A number of the state; 0 where it is not finite, so that no row can spoil the rows after it",
     "held": "A value within two limits",
     "turned": "An angle less whole turns, within half a turn of zero",
     "limited": "A value within two limits; the one before where it is not finite",
