@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import gc
 import re
+import resource
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -175,6 +175,12 @@ def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> N
     assert {n for n in re.findall(r"(?<![\w.])\d+\.\d+(?:e[-+]?\d+)?f?", code) if float(n.rstrip("f")) % 1} <= {"0.5f"}
 
 
+def _children_cpu() -> float:
+    """CPU seconds of all children: unlike the clock, these do not count what else the machine does."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 @pytest.mark.slow
 def test_a_whole_export_takes_less_than_two_seconds(models: dict[str, Model], tmp_path: Path) -> None:
     import json
@@ -183,10 +189,10 @@ def test_a_whole_export_takes_less_than_two_seconds(models: dict[str, Model], tm
     path.write_text(json.dumps(models["fnn-16, coaxial"].to_dict()), encoding="utf-8")
     best = float("inf")
     for i in range(3):
-        began = time.perf_counter()
+        began = _children_cpu()
         command = [sys.executable, "-m", "erclutch", "export", str(path), "--out", str(tmp_path / f"out{i}")]
         subprocess.run(command, check=True, capture_output=True)
-        best = min(best, time.perf_counter() - began)
+        best = min(best, _children_cpu() - began)
     assert best < 2.0
 
 

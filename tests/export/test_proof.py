@@ -30,6 +30,7 @@ from studies import proof
         ("fnn-3+rise-fall, single", ExportOptions("m", "float32", 1e-3)),
         ("fnn-16, coaxial", ExportOptions("m", "float64", 1e-3)),
         ("bingham+fnn-3, single", ExportOptions("m", "float32", 1e-3)),
+        ("casson+rise-fall+dahl-2/field+inertia+effort-lag, single", ExportOptions("m", "float64", 1e-3)),
         ("bingham, single", ExportOptions("m", "float32", 1e-3, adapt=True)),
     ],
     ids=lambda value: value if isinstance(value, str) else value.precision + ", adapting" * value.adapt,
