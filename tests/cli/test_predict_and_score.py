@@ -132,6 +132,34 @@ def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Pat
         assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
 
 
+def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
+    """Several patterns follow one --test."""
+    for seed, name in enumerate(("one.csv", "two.csv", "three.csv")):
+        _write(tmp_path / name, seed)
+    names = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--effort", "M [N*m]")
+    logs = ("one.csv", "two.csv", "three.csv")
+    fitted = _run(
+        "fit",
+        *logs,
+        "--test",
+        "tw*",
+        "thr*",
+        *names,
+        "--models",
+        "bingham",
+        "--lag",
+        "none",
+        "--out",
+        "r",
+        cwd=tmp_path,
+    )
+    assert fitted[0] == 0, fitted[2]
+    assert "held out: two.csv, three.csv" in " ".join(fitted[1].split())
+    for log, trained in (("one.csv", True), ("two.csv", False), ("three.csv", False)):
+        code, said, _ = _run("score", log, "--model", "r", cwd=tmp_path)
+        assert (code, "was trained on" in said) == (0, trained), said
+
+
 def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)

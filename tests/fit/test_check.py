@@ -396,7 +396,10 @@ def test_logs_at_other_rates_and_resampled_logs_are_noted() -> None:
     data = good()
     clock = Clock(data.clock.time, (Span(0, N // 2, 1e-3), Span(N // 2, N, 2e-3)))
     (note,) = (f for f in findings(replace(data, clock=clock)) if f.subject == "rate")
-    assert note.message == "the logs were sampled at 500 to 1000 Hz: a second of the fastest weighs more in the fit"
+    assert note.message == (
+        "the logs were sampled at 500 to 1000 Hz: a second of the fastest weighs more in the fit, and an export is "
+        "called every 0.001 s unless --period says otherwise"
+    )
     assert note.remedy.endswith("--resample 500")
     one, two = (f"{RESAMPLED} to {rate} Hz" for rate in (100, 200))
     for notes, said in (((one,), f"logs were {one}"), (("x", one, two), f"logs were {one} (and 1 other ways)")):

@@ -24,6 +24,7 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.load import Model
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualStructure
+from erclutch.runs.recalibrated_run import _adapted
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -122,6 +123,9 @@ def test_another_exponent_moves_all_numbers() -> None:
     assert {name: value for name, (value, _, _) in found.numbers.items()} == pytest.approx(
         {n: numbers[n] for n in found.numbers}
     )
+    said = _adapted(fit_structure(made(0), law()), found).estimates
+    assert all(each.low <= each.value <= each.high for each in said), said
+    assert {e.name for e in said if e.value == numbers.get(e.name)} >= {"n"}
     again = fit_structure(made(1, exponent=2.2), law(), intervals=False).model
     fresh = made(2, exponent=2.2)
     assert rmse(found.model, fresh) < 1.02 * rmse(again, fresh)

@@ -213,6 +213,13 @@ def test_steps_without_a_good_sample_cut_the_log_and_are_no_error() -> None:
         assemble(table({**PLAIN, "effort": effort}, unsampled=lost), ColumnMap(), device="single")
 
 
+@pytest.mark.parametrize("value", [1e300, -3.4e38])
+def test_a_number_that_nothing_measures_is_refused(value: float) -> None:
+    effort = np.where(ROWS == 30, value, PLAIN["effort"])
+    with pytest.raises(LogError, match=r"column effort is .*e\+\d+ .*in data row 31, beyond 1e\+30"):
+        assemble(table({**PLAIN, "effort": effort}), ColumnMap(), device="single")
+
+
 def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     time = np.concatenate([np.arange(30), np.arange(5), np.arange(25)]) / 100.0
     log = table({**PLAIN, "t": time})

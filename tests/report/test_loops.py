@@ -108,6 +108,9 @@ def test_stages_are_credited_with_their_own_gain_alone() -> None:
     apart = [entry("fnn-16+lag", 1.0, **{APART: "past 5"}), entry("fnn-16", 2.0, **{APART: "past none"})]
     assert stage_gain(apart) is None
     assert stage_gain([entry("a+lag", 1.0), entry("a+rise-fall", 2.0)]) is None
+    found = stage_gain([entry("bingham+fnn-4+lag", 1.0), entry("bingham", 2.0), entry("bingham+fnn-4", 3.0)])
+    assert found is not None
+    assert (found.richer["name"], found.plainer["name"]) == ("bingham+fnn-4+lag", "bingham+fnn-4")
 
 
 def test_memory_of_the_slip_is_told_from_other_stages() -> None:

@@ -29,7 +29,9 @@ def fit(
     *,
     models: ModelNames = ("all",),
     lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
-    test: Annotated[tuple[str, ...], Parameter(group=MODELS, negative=(), show_default=False)] = ("0.3",),
+    test: Annotated[
+        tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)
+    ] = ("0.3",),
     blocks: Annotated[int, Parameter(group=MODELS)] = 0,
     friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=MODELS)] = None,

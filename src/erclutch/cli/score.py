@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from cyclopts import Parameter
 
@@ -38,7 +39,7 @@ def score(
         reading: How to read the logs; by default as each run's own logs were read.
     """
     from erclutch.logs.dataset import require_units
-    from erclutch.runs.new_rows import opened, score_model
+    from erclutch.runs.new_rows import models_of, opened, score_model
 
     found: list[tuple[Path, ModelScore]] = []
     read: list[Dataset] = []
@@ -51,8 +52,7 @@ def score(
         data = how.dataset(recordings)
         read.append(data)
         require_units(data, read[0], str(place))
-        kept = [chosen] if run is None or name is not None else [run.model(each) for each in run.names]
-        found += [(place, score_model(each, data)) for each in kept]
+        found += [(place, score_model(each, data, called)) for called, each in models_of(run, chosen, name)]
     found.sort(key=lambda each: each[1].figures.rmse.value)
     data = read[0]
     columns = ["model", *(["run"] if len(model) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
@@ -72,14 +72,22 @@ def score(
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
     """A warning for each log that the run was fitted to, known by its digest."""
-    known = {str(log["sha256"]) for log in run.body["logs"]}
+    known = {str(log["sha256"]) for log in run.body["logs"] if not _held_out(str(log["name"]), run)}
     share = run.body["train_rows"] / (run.body["train_rows"] + run.body["test_rows"])
+    seen = [log.name for log in recordings if log.digest in known]
+    if not seen:
+        return []
+    more = f" and {len(seen) - 1} more are among them" if len(seen) > 1 else " is one of them"
     return [
-        f"{run.folder.name} was trained on {share:.0%} of the rows of its logs, and {log.name} is one of them: these "
-        "figures are no test of its models. Score a log that the fit has not seen, or read the report."
-        for log in recordings
-        if log.digest in known
+        f"{run.folder.name} was trained on {share:.0%} of the rows of its logs, and {seen[0]}{more}: these figures are "
+        "no test of its models. Score logs that the fit has not seen, or read the report."
     ]
+
+
+def _held_out(log: str, run: Run) -> bool:
+    """Whether a fit kept a whole log apart, by the patterns of names that it was given."""
+    test = run.body["settings"]["test"]
+    return isinstance(test, list) and any(fnmatchcase(log, str(pattern)) for pattern in cast(list[Any], test))
 
 
 def _row(found: ModelScore, run: Path | None) -> list[str]:

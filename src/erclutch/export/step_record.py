@@ -225,7 +225,7 @@ class _Memory:
         return self.record.label(kept, name + self.suffix)
 
     def back(self, name: str, value: Any, rows: int) -> Any:
-        return value if rows == 0 else self.earlier(name + self.suffix, value, rows)
+        return value if rows == 0 else self.earlier(name + self.suffix, _kept(value), rows)
 
     def number(self, value: float) -> Any:
         return self.record.operand("constant", value=float(value))

@@ -160,7 +160,10 @@ def _rates(data: Dataset) -> Finding | None:
     slow, fast = data.rates
     if slow == fast:
         return None
-    message = f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit"
+    message = (
+        f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit, and an "
+        f"export is called every {data.period:.6g} s unless --period says otherwise"
+    )
     return Finding("note", "rate", message, f"Bring all logs to one rate, for example --resample {slow:.4g}")
 
 

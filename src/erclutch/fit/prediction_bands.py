@@ -122,7 +122,10 @@ def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
 
 
 def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
-    """Logs, or seconds where the rows are of one log, with the places of their rows; at least half as many as usual."""
+    """Logs, or seconds where the rows are of one log, with the places of their rows.
+
+    Seconds with less than half as many rows as usual are left out: they begin or end a stretch.
+    """
     at = np.flatnonzero(rows)
     log = np.searchsorted([stop for _, stop in data.source_rows], at, side="right")
     second = (np.arange(at.size) * data.period).astype(np.intp)
@@ -132,7 +135,7 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
         piece = at[number == k]
         when = f"the second from {data.clock.time[piece[0]]:.4g} s on"
         found.append((str(data.sources[int(k)]) if np.ptp(log) else when, piece))
-    few = 0.5 * float(np.median([piece.size for _, piece in found]))
+    few = 0.0 if np.ptp(log) else 0.5 * float(np.median([piece.size for _, piece in found]))
     return [(name, piece) for name, piece in found if piece.size >= few]
 
 

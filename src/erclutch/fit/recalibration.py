@@ -271,7 +271,8 @@ def _ways(model: _AnyModel, data: Dataset, rows: Rows, effort: Array) -> Iterato
     elif _is_law(model):
         yield _gains("gains", model, data, rows)
         yield _gains(_FREE, model, data, rows)
-        if model.shape:
+        # One field tells nothing of an exponent of the field.
+        if model.shape and any(np.ptp(e.field[rows]) > 1e-6 * np.abs(e.field).max() for e in data.elements):
             yield _all_numbers(model, data, rows)
     elif not stages_at(model.structure.dynamics, "effort"):
         yield _output_layer(cast(NetworkModel, model), data, rows)

@@ -37,6 +37,7 @@ NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
 #: What a device may have besides; taken by its name where it is there.
 OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
 _INPUT = "input:"
+_LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
 _SPARE = "spare column "
 _MOST_SPARE = 8
 _NONE = "none"  # in place of a column of the field: the device has none that was logged
@@ -106,7 +107,19 @@ def understood(table: Table, chosen: ColumnMap, device: DeviceName) -> _Draft:
     steps = (_take_chosen, _ask_time, _take_constants, _take_guesses, _take_optional, _take_inputs, _spare, _turn_screw)
     for take in steps:
         take(draft, chosen)
+    _effort_is_no_input(draft)
     return draft
+
+
+def _effort_is_no_input(draft: _Draft) -> None:
+    """Raise a MappingError where the effort's column is another signal's too: a model would find just that."""
+    effort = "T" if draft.device == "coaxial" else "effort"
+    for signal, column in draft.columns.items():
+        if signal != effort and column == draft.columns.get(effort):
+            raise MappingError(
+                f"column {column} is both {signal} and {effort}",
+                remedy=f"Name another column with --{effort} or --{signal}",
+            )
 
 
 def all_asked(draft: _Draft, chosen: ColumnMap) -> MappingError:
@@ -507,6 +520,15 @@ def _invalid_rows(draft: _Draft, invalid: Invalid) -> Mask:
     each = {name: bad & ~known for name, bad in each.items() if (bad & ~known).any()}
     if each:
         _refuse_or_note(draft, each, invalid)
+    for signal, values in draft.signals.items():
+        size = np.abs(np.where(np.isfinite(values), values, 0.0))
+        if float(size.max(initial=0.0)) > _LARGEST:
+            row, name = int(size.argmax()), draft.columns.get(signal, signal)
+            raise LogError(
+                f"column {name} is {values[row]:.3g} {draft.units.get(signal, '')}".rstrip()
+                + f" in data row {draft.table.first_row + row + 1}, beyond {_LARGEST:.0e}, which nothing measures",
+                remedy="Correct the row, or leave it out with --skip",
+            )
     if known.any():
         many = int(known.sum())
         draft.notes.append(f"{many} steps of the loop had no good sample: left out, the log cut there")

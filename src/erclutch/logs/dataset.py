@@ -96,9 +96,12 @@ class Dataset(Shown):
 
     @property
     def period(self) -> float:
-        """Sampling period in s: the median of the spans', or of the steps."""
-        steps = [s.period for s in self.clock.spans if s.period is not None]
-        return float(np.median(steps)) if steps else float(np.median(np.diff(self.clock.time)))
+        """Sampling period in s: that of half of the rows or more, else one between the others; or the median step."""
+        even = sorted((s.period, s.stop - s.start) for s in self.clock.spans if s.period is not None)
+        if not even:
+            return float(np.median(np.diff(self.clock.time)))
+        rows = np.cumsum([count for _, count in even])
+        return float(even[int(np.searchsorted(rows, 0.5 * rows[-1]))][0])
 
     @property
     def rates(self) -> tuple[float, float]:

@@ -107,8 +107,8 @@ def score(
     for each in several:
         run, chosen = opened(each, name)
         data = joined([_read(one, mapping, run, chosen, needs_effort=True)[0] for one in logs])
-        kept = [chosen] if run is None or name is not None else [run.model(known) for known in run.names]
-        rows += [score_model(model, data).row("" if run is None else str(run.folder)) for model in kept]
+        for called, model in models_of(run, chosen, name):
+            rows.append(score_model(model, data, called).row("" if run is None else str(run.folder)))
     return DataFrame(rows).sort_values("rmse", ignore_index=True)
 
 
@@ -139,15 +139,22 @@ class ModelScore:
         return {"model": self.model, "run": run, **figures, **guess, "inside": inside, "worst": worst}
 
 
-def score_model(model: Model, data: Dataset) -> ModelScore:
-    """Score a model on rows that have a measured effort."""
+def models_of(run: Run | None, chosen: Model, name: str | None) -> list[tuple[str, Model]]:
+    """Names and models to score: those of a run as the run calls them, or the one that was chosen."""
+    if run is None or name is not None:
+        return [(name or chosen.name, chosen)]
+    return [(known, run.model(known)) for known in run.names]
+
+
+def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
+    """Score a model on rows that have a measured effort, under a name."""
     effort = model.predict(data)
     outside = model.outside(data)
     held = None
     if model.band is not None:
         held = coverage(data, model.band.around(effort, data.elements, data.clock), np.ones(data.rows, np.bool_))
     where = _where(model, data, outside)
-    return ModelScore(model.name, scored(data.effort, effort), float(outside.mean()), where, held)
+    return ModelScore(name, scored(data.effort, effort), float(outside.mean()), where, held)
 
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:

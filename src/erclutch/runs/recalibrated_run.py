@@ -105,8 +105,7 @@ def _moved(estimate: Estimate, law: TorqueModel, numbers: Mapping[str, tuple[flo
     parameters = {p.name: p for p in (*law.structure.gains(), *law.structure.shapes(law.period))}
     name, value = estimate.name, {**law.shape, **law.gains}[estimate.name]
     if name in numbers:
-        logarithmic = getattr(parameters[name], "scale", "") == "log"
-        low, high = (float(np.exp(v)) if logarithmic else v for v in numbers[name][1:])
+        low, high = numbers[name][1:]
     elif name in law.gains and numbers.get(GAIN, (0.0,))[0]:
         low, high = (value * end / numbers[GAIN][0] for end in numbers[GAIN][1:])
     else:

@@ -80,7 +80,10 @@ def _remains(material: Material, power: Spectrum, memory: Autocorrelation) -> st
     total = float(np.sum(mine * width))
     running = np.cumsum(mine * width) / (total or 1.0)
     half = float(power.frequency[int(np.searchsorted(running, 0.5))])
-    bad = power.frequency[mine > 0.5 * whole]
+    # What lies above a frequency as a whole: a single valley of the measured power says nothing.
+    above, of = (np.cumsum((part * width)[::-1])[::-1] for part in (mine, whole))
+    explained = np.flatnonzero(above <= 0.5 * of)
+    bad = power.frequency[int(explained[-1]) + 1 :] if explained.size else power.frequency
     text = (
         f"Half of the residual's power lies below {number(half, 2)} Hz. Errors come in bouts: {count(rows)} rows held "
         f"out tell as much of their size as {count(max(1, round(free)))} independent ones."

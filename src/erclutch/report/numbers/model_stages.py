@@ -69,8 +69,13 @@ def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
 
 
 def _alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    same = _name(one).split("+")[0] == _name(other).split("+")[0]
-    return same and one.get(APART, "") == other.get(APART, "")
+    return _without_stages(one) == _without_stages(other) and one.get(APART, "") == other.get(APART, "")
+
+
+def _without_stages(entry: Mapping[str, Any]) -> list[str]:
+    """The law, the network, or both, of which a name is made."""
+    first, *others = _name(entry).split("+")
+    return [first, *filter(is_network, others)]
 
 
 def _name(entry: Mapping[str, Any]) -> str:
