@@ -114,10 +114,8 @@ def test_pieces_are_seconds_of_one_log_and_logs_of_several() -> None:
     ]
     two = replace(data, sources=("a", "b"), source_rows=((0, 1000), (1000, 3200)))
     assert [(name, at.size) for name, at in pieces(two, held | True)] == [("a", 1000), ("b", 2200)]
-    assert [(name, at.size) for name, at in pieces(two, held)] == [
-        ("a", 300),
-        ("b", 2200),
-    ]  # a short log may be the worst
+    short = [(name, at.size) for name, at in pieces(two, held)]
+    assert short == [("a", 300), ("b", 2200)]  # and a short log may be the worst
 
 
 BAND = Band(0.95, 0.01, 1.0, (0.0, 1.0), (-1.0, 1.0), (), (), (1.0, 1.0), (1.0, 1.0))

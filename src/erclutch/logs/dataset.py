@@ -100,8 +100,8 @@ class Dataset(Shown):
         even = sorted((s.period, s.stop - s.start) for s in self.clock.spans if s.period is not None)
         if not even:
             return float(np.median(np.diff(self.clock.time)))
-        rows = np.cumsum([count for _, count in even])
-        return float(even[int(np.searchsorted(rows, 0.5 * rows[-1]))][0])
+        rows = np.cumsum(np.array([count for _, count in even]))
+        return even[int(np.searchsorted(rows, 0.5 * float(rows[-1])))][0]
 
     @property
     def rates(self) -> tuple[float, float]:
