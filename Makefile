@@ -97,7 +97,7 @@ figures: $(READY) ## figures that pages cite, printed again; says what moved (on
 	@$(BIN)/python studies/figures.py $(FIGURES)
 
 # What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
-TEST_TOOLS = pytest pytest-xdist hypothesis fmpy onnxruntime hatchling openpyxl mujoco
+TEST_TOOLS = pytest pytest-xdist hypothesis fmpy onnxruntime hatchling openpyxl mujoco crepes mapie
 
 # An old package that calls what a new one has deprecated is none of our faults: such a warning is no error here.
 .PHONY: test-oldest test-newest

@@ -6,11 +6,15 @@ command, motion and noise) then judge each band, without a torque sensor and wit
 
     python studies/bands.py [--logs 100] [--fits 5] [--models bingham+lag casson+lag+dahl fnn-16+lag]
     python studies/bands.py --utfsm FOLDER [--models casson+dahl/field]
+    python studies/bands.py --stretches FILE [--models all]
 
 The second line judges bands for other motions on a recording: FOLDER holds the logs of the UTFSM damper. Each motion of
 the training logs is left out in turn; then the test is held out, 0.5 A and all of 5 mm 3 Hz. What bands are made of is
 chosen by the motions alone. The last line is of a band that is calibrated on the test itself, so no band of these cells
 is narrower.
+
+The third line holds out each of six stretches of one log in turn, each of 30 % of the rows: FILE is the NEES damper.
+The model is the one that `erclutch fit` recommends for the rows left.
 
 Exits with 1 where the share of rows inside, over all fresh logs, misses 95 % by more than 2 points.
 """
@@ -21,6 +25,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 if __name__ == "__main__":
@@ -31,7 +36,7 @@ import numpy as np
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.logs import read
-from erclutch.logs.dataset import Dataset, build_dataset, hold_out
+from erclutch.logs.dataset import Dataset, build_dataset, hold_out, joined
 from erclutch.logs.synthetic import RATE, synthetic_log
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -46,6 +51,9 @@ UTFSM = {
 }
 MOTIONS = ("10mm1Hz", "25mm0x1Hz", "25mm0x25Hz", "25mm0x5Hz", "2mm5Hz")
 TEST = ("*0x5A.txt", "5mm3Hz*")
+#: How the log of NEES is read; where the stretches held out of it begin, and their length, as shares of its rows.
+NEES = {"columns": {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"}}
+BEGIN, LENGTH = (0.0, 0.14, 0.28, 0.42, 0.56, 0.7), 0.3
 
 
 def made_up(seconds: float, seed: int) -> Dataset:
@@ -77,7 +85,7 @@ def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldB
 
 def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
     """How the band of a model does on motions that were left out of the training logs, and on the test."""
-    paths = sorted(folder.glob("*.txt"))
+    paths = sorted(folder.glob("*mm*.txt"))
     data = build_dataset([read(path, UTFSM) for path in paths])
     seen = build_dataset([read(path, UTFSM) for path in paths if not any(path.match(name) for name in TEST)])
     for motion in MOTIONS:
@@ -93,18 +101,34 @@ def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
     yield "test, calibrated on itself", judged(data, test, found.predicted, best[0], found.band.plain, sensor=True)
 
 
-def print_motions(folder: Path, models: tuple[str, ...]) -> None:
-    """A table of `of_motions` for each model."""
-    for model in models:
-        print(f"\n{model:<28} {'inside':>8} {'worst log':>28} {'over plain':>11} {'sensor':>8} {'over plain':>11}")
-        for name, figures in of_motions(folder, model):
-            held, taught = figures.held, figures.with_sensor
-            assert taught is not None
-            worst = f"{held.where.removesuffix('.txt')} {held.worst:.1%}"
-            print(
-                f"{name:<28} {held.share:>8.1%} {worst:>28} {held.width / figures.plain:>11.2f}"
-                f" {taught.share:>8.1%} {taught.width / figures.plain:>11.2f}"
-            )
+def of_stretches(path: Path, models: tuple[str, ...]) -> Iterator[tuple[str, HeldBand]]:
+    """How the band of the recommended model does on each stretch of a log."""
+    data = build_dataset(read(path, NEES))
+    for begin in BEGIN:
+        held = np.zeros(data.rows, np.bool_)
+        held[round(begin * data.rows) : round((begin + LENGTH) * data.rows)] = True
+        parts = (replace(data.take(rows), sources=(name,)) for rows, name in ((~held, "known"), (held, "held")))
+        comparison = compare(joined(list(parts)), Settings(models, test=("held",)))
+        best = next(entry for entry in comparison.entries if entry.name == comparison.recommended)
+        assert best.band is not None
+        yield f"{begin:.0%} - {begin + LENGTH:.0%}", best.band
+
+
+def print_bands(title: str, found: Iterator[tuple[str, HeldBand]]) -> None:
+    """A line for each part that was held out."""
+    print(
+        f"\n{title:<28} {'inside':>8} {'worst part':>28} {'over plain':>11} {'sensor':>8} {'over plain':>11}",
+        flush=True,
+    )
+    for name, figures in found:
+        held, taught = figures.held, figures.with_sensor
+        assert taught is not None
+        worst = f"{held.where.removesuffix('.txt').removeprefix('the second ')} {held.worst:.1%}"
+        print(
+            f"{name:<28} {held.share:>8.1%} {worst:>28} {held.width / figures.plain:>11.2f}"
+            f" {taught.share:>8.1%} {taught.width / figures.plain:>11.2f}",
+            flush=True,
+        )
 
 
 def main() -> int:
@@ -112,11 +136,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--logs", type=int, default=100, help="fresh logs")
     parser.add_argument("--fits", type=int, default=5, help="training logs")
-    parser.add_argument("--models", nargs="+", help="default: three, or casson+dahl/field of UTFSM")
+    parser.add_argument("--models", nargs="+", help="default: three; casson+dahl/field of UTFSM; all of NEES")
     parser.add_argument("--utfsm", type=Path, metavar="FOLDER", help="logs of the UTFSM damper: judge other motions")
+    parser.add_argument("--stretches", type=Path, metavar="FILE", help="log of the NEES damper: judge its stretches")
     asked = parser.parse_args()
     if asked.utfsm:
-        print_motions(asked.utfsm, tuple(asked.models or ["casson+dahl/field"]))
+        for model in asked.models or ["casson+dahl/field"]:
+            print_bands(model, of_motions(asked.utfsm, model))
+        return 0
+    if asked.stretches:
+        print_bands("held out", of_stretches(asked.stretches, tuple(asked.models or ["all"])))
         return 0
     asked.models = asked.models or ["bingham+lag", "casson+lag+dahl", "fnn-16+lag"]
     print(f"{asked.logs} fresh logs of {FRESH_S:g} s, {asked.fits} fits on {TRAINING_S:g} s (SYNTHETIC)")
