@@ -104,6 +104,30 @@ def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping
         assert np.max(off) <= 1e-6, (name, np.flatnonzero(off > 1e-9)[:5], off[off > 1e-9][:5])
 
 
+@pytest.mark.parametrize("label", ["fnn-16, coaxial", "hem, coaxial", "bingham, single"])
+def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
+    label: str, models: Mapping[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a model without a memory the controller does not compute the effort of the same field twice."""
+    program = step_of(models[label], FLOAT64)
+    rows = controller.sample_rows(program)
+    wide = {**controller.defaults(program), "field_limit": 1.4 * program.field.range[1]}  # beyond what the log has
+    printed: list[bytes] = []
+    for again in (False, True):
+        if again:
+            monkeypatch.setattr(controller, "_known_at_rest", lambda program: False)
+        (tmp_path / str(again)).mkdir()
+        lib = compiled(models[label], tmp_path / str(again))
+        assert ("step_known" in (tmp_path / str(again) / "m.c").read_text()) is not again
+        for observer in (1, 2, 3):
+            config = numbers([*controller.settings_of()])(**{**wide, "period_ns": 1_000_000, "observer": observer})
+            memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+            assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+            told = [(lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out), bytes(out)) for row in rows]
+            printed.append(repr(told).encode())
+    assert printed[:3] == printed[3:]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial", "fnn-16, coaxial"])
 @pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])

@@ -91,6 +91,8 @@ def texts(program: ExportedStep) -> tuple[str, str]:
     before, found, after = plain.rpartition("#ifdef __cplusplus\n}\n")
     assert found
     own = source(program, frozenset({"exp", "tanh"}))
+    if _known_at_rest(program):
+        own = _step_of_known(program.name, own)
     declared = _worded(program, _declared(program))
     return f"{own}\n{_worded(program, code)}", f"{before}{declared}\n{found}{after}"
 
@@ -158,7 +160,41 @@ def _places(program: ExportedStep) -> dict[str, str]:
         "SIZES": ", ".join(f"config->{name}" for name in members if name not in _SIGNED),
         "ABOVE": ", ".join(f"config->{name}" for name in _ABOVE),
         "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
+        **_places_of_known(program),
     }
+
+
+def _known_at_rest(program: ExportedStep) -> bool:
+    """Whether the model's effort is what the inverse says of a field: no memory, and zero field is in the log."""
+    return not feels_state(program) and program.field.range[0] <= 0.0
+
+
+def _places_of_known(program: ExportedStep) -> dict[str, str]:
+    if not _known_at_rest(program):
+        return {"KNOWN": "", "STEP": "NAME_step(&core->model, sample, &core->estimate)"}
+    # The step holds fields within the log's range, the inverse does not.
+    largest = program.precision.constant(program.field.range[1])
+    same = f"asked && !core->stages.locked && core->field == core->stages.found && fabs(core->field) <= {largest}"
+    return {
+        "KNOWN": f"const double *known = ({same}) ? &core->stages.gave : NULL; /* the inverse has said it */",
+        "STEP": "NAME_step_known(&core->model, sample, known, &core->estimate)",
+    }
+
+
+def _step_of_known(n: str, text: str) -> str:
+    """The model's C with a step that takes the effort before its limits from its caller, if the caller knows it."""
+    given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
+    head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
+    known = f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
+    before, found, step = text.partition(head)
+    assert found
+    body, end, after = step.partition("\n}\n")
+    body, count = re.subn(r"( unlimited = )(.*);", r"\1(known != NULL) ? *known : (\2);", body)
+    assert count == 1
+    before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
+    about = "/* The step; where the effort before its limits is known, it is not computed again. */"
+    plain = f"\n{head}    return {n}_step_known(state, input, NULL, effort);"
+    return f"{before}{about}\n{known}{body}{end}{plain}{end}{after}"
 
 
 def _declared(program: ExportedStep) -> str:

@@ -182,15 +182,16 @@ static bool follow(erc_core *core, const double *in, double wanted, uint32_t *ev
     erc_stages *s = &core->stages;
     const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
     const double lowest = lowest_field(core);
-    double at = s->found, slope = s->slope, miss = s->gave + s->turned - wanted, first = 0.0;
+    double at = s->found, slope = s->slope, gives = s->gave + s->turned, miss = gives - wanted, first = 0.0;
     bool met = false, at_end = false;
     uint32_t i;
     for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && !met && !at_end; i++) {
         const double next = bounded(at - miss / slope, lowest, limit);
-        const double there = erc_at_rest(core, in, next) - wanted;
+        gives = erc_at_rest(core, in, next);
+        const double there = gives - wanted;
         met = fabs(there) <= enough;
         at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0 &&
-                 slope_at(core, in, next, there + wanted) * s->slope > 0.0;
+                 slope_at(core, in, next, gives) * s->slope > 0.0;
         if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
             slope = fabs(there) < fabs(miss) || there * miss < 0.0 ? (there - miss) / (next - at) : 0.0;
         }
@@ -202,7 +203,7 @@ static bool follow(erc_core *core, const double *in, double wanted, uint32_t *ev
         return false;
     }
     s->found = at;
-    s->gave = miss + wanted;
+    s->gave = gives;
     s->slope = slope;
     s->turned = at_end ? 0.0 : s->turned + first;
     if (at_end) {

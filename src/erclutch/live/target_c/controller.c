@@ -48,8 +48,9 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     const bool placed = isfinite(input->alpha) || !(core->config.stroke > 0.0);
     const bool good = isfinite(input->wanted) && isfinite(input->rate) && isfinite(input->theta_dot) &&
                      isfinite(input->alpha_dot) && isfinite(input->motor_torque) && placed;
+    const bool asked = good && core->config.field_limit > 0.0;
     core->step += good ? 1u : 2u; /* after a gap the field comes back slowly */
-    if (good && core->config.field_limit > 0.0) {
+    if (asked) {
         double field;
         core->theta.speed = input->theta_dot;
         core->alpha.speed = input->alpha_dot;
@@ -62,7 +63,8 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     events |= erc_interlock(&core->config, core->field, input->alpha, core->theta.speed, ask, applied);
     core->field = applied[0] - applied[1];
     @SAMPLE@
-    events |= NAME_step(&core->model, sample, &core->estimate);
+    @KNOWN@
+    events |= @STEP@;
     output->field1 = applied[0];
     output->field2 = applied[1];
     output->estimate = core->estimate;
