@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import stat
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -119,6 +121,14 @@ def test_predictions_hold_the_rows_exactly(run: Path, compared: Comparison) -> N
     for entry in compared.entries:
         assert np.array_equal(table[f"effort:{entry.name}"].to_numpy(), entry.predicted)
     assert table.schema.field("slip").metadata == {b"unit": b"rad/s"}
+
+
+def test_rows_are_read_without_pandas(run: Path, compared: Comparison) -> None:
+    """Arrow imports it in C, where a Ctrl-C is lost."""
+    code = "import sys; from erclutch.runs.run_folder import read_run; from erclutch.runs.run_rows import read_rows; "
+    code += f"rows = read_rows(read_run({str(run)!r})); assert 'pandas' not in sys.modules; print(rows.test.sum())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout) == compared.test.sum()
 
 
 def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Recording) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from erclutch.errors import RunError
 from erclutch.logs.dataset import Dataset
 from erclutch.runs.run_folder import Run
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, of_arrow
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -39,6 +39,7 @@ def read_rows(run: Run) -> RunRows:
     Raises:
         RunError: predictions.parquet is missing, was changed, or does not fit run.json.
     """
+    import pyarrow
     import pyarrow.parquet as pq
 
     path = run.file("predictions.parquet")
@@ -46,8 +47,10 @@ def read_rows(run: Run) -> RunRows:
         # Not read_table, which imports pandas to no end.
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
             table: Any = file.read()
-        return _rows_of(run.body, {name: table[name].to_numpy() for name in table.column_names if name != "log"})
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        names = [name for name in table.column_names if name != "log"]
+        columns: dict[str, Any] = {name: of_arrow(table[name].cast(pyarrow.float64())) for name in names}
+        return _rows_of(run.body, columns | {"test": columns["test"] != 0.0})
+    except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:
         raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
 
 

@@ -16,7 +16,7 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, of_arrow
 
 MAGIC = b"PAR1"
 _LARGEST = 1 << 33  # bytes that the columns may take when unpacked
@@ -154,7 +154,7 @@ def _numbers(values: Any) -> Array | None:
         return None
     if types.is_boolean(kind):
         values = values.cast(pyarrow.uint8())
-    return np.array(values.cast(pyarrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+    return of_arrow(values.cast(pyarrow.float64(), safe=False).fill_null(float("nan")))
 
 
 def _stamps(values: Any) -> Array | None:
@@ -165,7 +165,7 @@ def _stamps(values: Any) -> Array | None:
     stamped = pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind)
     if not stamped or values.null_count or not len(values):
         return None
-    ticks = np.asarray(values.cast(pyarrow.int64()).to_numpy(), dtype=np.int64)
+    ticks = of_arrow(values.cast(pyarrow.int64()))
     per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
     return (ticks - ticks[0]).astype(np.float64) / per_second
 
