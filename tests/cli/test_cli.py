@@ -191,6 +191,21 @@ def test_inspect(log: Path) -> None:
     assert body["columns"]["torque"]["unit"] == "N*m"
 
 
+def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    for k, seconds in enumerate((2.0, 3.0)):
+        write_synthetic_log(tmp_path / "logs" / f"day{k}.csv", seconds, seed=k)
+    said = good("inspect", "logs", cwd=tmp_path)
+    assert "2 logs; signals are shown of the first" in said
+    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == ["2,000", "3,000"]
+    body = json.loads(good_here("inspect", "logs/day0.csv", "logs/day1.csv", "--json", cwd=tmp_path))
+    assert body["rows"] == 2000
+    assert [(each["name"], each["rows"]) for each in body["further"]] == [("day1.csv", 3000)]
+    (tmp_path / "logs" / "other.csv").write_text("a,b\n1,2\n2,3\n3,4\n")
+    said = good_here("inspect", "logs", cwd=tmp_path, code=1)
+    assert "Not understood yet: other.csv: " in said
+
+
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
     body = json.loads(good_here("inspect", log, "--json", "--effort", "nope", cwd=log.parent, code=1))
     assert "there is no column 'nope'" in body["problem"]
@@ -396,7 +411,7 @@ def test_missing_files_and_folders_without_logs(tmp_path: Path, monkeypatch: pyt
     for arguments, words in (
         (("fit", "gone.csv"), "gone.csv: there is no such file"),
         (("fit", "empty"), "empty: the folder holds no log"),
-        (("inspect", "empty"), "this is a folder"),
+        (("inspect", "empty"), "empty: the folder holds no log"),
         (("flowcurve", "gone.csv"), "gone.csv: cannot be read"),
         (("demo", "--seconds", "0.5"), "--seconds 0.5"),
     ):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import ErclutchError, SettingError, require
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _FIGURES = ("min", "max", "mean", "missing")
 
 
 def inspect(
-    log: Annotated[Path, Parameter(name="LOG")],
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
     plots: Path | None = None,
@@ -42,7 +42,7 @@ def inspect(
     The exit code is 1 while a signal is missing or the log is not understood, and 0 otherwise.
 
     Args:
-        log: The log.
+        logs: The log; of several, or of a folder, the columns of the first, and what each is read as.
         json: Print as JSON instead of tables.
         plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
         start: First second of the section. Default: of a typical section.
@@ -54,16 +54,18 @@ def inspect(
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
+    log, *others = expand(logs)
     raw = _table(log, reading)
     text, missing, choices = reading.mapping_text(raw, log)
     recording, more, problem = None, list["Recording"](), None
     try:
         recording, *more = reading.read([log]) if reading.each else reading.how().read(log, reading.device, raw)
+        more += reading.read(others) if others else []
         missing = () if reading.each else missing  # of one log; here each has its own effort
     except SettingError:
         raise
     except ErclutchError as error:
-        problem = error
+        recording, problem = None, error
         if plots is not None:
             raise
     drawn = [] if plots is None or recording is None else _draw(plots, log, recording, start, seconds, reading)
@@ -71,8 +73,10 @@ def inspect(
         write_text(write_mapping, text)
     if json:
         said = {name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in choices.items()}
-        more_json = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
-        _print_json(raw, recording, problem, reading, more_json)
+        more_json: dict[str, Any] = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        more_json["further"] = [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in more]
+        findings = [] if recording is None else _findings(reading.dataset([recording, *more]))
+        _print_json(raw, recording, problem, findings, more_json)
         return int(recording is None)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
@@ -82,7 +86,9 @@ def inspect(
         return 1
     if more:
         terminal.tell(_several([recording, *more]))
-    _print_signals(recording, reading.dataset([recording]))
+    first = reading.dataset([recording])
+    _print_signals(recording, first)
+    _print_coverage(reading.dataset([recording, *more]) if more else first)
     for path in drawn:
         terminal.say(f"drawn: {path}")
     return 0
@@ -127,16 +133,18 @@ def _print_columns(log: Path, raw: Table) -> None:
 
 
 def _several(recordings: Sequence[Recording]) -> RichTable:
-    """The logs of a file; the signals that follow are those of the first."""
+    """Several logs; the signals that follow are those of the first."""
 
     def ends(values: Array | None) -> str:
         low, high = ("", "") if values is None else (terminal.number(float(v)) for v in _figures(values)[:2])
         return low if low == high else f"{low} .. {high}"
 
+    units = recordings[0].units
     names = [name for name in recordings[0].signals if not name.startswith(("input:", "spare column"))]
+    heads = [terminal.with_unit(name, units[name]) for name in names]
     rows = [[r.name, f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings]
-    title = f"{len(recordings)} recordings are read as logs; signals are shown of the first"
-    return terminal.table(title, ["", "rows", *names], rows, left=1)
+    title = f"{len(recordings)} logs; signals are shown of the first"
+    return terminal.table(title, ["", "rows", *heads], rows, left=1)
 
 
 def _print_signals(recording: Recording, data: Dataset) -> None:
@@ -151,6 +159,10 @@ def _print_signals(recording: Recording, data: Dataset) -> None:
     terminal.tell(terminal.table("Signals", ["name", "unit", "smallest", "largest", "mean"], ranges, left=2))
     if len(recording.segments) > 1:
         terminal.tell(_segments(recording, data))
+
+
+def _print_coverage(data: Dataset) -> None:
+    """Where all logs have rows, and what is odd in them."""
     units = (data.units.field, data.units.slip)
     for i, element in enumerate(data.elements):
         name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
@@ -226,7 +238,7 @@ def _sketch(values: Array, points: int = 60) -> list[list[float]]:
 
 
 def _print_json(
-    raw: Table, recording: Recording | None, problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
+    raw: Table, recording: Recording | None, problem: ErclutchError | None, findings: list[str], more: dict[str, Any]
 ) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
@@ -234,7 +246,6 @@ def _print_json(
         shown = dict(zip(_FIGURES, figures, strict=True))
         columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
     body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
-    findings = [] if recording is None else _findings(reading.dataset([recording]))
     body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
     if recording is not None:
         body |= {
