@@ -318,6 +318,17 @@ def test_half_a_percent_of_the_rows_at_an_end_are_no_saturation(rows: int, said:
 
 
 @pytest.mark.parametrize(
+    ("effort", "slip", "said"),
+    [("N", "rad/s", True), ("N*m", "m/s", True), ("N", "m/s", False), ("N*m", "rad/s", False), ("V", "m/s", False)],
+)
+def test_a_force_beside_a_turning_speed_is_told(effort: str, slip: str, said: bool) -> None:
+    found = sensor_findings(replace(good(), units=Units(effort, "V", slip)))
+    assert [f.message for f in found if f.subject == "units"] == [
+        f"an effort in {effort} beside a slip in {slip} makes no power"
+    ] * said
+
+
+@pytest.mark.parametrize(
     ("name", "unit", "least", "most"),
     [
         ("slip", "m/s", 1e-5, 20.0),

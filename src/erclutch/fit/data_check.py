@@ -37,6 +37,8 @@ _AROUND = 5  # rows: that and the two on either side; a step is none of its spik
 _SPIKE, _SPIKE_SHARE, _FEW_SPIKES = 30.0, 0.25, 0.005  # of the usual distance; of the range; of all rows
 #: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
 _USUAL = {"m/s": (1e-5, 20.0), "rad/s": (1e-4, 2e3), "N": (1e-3, 1e6), "N*m": (1e-6, 1e5)}
+#: Units of effort and slip of which one is of a turning device and the other of a device on a line.
+_NO_POWER = {("N", "rad/s"), ("N*m", "m/s")}
 _STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the other side
 
 
@@ -251,6 +253,9 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
             limit = f"above the {most:g}" if largest > most else f"below the {least:g}"
             message = f"the {name} reaches {largest:.3g} {unit}, {limit} {unit} that such devices have"
             yield Finding("warning", name, message, "Check the column and its unit")
+    if (data.units.effort, data.units.slip) in _NO_POWER:
+        message = f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
+        yield Finding("warning", "units", message, "Check both units: a force goes with m/s, a torque with rad/s")
 
 
 def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
