@@ -13,6 +13,7 @@ from erclutch.fit.comparison import Comparison, Settings, compare, networks_for,
 from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
+from erclutch.fit.recalibration import recalibrate
 from erclutch.logs import read, recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, time_folds
 from erclutch.logs.synthetic import write_synthetic_log
@@ -340,3 +341,22 @@ def test_a_memory_that_the_log_cannot_tell_is_one_clear_note(data: Dataset, note
     asked = Settings(models=("bingham/forward+dahl",), lag="none", friction=False, offset=False, workers=1)
     (entry,) = compare(data, asked).entries
     assert [said for said in entry.notes if note in said], entry.notes
+
+
+def test_what_is_no_data_set_is_refused_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    write_synthetic_log(path, 1.0)
+    log = read(path)
+    for value, kind in ((log, "Recording"), ([log], "list"), (path, type(path).__name__)):
+        with pytest.raises(SettingError, match=f"a data set cannot be a {kind}"):
+            compare(value)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(SettingError, match=r"a recording cannot be a .*Path. Give erclutch.read"):
+        build_dataset([path])  # pyright: ignore[reportArgumentType]
+    with pytest.raises(SettingError, match="a model cannot be a Comparison"):
+        recalibrate(compare(build_dataset(log), Settings(("bingham",), "none")), build_dataset(log))  # pyright: ignore
+
+
+def test_one_model_may_be_a_text_and_a_seed_is_not_below_zero() -> None:
+    assert Settings("bingham") == Settings(("bingham",)) == Settings(["bingham"])  # pyright: ignore
+    with pytest.raises(SettingError, match=r"--seed -1\. Give 0 or more"):
+        Settings(seed=-1)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.data_check import check
 from erclutch.fit.past_samples import past_rows
-from erclutch.logs import recording_from_arrays
+from erclutch.logs import recording_from_arrays, resample
 from erclutch.logs.dataset import build_dataset, hold_out
 from erclutch.logs.resample import PASSED, rate_of, resampled
 from erclutch.signals.array import Array
@@ -95,6 +95,15 @@ def test_the_same_rate_and_a_short_log() -> None:
         resampled(log_at(1000.0, 100.0, 0.2), 100.0)
     with pytest.raises(SettingError, match=r"0\.01 Hz for a log at 1000 Hz"):
         resampled(log, 0.01)
+
+
+def test_a_rate_that_would_fill_the_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    log = log_at(100.0, 100.0, 4.0)
+    assert log.rows == 400
+    assert resampled(log, 1000.0).rows < 4000
+    monkeypatch.setattr(resample, "_MOST_ROWS", 3999)
+    with pytest.raises(SettingError, match=r"1000 Hz makes 4,000 rows of 400\. Give 1e\+03 Hz or less"):
+        resampled(log, 1000.0)
 
 
 def test_logs_of_different_rates_are_refused_or_brought_to_one() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError, shell_word
+from erclutch.errors import SettingError, require, shell_word
 from erclutch.fit.data_check import ONE_FIELD, Finding, check, steady_command
 from erclutch.fit.history import history_finding
 from erclutch.fit.ladder import grown, helpful
@@ -32,7 +32,7 @@ from erclutch.fit.scoring import (
     recommend,
     score,
 )
-from erclutch.logs.dataset import Dataset, hold_out, time_folds
+from erclutch.logs.dataset import Dataset, hold_out, require_dataset, time_folds
 from erclutch.models.band import Band
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
@@ -63,7 +63,7 @@ class Settings:
     """What a comparison does; together with the log it determines every figure.
 
     Attributes:
-        models: specifications of laws; "all" is the ladder, "paper" the laws of the paper's tables.
+        models: specifications of laws, or one of them; "all" is the ladder, "paper" the laws of the paper's tables.
         lag: "none"; names of stages, such as "lag" (one time constant), "rise-fall" (two) or "dahl" (memory of the
             slip), joined by "+"; "auto": without and with "lag", with "rise-fall" for the best law if the data ask for
             it, and with memory as far as `fit.ladder` finds that the data ask for it. A model may name its own stages:
@@ -90,6 +90,11 @@ class Settings:
     workers: int = 1
     past: tuple[int | str, ...] = ()
     polish: bool = False
+
+    def __post_init__(self) -> None:
+        given: object = self.models
+        object.__setattr__(self, "models", (given,) if isinstance(given, str) else tuple(self.models))
+        require(0, seed=self.seed)
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values, without what changes no figure."""
@@ -193,6 +198,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         CheckError: the data cannot support a fit.
         SettingError: an unknown model, lag or split.
     """
+    require_dataset(data)
     settings = settings or Settings()
     report = progress or _silent
     test = hold_out(data, settings.test)

@@ -24,7 +24,7 @@ from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.fit.networks.fit_residual import output_times
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.scoring import correlated_over
-from erclutch.logs.dataset import Dataset
+from erclutch.logs.dataset import Dataset, require_dataset, require_kind
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.models.networks.network_inputs import inputs_of
@@ -117,6 +117,8 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
         CheckError: fewer rows, or a model whose effort is not finite on them.
         ErclutchError: rows of another device, in other units, or without an input of the model.
     """
+    require_kind(model, _AnyModel, "a model", "Give read_run(FOLDER).model(), or load_model(FILE)")
+    require_dataset(data)
     rows = np.arange(data.rows) if seen is None else np.flatnonzero(seen)
     if rows.size < _FEWEST_ROWS:
         problem = f"{rows.size} rows to recalibrate with, at least {_FEWEST_ROWS} are needed"

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import PurePath
+from types import UnionType
 from typing import cast
 
 import numpy as np
@@ -182,6 +183,8 @@ def build_dataset(
     if device not in DEVICES:
         raise SettingError(f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}")
     logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    for log in logs:
+        require_kind(log, Recording, "a recording", "Give erclutch.read(PATH)")
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
     parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
@@ -190,6 +193,17 @@ def build_dataset(
         refuse_twin(log.name, log.digest, seen)
         require_units(part, parts[0], log.name)
     return joined(parts)
+
+
+def require_kind(value: object, kind: type | UnionType, what: str, remedy: str) -> None:
+    """SettingError unless a value is of a kind: what Python itself would say names an attribute that nobody knows."""
+    if not isinstance(value, kind):
+        raise SettingError(f"{what} cannot be a {type(value).__name__}", remedy=remedy)
+
+
+def require_dataset(value: object) -> None:
+    """SettingError unless a value is rows: a log is not yet."""
+    require_kind(value, Dataset, "a data set", "Give erclutch.build_dataset(erclutch.read(PATH))")
 
 
 def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:

@@ -29,6 +29,7 @@ _KAISER = 7.86  # window whose stop band lies 80 dB down
 _CUTOFF = 0.84  # of the slower rate's Nyquist frequency; the stop band begins at that frequency, the pass band ends at
 PASSED = 0.68  # of it
 _FINEST = 10_000  # numerator and denominator of the ratio of both rates, at most
+_MOST_ROWS = 50_000_000  # of the new recording: half a gigabyte a signal
 _NONE = units.Unit("", 1.0, ())
 _EXACT = 1e-6  # share by which a rate may be off and still count as the wanted one
 
@@ -58,7 +59,7 @@ def resampled(log: Recording, rate: float) -> Recording:
         rate: in Hz.
 
     Raises:
-        SettingError: a ratio of rates beyond 10,000, or no stretch longer than the filter.
+        SettingError: a ratio of rates beyond 10,000, more than 50 million rows, or no stretch longer than the filter.
     """
     if log.uniform and abs(rate * log.period - 1.0) < _EXACT:
         return log
@@ -66,6 +67,10 @@ def resampled(log: Recording, rate: float) -> Recording:
     if not 1 / _FINEST <= rate * log.period <= _FINEST or not ratio:
         remedy = "Give a rate nearer to that of the log"
         raise SettingError(f"{rate:g} Hz for a log at {1 / log.period:g} Hz", where=log.name, remedy=remedy)
+    rows = log.rows * rate * log.period
+    if rows > _MOST_ROWS:
+        remedy = f"Give {rate * _MOST_ROWS / rows:.3g} Hz or less: a higher rate than that of the log tells no more"
+        raise SettingError(f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy)
     up, down = ratio.numerator, ratio.denominator
     places = [_places(b - a, up, down) for a, b in log.segments]
     kept = [(k, place) for k, place in enumerate(places) if len(place) > 1]
