@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,13 @@ def test_windows_are_whole_periods_at_a_field_each() -> None:
         assert abs(loop.slip[0] - loop.slip[-1]) < 0.05
         assert float(np.ptp(loop.travel)) == pytest.approx(2 / (2 * np.pi * 5), rel=0.01)
         assert loop.modelled["right"].tolist() == loop.measured.tolist()
+
+
+def test_of_several_logs_each_loop_names_its_own() -> None:
+    rows = rows_of(0.5)
+    assert {loop.log for loop in effort_loops(rows, ["right"])} == {""}
+    logs = replace(rows.data, sources=("a", "b", "c"), source_rows=((0, 2000), (2000, 4000), (4000, 6000)))
+    assert [loop.log for loop in effort_loops(replace(rows, data=logs), ["right"])] == ["a", "b", "c"]
 
 
 def test_the_area_of_an_ellipse() -> None:

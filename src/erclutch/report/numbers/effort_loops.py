@@ -31,6 +31,7 @@ class EffortLoop:
     Attributes:
         element: its number, from 0.
         held: whether the rows were held out.
+        log: its name, where there are several.
         start: time of the first row in s.
         fields: smallest and largest magnitude of the field.
         slip: shape (n,).
@@ -41,6 +42,7 @@ class EffortLoop:
 
     element: int
     held: bool
+    log: str
     start: float
     fields: tuple[float, float]
     slip: Array
@@ -185,9 +187,9 @@ def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods,
     modelled = {name: rows.predicted[name][start:stop][few] for name in models}
     measured = rows.data.effort[start:stop][few]
     fields = (float(field.min()), float(field.max()))
-    return EffortLoop(
-        element, bool(windows.held[k]), float(time[0]), fields, slip[few], travel[few], measured, modelled
-    )
+    log = next(name for name, (_, end) in zip(rows.data.sources, rows.data.source_rows, strict=True) if start < end)
+    where = bool(windows.held[k]), log if len(rows.data.sources) > 1 else "", float(time[0])
+    return EffortLoop(element, *where, fields, slip[few], travel[few], measured, modelled)
 
 
 def _mean(values: Array, starts: Rows, stops: Rows) -> Array:

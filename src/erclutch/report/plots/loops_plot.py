@@ -50,14 +50,14 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
     lines += [Line(values, loop.modelled[name] * factor, role, name) for name, role in material.looped.items()]
     at = _field_of(material, loop)
-    where = "" if loop.held else ", training rows"
+    where = f"from {loop.start:.4g} s{f' of {loop.log}' if loop.log else ''}{'' if loop.held else ', training rows'}"
     return Panel(
         x,
         Axis(material.word, material.effort.unit),
         lines,
         f"{material.word} over {x.label} at {at}, measured and estimated by {', '.join(loop.modelled)}.",
-        f"{at}, from {loop.start:.4g} s{where}",
-        caption=f"Over {x.label} at {at}, from {loop.start:.4g} s{where}.",
+        f"{at}, {where}",
+        caption=f"Over {x.label} at {at}, {where}.",
     )
 
 
