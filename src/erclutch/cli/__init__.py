@@ -47,7 +47,7 @@ _COMMANDS = {
     "compare": "Compare runs on the rows that all of them held out.",
     "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
     "table": "Print a table of a run for a paper: LaTeX, Markdown, HTML or CSV.",
-    "fit-large": "Fit models without memory to logs larger than memory, block by block.",
+    "fit-large": "Fit models to logs larger than memory, block by block.",
     "fit-many": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",
     "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
     "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",

@@ -152,7 +152,7 @@ def live(
     """Estimate torque, control, record and watch at 1 kHz, on the digital TWIN or on your rig. Ctrl-C: zero field, end.
 
     Args:
-        model: A run, for its recommended model, or a model's file. Default on the twin: fnn-16, fitted to it once.
+        model: A run, for its recommended model, or a model's file. Default on the twin: a network, fitted to it once.
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
