@@ -26,6 +26,7 @@ from erclutch.signals.array import Array
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 24.0, 36.0
 #: Steps of the colour ramps in the style sheet.
 RAMP = 8
+_BROAD = 600  # a drawing of more units is shown wider, so that its text stays as large
 
 
 def svg(panel: Panel) -> Markup:
@@ -35,8 +36,9 @@ def svg(panel: Panel) -> Markup:
     x = _Ruler(x_low, x_high, panel.x.log, _LEFT, width - _RIGHT)
     y = _Ruler(y_low, y_high, panel.y.log, height - _BOTTOM, _TOP)
     drawn = "".join(_drawn(mark, x, y) for mark in panel.marks)
+    wide = " broad" if width > _BROAD else ""
     return Markup(
-        f'<svg class="plot" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(panel.says)}">'
+        f'<svg class="plot{wide}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(panel.says)}">'
         f"{_frame(panel, x, y)}{drawn}</svg>"
     )
 
