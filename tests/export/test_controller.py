@@ -111,6 +111,7 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     """Of a model without a memory the controller does not compute the effort of the same field twice."""
     program = step_of(models[label], FLOAT64)
     rows = controller.sample_rows(program)
+    rows[40::50, 2:4] = (1.7e308, -1.7e308)  # both are finite, their difference is not
     wide = {**controller.defaults(program), "field_limit": 1.4 * program.field.range[1]}  # beyond what the log has
     printed: list[bytes] = []
     for again in (False, True):
@@ -126,6 +127,34 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
             told = [(lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out), bytes(out)) for row in rows]
             printed.append(repr(told).encode())
     assert printed[:3] == printed[3:]
+
+
+@pytest.mark.parametrize("observer", [1, 2, 3])
+@pytest.mark.parametrize("column", [0, 1, 2, 5, 6])
+def test_a_sample_that_cannot_be_does_no_harm_for_long(
+    observer: int, column: int, models: Mapping[str, Any], tmp_path: Path
+) -> None:
+    """1e30 is finite. Four seconds later fields are what they were on a device that is as its model."""
+    program = step_of(models["bingham, single"], FLOAT64)
+    lib = compiled(models["bingham, single"], tmp_path)
+    wanted = steady(lib, program, 0.5, 20.0)
+    given = {"period_ns": 1_000_000, "observer": observer, "integral_rate": 5.0, "gain_rate": 2.0}
+    config = numbers([*controller.settings_of()])(**{**controller.defaults(program), **given, "drive_inertia": 2e-4})
+    fields: list[float] = []
+    for spike in (1e30, -1e30):
+        memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+        assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+        for k in range(7000):
+            motor = out[2] if observer == 3 else 0.0  # the drive is held at its speed
+            row = [wanted, 0.0, 20.0, 0.0, 0.0, out[2], motor]
+            if k == 3000:
+                fields.append(out[0])
+                row[column] = spike
+            lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
+            assert np.all(np.isfinite(out))
+        fields.append(out[0])
+    assert fields[0] > 0.0
+    assert fields == pytest.approx([fields[0]] * 4, rel=0.03)
 
 
 @pytest.mark.slow

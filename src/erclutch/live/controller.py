@@ -36,6 +36,8 @@ _ROWS = 512
 #: What a sample holds, and what comes out, in the order of the C.
 INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_torque")
 OUTPUTS = ("field1", "field2", "estimate")
+#: Times the largest slip of the log: a faster sample is none.
+_FASTEST = 10.0
 _ABOVE = ("field_limit", "motor_limit", "rise_rate", "fall_rate", "observer_bandwidth", "torque_scale")
 _SIGNED = ("drive_drag_1", "drive_drag_2")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
@@ -158,6 +160,7 @@ def _places(program: ExportedStep) -> dict[str, str]:
         "HELD": str(program.elements),
         "REST": f"NAME_{rest}",
         "SIZES": ", ".join(f"config->{name}" for name in members if name not in _SIGNED),
+        "FASTEST": program.precision.constant(_FASTEST * max(abs(end) for end in program.slip.range)),
         "ABOVE": ", ".join(f"config->{name}" for name in _ABOVE),
         "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
         **_places_of_known(program),
@@ -174,9 +177,10 @@ def _places_of_known(program: ExportedStep) -> dict[str, str]:
         return {"KNOWN": "", "STEP": "NAME_step(&core->model, sample, &core->estimate)"}
     # The step holds fields within the log's range, the inverse does not.
     largest = program.precision.constant(program.field.range[1])
-    same = f"asked && !core->stages.locked && core->field == core->stages.found && fabs(core->field) <= {largest}"
+    same = ["asked", "!core->stages.locked", "core->field == core->stages.found", f"fabs(core->field) <= {largest}"]
+    known = f"const double *known = ({' && '.join(same)}) ? &core->stages.gave : NULL;"
     return {
-        "KNOWN": f"const double *known = ({same}) ? &core->stages.gave : NULL; /* the inverse has said it */",
+        "KNOWN": f"{known} /* the inverse has said it */",
         "STEP": "NAME_step_known(&core->model, sample, known, &core->estimate)",
     }
 
@@ -189,7 +193,7 @@ def _step_of_known(n: str, text: str) -> str:
     before, found, step = text.partition(head)
     assert found
     body, end, after = step.partition("\n}\n")
-    body, count = re.subn(r"( unlimited = )(.*);", r"\1(known != NULL) ? *known : (\2);", body)
+    body, count = re.subn(r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body)
     assert count == 1
     before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
     about = "/* The step; where the effort before its limits is known, it is not computed again. */"
