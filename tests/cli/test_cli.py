@@ -25,6 +25,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.cli import main
+from erclutch.logs import read
 from erclutch.logs.synthetic import write_synthetic_log
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
@@ -204,6 +205,22 @@ def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path:
     (tmp_path / "logs" / "other.csv").write_text("a,b\n1,2\n2,3\n3,4\n")
     said = good_here("inspect", "logs", cwd=tmp_path, code=1)
     assert "Not understood yet: other.csv: " in said
+
+
+def test_a_prediction_is_no_measurement(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_synthetic_log(tmp_path / "log.csv", 2.0)
+    good_here("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
+    for name in ("told.csv", "told.parquet"):
+        good_here("predict", "log.csv", "--model", "run", "--out", name, cwd=tmp_path)
+        said = refused_here("score", name, "--model", "run", cwd=tmp_path, monkeypatch=monkeypatch)
+        assert said == f"error: {name}: its effort is predicted, not measured. Give the measured log.\n"
+
+
+def test_the_truth_of_the_twin_is_neither_an_input_nor_a_hint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good_here("simulate", "brake", "--seconds", "4", "--out", "twin.csv", cwd=tmp_path)
+    assert read(tmp_path / "twin.csv").spare.keys().isdisjoint({"true_torque", "true_theta_dot"})
+    said = refused_here("fit", "twin.csv", "--effort", "true_torqe", cwd=tmp_path, monkeypatch=monkeypatch)
+    assert "Did you mean true" not in said
 
 
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:

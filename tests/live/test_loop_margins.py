@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import SettingError
@@ -40,6 +40,7 @@ def more(one: lm.LinearLoop, gain: float = 1.0, samples: int = 0) -> bool:
     bandwidth=st.floats(2.0, 9.0),
     integral=st.sampled_from([0.0, 5.0]),
 )
+@example(tau=0.003729227163499043, delay=1, bandwidth=5.875, integral=5.0)
 @settings(max_examples=6, deadline=None)
 def test_a_loop_bears_its_margins_and_no_more(tau: float, delay: int, bandwidth: float, integral: float) -> None:
     for loop in (
@@ -49,7 +50,7 @@ def test_a_loop_bears_its_margins_and_no_more(tau: float, delay: int, bandwidth:
         found = lm.margins_of(loop)
         assert found.stable
         assert more(loop, 0.98 * found.gain)
-        assert not more(loop, 1.02 * found.gain)
+        assert not more(loop, 1.002 * found.gain)  # with still more gain it may be stable once more
         assert more(loop, 1.02 * found.least or 1e-3)
         assert not found.least or not more(loop, 0.98 * found.least)
         assert more(loop, samples=math.floor(found.delay / PERIOD * 0.99))

@@ -468,15 +468,22 @@ def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     assert histogram.percentiles((0.5, 1.0)) == [2.0, 100_000.0]
     assert histogram.largest == 300_000.0
     assert np.isnan(Histogram().percentiles((0.5,))[0])
+    one = Histogram()
+    one.add(np.array([1500]))
+    assert one.percentiles((0.999,)) == [1.5]  # never above the largest
     ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
-    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"), "effort")
     frame = np.zeros((), FRAME)
+    frame["reference"] = 0.4
     for tick in (0, 1, 2, 5, 6):
         frame["time_ns"] = 10**9 + tick * 1_000_000 + 40_000
         frame["lateness_ns"] = 40_000
+        frame["torque"] = np.nan if tick == 2 else 0.1  # a sensor that is silent counts for nothing
         writer.write(frame)
     watch.poll()
     assert (watch.frames, watch.lateness.largest) == (5, 40.0)
+    assert watch.followed == pytest.approx((0.3, 0.4))
+    assert SessionFigures(RingReader(ring, "oldest")).followed == (0.0, 0.0)
 
 
 def test_what_is_no_ring_of_this_version_is_refused(tmp_path: Path) -> None:
@@ -648,8 +655,9 @@ def test_json_is_one_document_whatever_goes_wrong() -> None:
         *("--headless", "--seconds", "1", "--json"),
     )
     thread.join(10.0)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 3, done.stderr
     figures = json.loads(done.stdout)
+    assert figures["exit"] == 3
     assert figures["origin"] == "HARDWARE"
     assert figures["tripped"] in ("sample-lost", "overrun", "rig-watchdog")  # the latter: a machine that held it up
     assert f"fields are held at zero: {figures['tripped']}" in done.stderr

@@ -64,6 +64,13 @@ def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
         ("[fluid]\nviscosity = { value = 0.1, range = 3 }\n", "unreadable range"),
         ("[fluid]\nviscosity = { value = 0.1, range = [0.2, 0.1] }\n", "Give the lower end first"),
         ("[drive\n", "cannot be read"),
+        (f"[clutch]\ninner_radius = 1{'0' * 400}\n", "a whole number in it has more than 64 bits"),
+        (f"[clutch]\ninner_radius = 0x{'f' * 4000}\n", "a whole number in it has more than 64 bits"),
+        (f"[clutch]\ninner_radius = {'1' * 5000}\n", "a whole number in it has too many digits"),
+        (f"[clutch]\ngap = {{ value = 1e-3, range = [1, 1{'0' * 400}] }}\n", "a whole number in it has more than 64"),
+        (f"a{'.a' * 5000} = 1\n", "it is nested too deep"),
+        ("[clutch]\nouter_radius = 1e300\ninner_radius = 1e299\n", "beyond its range 0.012 to 0.05"),
+        ("[clutch]\ngap = { value = 1e-9 }\n", "beyond its range 0.0002 to 0.002"),
     ],
 )
 def test_a_rig_that_cannot_be(tmp_path: Path, text: str, said: str) -> None:
@@ -73,6 +80,15 @@ def test_a_rig_that_cannot_be(tmp_path: Path, text: str, said: str) -> None:
         load_rig(path)
     assert said in str(caught.value)
     assert "bad.toml" in str(caught.value) or "must be" in said
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_rig_whose_numbers_grow_without_end(tmp_path: Path) -> None:
+    path = tmp_path / "wild.toml"
+    path.write_text("[screw]\nrotor_inertia = 6e-9\n")
+    for name in ("sine", "tracking-fast", "brake"):
+        with pytest.raises(SettingError, match=r"wild\.toml: the TWIN's numbers grow beyond 1e\+15 within 0\.2 s"):
+            prepare(name, rig=load_rig(path), seconds=0.2).recording()
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
@@ -253,7 +269,13 @@ def test_the_command(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "TWIN test: 2,000 rows" in done.stdout
     assert (tmp_path / "t.csv").read_text().startswith("# TWIN: ")
-    for bad in (["nope"], ["test", "--rig", "none.toml"], ["test", "--seconds", "-1"], ["test", "--out", "x.doc"]):
+    for bad in (
+        ["nope"],
+        ["--out", "x.csv"],
+        ["test", "--rig", "none.toml"],
+        ["test", "--seconds", "-1"],
+        ["test", "--out", "x.doc"],
+    ):
         done = subprocess.run([*COMMAND, "simulate", *bad], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 2
         assert done.stderr.startswith("error: ")

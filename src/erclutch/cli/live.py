@@ -17,7 +17,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError, require
-from erclutch.files import plain_words
+from erclutch.files import plain_words, toml_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,6 +40,10 @@ _PATIENCE = 3.0  # s
 #: The motor's torque of a replay, and the jumps of its angles, are what they were.
 _AS_RECORDED = {"motor_limit": 1e9, "theta_glitch": 0.0, "alpha_glitch": 0.0}
 _TWINS = ("twin", "twin-brake")
+_ASTRAY = (
+    "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
+    "run (--model RUN/models/NAME.json, such as bingham+fnn-16), or a log of this motion (erclutch excite)."
+)
 _NO_SAMPLE = (
     "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
 )
@@ -81,9 +85,10 @@ class ControlOptions:
     """Proportional gain of torque control: field per N m of error of the estimate."""
     torque_i: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Integral gain of torque control: field per N m s."""
-    observer: Annotated[_Observer, Parameter(group=_CONTROL)] = "off"
-    """Torque control in stages in place of torque_p and torque_i. What the device gives beyond its model comes from
-    nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in --rig-file."""
+    observer: Annotated[_Observer | None, Parameter(group=_CONTROL)] = None
+    """Torque control in stages, or by torque_p and torque_i (off). In stages, what the device gives beyond its model
+    comes from nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in
+    --rig-file. Default: none where there is a model, else off; off with --adapt."""
     observer_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
     torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 1.5e-3
@@ -184,6 +189,7 @@ def live(
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
         _require_what_is_needed(control, what, chosen, adapt)
+        control = replace(control, observer=control.observer or ("off" if chosen is None or adapt else "none"))
         channels = _channels(what, device, chosen)
         settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
@@ -191,12 +197,12 @@ def live(
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
-        watch = SessionFigures(session.reader())
+        watch = SessionFigures(session.reader(), settings.programs[0].mode.reference)
         _introduce(output, session, observers, chosen)
         _follow(session, watch, told, output)
         code = session.wait(5.0)
         watch.poll()
-        return _ended(session, watch, observers, code, None if loop.json else output)
+        return _ended(session, watch, observers, code, bool(told), None if loop.json else output)
 
 
 def _file_of(model: Path) -> Path:
@@ -319,7 +325,8 @@ def _model(
 
 def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> None:
     """Refuse options without the model that they need, or where it is known that nothing measures the torque."""
-    asked = {"--adapt": (adapt, adapt), "--observer": (control.observer != "off", control.observer == "sensor")}
+    asked = {"--adapt": (adapt, adapt)}
+    asked["--observer"] = control.observer not in (None, "off"), control.observer == "sensor"
     asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
     for option, (needs_model, needs_sensor) in asked.items():
         if needs_model and model is None:
@@ -387,15 +394,13 @@ def _tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     Raises:
         SettingError: the file cannot be read, or holds what is no setting or no number.
     """
-    import tomllib
-
     from erclutch.cli.tune import TUNED
 
     if control.tuned is None:
         return control, {}
     try:
-        body: dict[str, Any] = tomllib.loads(control.tuned.read_bytes().decode("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        body = toml_of(control.tuned.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
         problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
     for name, value in body.items():
@@ -551,6 +556,8 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
         "events": {name: n for name, n in reader.counts.items() if n},
         "realtime": reader.realtime,
         "tripped": reader.trip_reason,
+        "off_reference_rms": watch.followed[0],
+        "reference_rms": watch.followed[1],
     }
 
 
@@ -561,16 +568,35 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
     title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
-    counts = (f"{name}: {n}" for name, n in watch.reader.counts.items() if n and name != "overrun")
+    counts = (
+        f"{name}: {n:,} ({n / max(watch.frames, 1):.0%} of the steps)" if n > 0.01 * watch.frames else f"{name}: {n}"
+        for name, n in watch.reader.counts.items()
+        if n and name != "overrun"
+    )
     output.print(", ".join(counts) or "no event", markup=False)
+    off, wanted = watch.followed
+    if wanted > 0.0:
+        unit = next(c.unit for c in watch.reader.info.channels if c.role == watch.role)
+        output.print(f"off the reference by {off:.3g} rms; the reference has {wanted:.3g} {unit}", markup=False)
+        if off > 0.5 * wanted and watch.role == "effort":
+            output.print(_ASTRAY, style="yellow", markup=False, soft_wrap=True)
     for note in notes:
         output.print(note, markup=False, soft_wrap=True)
 
 
 def _ended(
-    session: Session, watch: SessionFigures, observers: Observers | None, code: int | None, output: Console | None
+    session: Session,
+    watch: SessionFigures,
+    observers: Observers | None,
+    code: int | None,
+    told: bool,
+    output: Console | None,
 ) -> int:
-    """Tells what was seen, as JSON without an output; the exit code: 0, or 3 and the reason for another end."""
+    """Tells what was seen, as JSON without an output; the exit code: 0, or 3 and the reason for another end.
+
+    Raises:
+        KeyboardInterrupt: the loop was told to end before the rig answered.
+    """
     from rich.console import Console
 
     from erclutch.live.ring import State
@@ -578,12 +604,18 @@ def _ended(
     if observers is not None:
         observers.record(False)  # so that its note says that the file is whole
     notes = () if observers is None else observers.notes
+    tripped, answered, reason = watch.reader.trip_reason, watch.reader.sensor_seq > 0, ""
+    if code != 0 or watch.reader.state is not State.STOPPED:
+        reason = f"the loop ended with code {code}: {session.said() or 'killed'}"
+    elif tripped or not answered:
+        reason = f"the fields were held at zero to the end: {tripped}" if tripped else _no_sample(session)
+    if told and not answered and code == 0:
+        raise KeyboardInterrupt
+    ended = 3 if reason else 0
     if output is None:
-        print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": code}))
+        print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": ended}))
     else:
         _show(session, watch, notes, output)
-    if code == 0 and watch.reader.state is State.STOPPED and watch.reader.sensor_seq > 0:
-        return 0
-    reason = _no_sample(session) if code == 0 else f"the loop ended with code {code}: {session.said() or 'killed'}"
-    Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
-    return 3
+    if reason:
+        Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
+    return ended

@@ -93,7 +93,8 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
         columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
     outside = model.outside(data)
     columns["outside"] = outside.astype(float), ""
-    _write(out, columns, {"label": "PREDICTED", "model": model.name, "log": recordings[0].name})
+    about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
+    _write(out, columns, {key: value for key, value in about.items() if value})
     return f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
 
 
@@ -106,8 +107,8 @@ def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
 def _write(out: Path, columns: dict[str, tuple[Array, str]], about: dict[str, str]) -> None:
     import numpy as np
 
-    from erclutch.logs.log_writer import write_log
+    from erclutch.logs.log_writer import PREDICTED, write_log
 
     rows = np.column_stack([values for values, _ in columns.values()])
     labels = [(name, unit.replace("?", "")) for name, (_, unit) in columns.items()]
-    write_log(out, labels, [rows], about, rows=len(rows))
+    write_log(out, labels, [rows], {"label": PREDICTED, **about}, rows=len(rows))

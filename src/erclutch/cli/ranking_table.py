@@ -70,7 +70,7 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
         if taught is not None:
             said[0] += f" With a torque sensor: {taught.share:.1%}, {number(taught.width, 3)} {unit}."
     if entry.by_log is None:
-        said.append("One log was held out: nothing here says how far another motion is off.")
+        said.append("Rows of one log were held out: nothing here says how far another motion is off.")
     else:
         low, high, logs = entry.by_log
         said.append(

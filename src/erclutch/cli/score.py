@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.errors import LogError
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -42,12 +43,14 @@ def score(
     from erclutch.runs.new_rows import models_of, opened, score_model
 
     found: list[tuple[Path, ModelScore]] = []
+    recordings: list[Recording] = []
     read: list[Dataset] = []
     seen: list[str] = []
     for place in model:
         run, chosen = opened(place, name)
         how = reading.like(run, chosen)
         recordings = how.read(logs)
+        _require_measured(recordings)
         seen += [] if run is None else _trained_on(run, recordings)
         data = how.dataset(recordings)
         read.append(data)
@@ -55,6 +58,7 @@ def score(
         found += [(place, score_model(each, data, called)) for called, each in models_of(run, chosen, name)]
     found.sort(key=lambda each: each[1].figures.rmse.value)
     data = read[0]
+    terminal.tell("\n".join(terminal.recording_lines(recordings)))
     columns = ["model", *(["run"] if len(model) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
     columns += ["95 % band", "of std", "guessed", "inside", "worst second" if len(data.sources) == 1 else "worst log"]
     rows = [_row(each, place if len(model) > 1 else None) for place, each in found]
@@ -68,6 +72,15 @@ def score(
         alike = [each.model for _, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
         terminal.tell(f"guessed by {alike[0]}{more}: {where}")
+
+
+def _require_measured(recordings: Sequence[Recording]) -> None:
+    """LogError for a log that `predict` wrote: its effort is a model's."""
+    from erclutch.logs.log_writer import PREDICTED
+
+    for each in recordings:
+        if each.origin == PREDICTED:
+            raise LogError("its effort is predicted, not measured", where=each.name, remedy="Give the measured log")
 
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.errors import SettingError
 from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ def simulate(
     if scenario is None:
         rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
         terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
+        if out or seconds or seed or rig:
+            raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
         return
     run = prepare(scenario, rig=load_rig(rig), seconds=seconds, seed=seed)
     path = out or Path(f"{scenario}.parquet")

@@ -118,8 +118,10 @@ def margins_of(loop: LinearLoop) -> LoopMargins:
     """Margins of a loop, read from its response at 2000 frequencies."""
     f, response = loop.response()
     size, real, imaginary = np.abs(response), response.real, response.imag
-    crosses = np.append(imaginary[1:] * imaginary[:-1] <= 0.0, True)  # at the last frequency the response is real
-    turns = size[crosses & (real < 0.0)]
+    at = np.flatnonzero(imaginary[1:] * imaginary[:-1] <= 0.0)
+    share = imaginary[at] / np.where(imaginary[at] == imaginary[at + 1], 1.0, imaginary[at] - imaginary[at + 1])
+    crossing = np.append(real[at] + share * (real[at + 1] - real[at]), real[-1])  # the last response is real
+    turns = -crossing[crossing < 0.0]
     ones = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
     phases = np.mod(np.degrees(np.angle(response[ones])) + 180.0, 360.0)
     delays = phases / 360.0 / f[ones]

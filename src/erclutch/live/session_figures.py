@@ -38,7 +38,8 @@ class Histogram:
         total = self.counts.cumsum()
         if not total[-1]:
             return [float("nan")] * len(shares)
-        return [float(np.searchsorted(total, share * int(total[-1]))) + 1.0 for share in shares]
+        ends = (float(np.searchsorted(total, share * int(total[-1]))) + 1.0 for share in shares)
+        return [min(end, self.largest) for end in ends]
 
     def between(self, edges: Sequence[int]) -> list[int]:
         """How many lie below the first of some rising edges in us, between each two, and above the last."""
@@ -57,14 +58,17 @@ class SessionFigures:
 
     Attributes:
         reader: of the ring.
+        role: of the channel that is to follow the reference; empty where none is.
         lateness, step: histograms of the wake-up's lateness and of the step's time.
         frames: how many were read.
     """
 
     reader: RingReader
+    role: str = ""
     lateness: Histogram = field(default_factory=Histogram)
     step: Histogram = field(default_factory=Histogram)
     frames: int = 0
+    _squares: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     def poll(self) -> NDArray[Any]:
         """Take what is new; returns it."""
@@ -73,7 +77,21 @@ class SessionFigures:
             self.lateness.add(new["lateness_ns"].astype(np.int64))
             self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
+            self._follow(new)
         return new
+
+    def _follow(self, new: NDArray[Any]) -> None:
+        for channel in self.reader.info.channels:
+            if channel.role == self.role:
+                pair = np.array([new["reference"], new[channel.name]])
+                wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
+                self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
+
+    @property
+    def followed(self) -> tuple[float, float]:
+        """How far the channel was off its reference, and the reference itself, RMS; zeros where nothing follows."""
+        off, wanted, count = self._squares.tolist()
+        return (off / count) ** 0.5 if count else 0.0, (wanted / count) ** 0.5 if count else 0.0
 
     def rows(self) -> list[list[str]]:
         """Lateness and step time as rows of a table, in us."""

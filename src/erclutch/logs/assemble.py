@@ -448,7 +448,7 @@ def _take_inputs(draft: _Draft, chosen: ColumnMap) -> None:
 
 def _spare(draft: _Draft, chosen: ColumnMap) -> None:
     """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
-    taken = {*draft.columns.values(), *_reserved(draft)}
+    taken = {*draft.columns.values(), *_reserved(draft), *draft.table.truths}
     for name, values in draft.table.columns.items():
         if (
             name not in taken

@@ -17,6 +17,8 @@ from erclutch.files import unwritable, whole_file
 from erclutch.signals.array import Array
 
 LabelledColumns = Sequence[tuple[str, str]]
+#: Label of a log whose effort is a model's.
+PREDICTED = "PREDICTED"
 
 _BYTES_A_NUMBER = {".parquet": 9.0, ".csv": 14.0, ".mat": 9.0}
 

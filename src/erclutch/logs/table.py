@@ -61,7 +61,12 @@ class Table:
                 continue
             if isinstance(about, dict) and isinstance(label := cast("dict[str, Any]", about).get("label"), str):
                 return label
-        return next((label for label in ("TWIN", "SYNTHETIC") if label in self.metadata), "")
+        return next((label for label in ("TWIN", "SYNTHETIC", "PREDICTED") if label in self.metadata), "")
+
+    @property
+    def truths(self) -> list[str]:
+        """Columns of the TWIN that no sensor gives."""
+        return [name for name in self.columns if name.startswith("true_")] if self.origin == "TWIN" else []
 
     @property
     def rows(self) -> int:
