@@ -489,7 +489,7 @@ def _observers(
         lead=parameters.value("screw.lead"),
     ) as observers:
         if loop.record:
-            observers.record(True)
+            observers.record(True, whole=True)
         yield observers
 
 
@@ -604,11 +604,11 @@ def _ended(
     if observers is not None:
         observers.record(False)  # so that its note says that the file is whole
     notes = () if observers is None else observers.notes
-    tripped, answered, reason = watch.reader.trip_reason, watch.reader.sensor_seq > 0, ""
+    answered, reason = watch.reader.sensor_seq > 0, ""
     if code != 0 or watch.reader.state is not State.STOPPED:
         reason = f"the loop ended with code {code}: {session.said() or 'killed'}"
-    elif tripped or not answered:
-        reason = f"the fields were held at zero to the end: {tripped}" if tripped else _no_sample(session)
+    elif not answered:
+        reason = _no_sample(session)
     if told and not answered and code == 0:
         raise KeyboardInterrupt
     ended = 3 if reason else 0
@@ -616,6 +616,8 @@ def _ended(
         print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": ended}))
     else:
         _show(session, watch, notes, output)
+        if watch.reader.trip_reason and session.rig_running:
+            output.print(f"held at zero to the end: {watch.reader.trip_reason}", style="red", markup=False)
     if reason:
         Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
     return ended

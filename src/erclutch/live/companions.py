@@ -77,12 +77,12 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         """A line in the page's log of events; level is note, warning or alarm."""
         self._notes.append((len(self._notes), time.monotonic_ns(), text, level))
 
-    def record(self, on: bool) -> None:
-        """Start or end a recording; a failure is said, and raised for a caller that is a script."""
+    def record(self, on: bool, *, whole: bool = False) -> None:
+        """Start a recording, `whole` with the frames so far, or end it; a failure is said, and raised for a script."""
         with self._lock:
             try:
                 if on:
-                    self.recordings.start()
+                    self.recordings.start(whole=whole)
                 else:
                     self.recordings.stop()
             except ErclutchError as error:

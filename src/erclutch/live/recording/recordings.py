@@ -67,11 +67,12 @@ class Recordings:
         """Process of the recorder."""
         return self._running.process.pid if self._running else None
 
-    def start(self, name: str | None = None) -> Path:
+    def start(self, name: str | None = None, *, whole: bool = False) -> Path:
         """Start a recording; does nothing if one runs.
 
         Args:
             name: of the file, without a folder; None: the date and time.
+            whole: with the frames that the ring still holds, of the session's first seconds those from the start.
 
         Raises:
             RecordingError: the folder cannot be made or written. RingError: the session is over.
@@ -81,7 +82,7 @@ class Recordings:
         stem = name or datetime.now(UTC).strftime("%Y-%m-%dT%H-%M-%SZ")
         with contextlib.closing(RingReader(self.ring)) as reader:
             path = self._reserved(self.folder / f"{stem}.mcap")
-            self._start(path, reader.head - 1, path)
+            self._start(path, 0 if whole else reader.head - 1, path)
         self._say(f"recording to {path.name}", "note")
         return path
 
