@@ -6,10 +6,12 @@ import hashlib
 import os
 import shutil
 import tempfile
+import tomllib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from json import JSONDecodeError
 from pathlib import Path
+from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
 
@@ -28,8 +30,32 @@ def plain_words(error: Exception) -> str:
         return "it is no UTF-8 text"
     if isinstance(error, JSONDecodeError):
         return f"it is no JSON from line {error.lineno} on"
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    if "integer string conversion" in str(error):  # what Python says of thousands of digits
+        return "a whole number in it has too many digits"
     missing = isinstance(error, FileNotFoundError)
     return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
+
+
+def toml_of(content: bytes) -> dict[str, Any]:
+    """What a TOML file holds; its whole numbers have 64 bits at most, so that each can be a float and be printed.
+
+    Raises:
+        ValueError, RecursionError: it is no such file; `plain_words` says why.
+    """
+    body = tomllib.loads(content.decode("utf-8-sig"))
+    if not _fits(body):
+        raise ValueError("a whole number in it has more than 64 bits")
+    return body
+
+
+def _fits(value: object) -> bool:
+    if isinstance(value, dict):
+        return all(map(_fits, cast(dict[str, object], value).values()))
+    if isinstance(value, list):
+        return all(map(_fits, cast(list[object], value)))
+    return not isinstance(value, int) or -(2**63) <= value < 2**63
 
 
 def unwritable(

@@ -7,6 +7,7 @@ import http.client
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -123,6 +124,26 @@ def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
     assert [entry.name for entry in space.results()] == ["a-run-estimate-2.csv"]
 
 
+def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:
+    outside, inside = tmp_path / "outside", tmp_path / "space"
+    for folder in (outside / "run", inside):
+        folder.mkdir(parents=True)
+    for path in (outside / "a.csv", outside / "a.html", outside / "a.toml", outside / "run" / "run.json"):
+        path.write_text("1")
+    (inside / "own.csv").write_text("1")
+    for path in outside.iterdir():
+        (inside / f"link-{path.name}").symlink_to(path)
+    (inside / "twin.csv").symlink_to(inside / "own.csv")
+    (inside / "loop.csv").symlink_to(inside / "loop.csv")
+    space = Workspace(inside)
+    assert {entry.name for entry in space.logs()} == {"own.csv", "twin.csv"}
+    assert (space.runs(), space.results(), space.mappings()) == ([], [], [])
+    assert space.path("twin.csv").read_text() == "1"
+    for name in ("link-a.csv", "link-run", "loop.csv"):
+        with pytest.raises(WorkspaceError, match="no such file or folder"):
+            space.path(name)
+
+
 def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
     job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
     while not job.lines and job.code is None and job.seconds < 3.0:
@@ -203,6 +224,30 @@ def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served
 
 
 @pytest.mark.slow
+def test_a_run_that_cannot_be_read_stops_nobody(served: Served) -> None:
+    """It is named in the overview; a page of it is one sentence, whatever it is."""
+    bodies = {"deep": "[" * 100_000, "wrong": '{"kind": "erclutch run", "recommended": "nope", "ranking": []}'}
+    for name, text in bodies.items():
+        (served.folder / name).mkdir()
+        (served.folder / name / "run.json").write_text(text)
+    (served.folder / "empty").mkdir()
+    (served.folder / "page.html").mkdir()
+    (served.folder / "file.csv").write_text("1")
+    (served.folder / "link.csv").symlink_to("/etc/passwd")
+    try:
+        status, home = served.ask("GET", "/")
+        assert (status, home.count("not readable")) == (200, 2)
+        assert "link.csv" not in home
+        assert [served.ask("GET", f"/run/{name}")[0] for name in bodies] == [400, 400]
+        for path in ("run/file.csv/report", "run/empty/report", "run/file.csv", "alone/page.html", "file/link.csv"):
+            status, text = served.ask("GET", f"/{path}")
+            assert (path, status, text.count('role="alert"')) == (path, 404, 1)
+    finally:
+        for path in served.folder.iterdir():
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "path", "body"),
     [
@@ -263,7 +308,9 @@ def open_page(served: Served) -> Iterator[Callable[..., Any]]:
         browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*flags, "--disable-component-update"])
 
         def hear(message: Any) -> None:
-            if message.type == "error" and "status of 400" not in message.text:  # a page that tells a problem
+            if message.type == "error" and not re.search(
+                "status of 40[04]", message.text
+            ):  # a page that tells a problem
                 wrong.append(message.text)
 
         def opened(width: int = 1440, scheme: str = "light") -> Any:

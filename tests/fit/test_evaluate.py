@@ -122,6 +122,17 @@ def test_the_band_of_correlated_residuals_is_wider() -> None:
     assert np.isclose(growth, expected, rtol=0.3)
 
 
+def test_a_band_of_a_few_bursts_does_not_reach_what_cannot_be() -> None:
+    """No error at all, or an explained share of one, is no end of a band; ends that stay away from it are as ever."""
+    y, quiet = np.sin(np.arange(2000.0)), 0.01 * np.random.default_rng(6).normal(size=2000)
+    burst = quiet + np.where(np.arange(2000) // 60 % 16 == 3, 2.0, 0.0)
+    found = score(y, y - burst)
+    assert 0.0 < found.mse.low < 0.2 * found.mse.value
+    assert 0.0 < found.rmse.low < found.rmse.value < found.rmse.high
+    assert found.r2.value < found.r2.high < 1.0
+    assert -1.0 < excess(burst, 30.0 * quiet).low < -0.5
+
+
 @pytest.mark.slow
 def test_the_band_covers_what_it_should() -> None:
     """The true RMSE lies in the band for about 95 % of the logs, also where residuals are correlated."""

@@ -175,6 +175,9 @@ def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callabl
         ("invalid = 'maybe'", "invalid is 'maybe'"),
         ("columns = 3", "columns is 3"),
         ("= nonsense", "the mapping file cannot be read"),
+        (f"rate = {'1' * 5000}", "a whole number in it has too many digits"),
+        (f'[columns]\nfield = {{column = "Y", scale = 1{"0" * 400}}}', "a whole number in it has more than 64 bits"),
+        (f"inputs = 0x{'f' * 4000}", "a whole number in it has more than 64 bits"),
         ("[constants]\nfield = 'half'", "the constant field is 'half'"),
     ],
 )

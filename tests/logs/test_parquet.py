@@ -78,6 +78,33 @@ def test_a_damaged_file_is_named(tmp_path: Path, data: bytes, problem: str) -> N
         read_table(path)
 
 
+def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> None:
+    path, zeros = tmp_path / "zeros.parquet", pa.table({name: np.zeros(2_000_000) for name in "tabc"})
+    with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
+        for _ in range(20):
+            writer.write_table(zeros)
+    with pytest.raises(LogError, match=r"need more than 1 GiB\. Read it piece by piece with erclutch fit-large"):
+        read_table(path)
+    assert next(parquet_windows(path, 50_000, 10))[:2] == (0, 50_000)
+
+
+def test_ten_million_rows_of_a_constant_field_are_read(tmp_path: Path) -> None:
+    path, zeros = tmp_path / "constant.parquet", pa.table({name: np.zeros(1_000_000) for name in ("t", "field")})
+    with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
+        for _ in range(10):
+            writer.write_table(zeros)
+    assert read_table(path).rows == 10_000_000
+
+
+def test_too_little_memory_is_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(pq.ParquetFile, "read", full)
+    with pytest.raises(LogError, match="the columns need more memory than there is"):
+        read_parquet(LogSource(Path("a.parquet"), whole(), ""))
+
+
 def test_a_file_without_numbers() -> None:
     sink = io.BytesIO()
     pq.write_table(pa.table({"mode": ["on", "off"]}), sink)

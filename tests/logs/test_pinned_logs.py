@@ -317,7 +317,7 @@ def test_clocks(name: str, pinned: Pinned) -> None:
         return [*own, summed(match.centres), summed(1e6 * match.residuals)]
 
     def searched() -> Any:
-        line, width, independent = _search(a, b, near)
+        line, width, independent = _search(a, b, near, 1.0)
         return [line.at, line.middle, line.drift, width, independent, _overlap(a, b, line), _width(b, period, 20.0)]
 
     pinned([told(found), told(searched)], rel=1e-4)

@@ -97,6 +97,28 @@ def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
     found = erclutch.align(_sine(0.0), _sine(0.1), near=-0.09)
     assert found.matches[0].on_b(np.array([15.0])) == pytest.approx(14.9, abs=1e-3)
     assert set(found.joined.columns) == {"time", "x", "x_B"}
+    for every in (1, 2):  # a slower B is searched the other way round, and its offsets are told as any other's
+        slower = _sine(0.1)[::every].reset_index(drop=True)
+        with pytest.raises(ErclutchError, match=r"--near 30 ms lies between .*, (-9\d|-10\d).* ms and 1[45]\d.* ms"):
+            erclutch.align(_sine(0.0), slower, near=0.03)
+
+
+def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
+    """A position that wanders: too few independent samples to find it anywhere, enough to find it near a place."""
+    time = 1e-3 * np.arange(20_000)
+    speed = np.convolve(np.random.default_rng(1).standard_normal(20_799), np.hanning(800) / 19.0, "valid") - 0.5
+    position = 100.0 * np.cumsum(1e-3 * speed)
+    inner = slice(3000, 18_000, 2)
+    a = pd.DataFrame({"time [s]": time, "x [rad]": position})
+    b = pd.DataFrame({"time [s]": time[inner] * (1.0 + 100e-6) + 1.234, "x [rad]": position[inner]})
+    found = erclutch.align(a, b, near=1.2)
+    assert found.matches[0].on_b(np.array([10.0])) == pytest.approx(11.235, abs=1e-4)
+    with pytest.raises(
+        ErclutchError, match=r"about as well.* so slowly that the overlap holds \d+ independent samples"
+    ):
+        erclutch.align(a, b)
+    with pytest.raises(ErclutchError, match=r"astray, to a drift of \d+ ppm, 5000 at most"):
+        erclutch.align(a, b, near=6.0)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])

@@ -18,13 +18,13 @@ from erclutch.report.html.dynamics_section import _model  # pyright: ignore[repo
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
-from erclutch.report.numbers.number_text import number, percent, scale_for, span
+from erclutch.report.numbers.number_text import chart_scale, number, percent, scale_for, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
 from erclutch.report.numbers.windows import windows
 from erclutch.report.plots.lag_plot import _steps  # pyright: ignore[reportPrivateUsage]
-from erclutch.report.plots.plot_description import Line
+from erclutch.report.plots.plot_description import Axis, Line
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -259,7 +259,17 @@ def test_numbers(value: float | None, text: str) -> None:
 def test_units() -> None:
     assert scale_for("N*m", 0.01).of(0.00404) == "4.04\u00a0mN·m"
     assert scale_for("N", 600.0).of(123.0) == "123\u00a0N"
-    assert scale_for("?", 0.01).titled("field") == "field [units as logged]"
+    unknown = scale_for("?", 0.01)
+    assert (unknown.unit, unknown.of(0.2)) == ("units as logged", "0.200\u00a0as logged")
+    assert unknown.titled("field") == Axis("field", unknown.unit).title == "field [as logged]"
+    for unit, size, said in (
+        ("s", 2e-3, "ms"),
+        ("N*m/(rad/s)", 3e-4, "10⁻⁶ N·m/(rad/s)"),
+        ("1", 2.0, ""),
+        ("N", 0.0, "N"),
+    ):
+        assert chart_scale(unit, size).unit == said
+    assert chart_scale("N*m/(rad/s)", 3e-4).bare(3e-4) == "300"
     assert scale_for("", 0.01).of(0.25) == "0.250"
     assert percent(0.2154) == "21.5\u00a0%"
     assert span(-1.0, None) == "−1.00 to –"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -165,3 +166,22 @@ def test_panels_of_a_row_name_their_axis_alike() -> None:
         paint(figure, plot)
         FigureCanvasAgg(figure).draw()
         assert [axis.get_xlabel() for axis in figure.axes] == ["Rate [Hz]", "Rate [Hz]", "Rate [Hz]", "Time [s]"]
+
+
+def test_titles_below_narrow_panels_do_not_meet_and_the_badge_stands_once() -> None:
+    x, y = Axis("field", "units as logged", 0.0, 1.0), Axis("value")
+    plot = Plot([Panel(x, y, []) for _ in range(3)], PlotTable((), ()), 4.0, columns=3, badge="TWIN")
+    with style():
+        figure = new_figure(plot.height, plot.width)
+        paint(figure, plot)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        boxes = [axis.xaxis.label.get_window_extent(canvas.get_renderer()) for axis in figure.axes]
+        assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
+        assert boxes[-1].x1 < figure.bbox.x1
+        assert [axis.get_xlabel().count("TWIN") for axis in figure.axes] == [0, 0, 1]
+
+
+def test_an_axis_of_whole_numbers_has_no_other_ticks() -> None:
+    panel = Panel(Axis("device", "", 0.9, 3.1, whole=True), Axis("value", "", 5.0, 6.0), [])
+    assert re.findall(r'text-anchor="middle">([^<]+)<', str(svg(panel))) == ["1", "2", "3"]

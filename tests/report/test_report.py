@@ -95,7 +95,10 @@ def test_all_sections_are_there(html: str) -> None:
 
 def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> None:
     entry = material.run.entry(material.recommended)
-    assert f"<b>{entry['name']}</b> errs by <b>{material.effort.of(entry['test']['rmse'][0])}</b>" in html
+    name = "<wbr>".join(
+        f"<span>{part.replace('/', '/<wbr>')}</span>" for part in entry["name"].replace("+", " +").split()
+    )
+    assert f"<b>{name}</b> errs by <b>{material.effort.of(entry['test']['rmse'][0])}</b>" in html
     for other in material.body["ranking"]:
         assert f">{other['name']}" in html
         assert material.effort.band(other["test"]["rmse"]) in html

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.fit.comparison import Settings
 from erclutch.fit.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.html.fleet_page import fleet_panels
+from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
 from erclutch.runs.fleet import Fleet, fit_many
 
@@ -150,6 +153,19 @@ def test_the_command_writes_a_report(
     page = (tmp_path / "run/report.html").read_text()
     assert "5 of 6 were fitted" in page
     assert "unit20.csv" in page
+
+
+def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> None:
+    few = replace(fleet, series=tuple(replace(s, chart=None) for s in fleet.series))
+    assert all("Grey" in panel.caption for panel in fleet_panels(fleet))
+    for panel in fleet_panels(few):
+        assert "Grey" not in panel.caption
+        assert panel.x.whole
+        bars = next(m for m in panel.marks if isinstance(m, Line)).y
+        assert panel.y.low is not None
+        assert panel.y.high is not None
+        assert panel.y.low < np.nanmin(bars) < np.nanmax(bars) < panel.y.high
+        assert 1e-2 < np.nanmax(np.abs(bars)) < 1e5
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,15 @@ def _versions() -> str:
     return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"
 
 
+def _misused(error: CycloptsError) -> object:
+    """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
+    from cyclopts import CycloptsPanel
+
+    from erclutch.cli.terminal import shown
+
+    return CycloptsPanel(shown(str(error)))
+
+
 app = App(
     name="erclutch",
     help="Turn a test-bench log of a clutch, brake or damper with an ER or MR fluid into a checked torque model.",
@@ -33,6 +42,7 @@ app = App(
     help_format="plaintext",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
+    error_formatter=_misused,
 )
 _COMMANDS = {
     "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",

@@ -39,6 +39,8 @@ def app_page(
     from erclutch.cli import terminal
     from erclutch.live.page.access import Access, new_token
 
+    if folder.is_file():
+        raise SettingError("this is a file", where=str(folder), remedy="Give the folder that it lies in")
     if not folder.is_dir():
         raise SettingError("there is no such folder", where=str(folder), remedy="Make it first, or give another one")
     try:

@@ -57,41 +57,44 @@ def inspect(
     log, *others = expand(logs)
     raw = _table(log, reading)
     text, missing, choices = reading.mapping_text(raw, log)
-    recording, more, problem = None, list["Recording"](), None
+    read, problem = list["Recording"](), None
     try:
-        recording, *more = reading.read([log]) if reading.each else reading.how().read(log, reading.device, raw)
-        more += reading.read(others) if others else []
+        read = reading.read([log]) if reading.each else [*reading.how().read(log, reading.device, raw)]
+        read += reading.read(others) if others else []
         missing = () if reading.each else missing  # of one log; here each has its own effort
     except SettingError:
         raise
     except ErclutchError as error:
-        recording, problem = None, error
+        read, problem = [], error
         if plots is not None:
             raise
-    drawn = [] if plots is None or recording is None else _draw(plots, log, recording, start, seconds, reading)
+    drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
     if write_mapping is not None:
         write_text(write_mapping, text)
     if json:
         said = {name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in choices.items()}
-        more_json: dict[str, Any] = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
-        more_json["further"] = [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in more]
-        findings = [] if recording is None else _findings(reading.dataset([recording, *more]))
-        _print_json(raw, recording, problem, findings, more_json)
-        return int(recording is None)
+        more = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        _print_json(raw, read, problem, reading, more)
+        return int(not read)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
-    if recording is None:
+    if read:
+        _print_recordings(read, reading)
+    else:
         terminal.tell(*(f"  {note}" for note in raw.notes))
         terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
-        return 1
-    if more:
-        terminal.tell(_several([recording, *more]))
-    first = reading.dataset([recording])
-    _print_signals(recording, first)
-    _print_coverage(reading.dataset([recording, *more]) if more else first)
     for path in drawn:
         terminal.say(f"drawn: {path}")
-    return 0
+    return int(not read)
+
+
+def _print_recordings(read: list[Recording], reading: LogOptions) -> None:
+    """The signals of the first log; what each of several is read as; what all of them cover."""
+    if len(read) > 1:
+        terminal.tell(_several(read))
+    first = reading.dataset(read[:1])
+    _print_signals(read[0], first)
+    _print_coverage(reading.dataset(read) if len(read) > 1 else first)
 
 
 def _table(log: Path, reading: LogOptions) -> Table:
@@ -214,6 +217,8 @@ def _draw(
     from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled
     from erclutch.report.plots.matplotlib_painter import save_plot
 
+    if start is not None and start >= recording.time[-1]:
+        raise SettingError(f"--start {start:g} s", remedy=f"Give less than {recording.time[-1]:.4g} s, the log's end")
     section = describe_section(recording, start=start, seconds=seconds)
     coverage = describe_coverage(reading.dataset([recording]), titled(recording))
     drawn = {"section": section, "coverage": coverage}
@@ -238,7 +243,7 @@ def _sketch(values: Array, points: int = 60) -> list[list[float]]:
 
 
 def _print_json(
-    raw: Table, recording: Recording | None, problem: ErclutchError | None, findings: list[str], more: dict[str, Any]
+    raw: Table, read: list[Recording], problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
 ) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
@@ -246,9 +251,12 @@ def _print_json(
         shown = dict(zip(_FIGURES, figures, strict=True))
         columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
     body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
+    findings = _findings(reading.dataset(read)) if read else []
     body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
-    if recording is not None:
+    if read:
+        recording, *further = read
         body |= {
+            "further": [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in further],
             "signals": dict(recording.units),
             "rows": recording.rows,
             "period_s": recording.period,

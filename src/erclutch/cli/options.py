@@ -159,7 +159,8 @@ class LogOptions:
         given = {*said.columns, *said.constants}
         gone = {"begin", "end", "skip", *(name.lower() for name in given)}  # a window is of the log it was given for
         gone |= {"time", "rate"} if self.time is not None or self.rate is not None else set()
-        own = {key: value for key, value in own.items() if key not in gone}
+        known = {f.name for f in fields(self)}
+        own = {key: value for key, value in own.items() if key in known and key not in gone}
         own["name_pattern"] = still_needed(own.get("name_pattern"), given)
         own |= {key: tuple(own[key]) for key in ("input", "scale") if key in own}
         own |= {key: Path(own[key]) for key in ("map",) if key in own}
@@ -189,10 +190,11 @@ def expand(paths: Sequence[Path]) -> list[Path]:
     Raises:
         LogError: a folder without a log.
     """
-    from erclutch.logs.log_reader import folder_reader, log_suffixes
+    from erclutch.logs.log_reader import folder_reader, log_suffixes, require_no_run
 
     files: list[Path] = []
     for path in paths:
+        require_no_run(path)
         if not path.is_dir() or folder_reader(path):
             files.append(path)
             continue

@@ -10,12 +10,14 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+
+from erclutch.errors import printable
 
 if TYPE_CHECKING:
     from erclutch.fit.laws.fit_law import Estimate
@@ -190,7 +192,21 @@ def progress(title: str) -> Generator[Callable[[float, float | None, str], None]
         yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
 
 
+def shown(text: str) -> str:
+    """A text that a terminal only shows, see `printable`; here line ends stay."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
+class _Screen(Console):
+    """All texts pass here, also titles and cells: what files and their names bring may hold commands to a terminal."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(shown(text), **options)
+
+
 def console() -> Console:
     """Standard output; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
-    made = Console(highlight=False, markup=False)
-    return made if made.is_terminal or "COLUMNS" in os.environ else Console(highlight=False, markup=False, width=150)
+    made = _Screen(highlight=False, markup=False, emoji=False)
+    if not made.is_terminal and "COLUMNS" not in os.environ:
+        made.width = 150
+    return made

@@ -456,7 +456,7 @@ def _spare_column(name: str, gain: float) -> Finding:
         "note",
         "spare column",
         f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
-        f"Fit with --input {shell_word(name)}",
+        f"Fit with --input {shell_word(name)}, unless it measures the effort once more",
     )
 
 

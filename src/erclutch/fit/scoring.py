@@ -164,8 +164,16 @@ def _figure(
 
     freedom = max(blocks - 1, 1)
     wider = float(stdtrit(freedom, 0.975) / ndtri(0.975)) * (blocks / freedom) ** 0.5
-    low, high = (value + wider * (end - value) if np.isfinite(end) else end for end in _middle(resampled))
-    return BandedFigure(value, max(low, least), min(high, most))
+    low, high = _middle(resampled)
+    return BandedFigure(value, _widened(value, low, wider, least), _widened(value, high, wider, most))
+
+
+def _widened(value: float, end: float, wider: float, limit: float) -> float:
+    """An end so many times as far from the value; where it would reach the limit, by the logarithm of its distance."""
+    moved = value + wider * (end - value) if np.isfinite(end) else end
+    if np.sign(moved - limit) == np.sign(value - limit):
+        return moved
+    return limit + (value - limit) * ((end - limit) / (value - limit)) ** wider
 
 
 def _middle(resampled: Array) -> tuple[float, float]:

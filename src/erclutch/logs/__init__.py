@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs.assemble import NEEDS, Invalid, assemble
 from erclutch.logs.batches import Batch, windowed_batches
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -328,6 +328,7 @@ def _require_file(path: str | Path) -> Path:
     file = Path(path)
     with placed(str(path)):
         try:
+            require_no_run(file)
             if file.is_dir() and folder_reader(file) is None:
                 raise LogError("this is a folder, not a file", remedy="Give one log file")
             if not file.exists():

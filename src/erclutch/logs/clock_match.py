@@ -23,6 +23,7 @@ from erclutch.signals.array import Array, Mask
 
 #: Drifts that are searched, as shares: quartz clocks differ by less than a fifth of this.
 MOST_DRIFT = 500e-6
+_ASTRAY = 10.0 * MOST_DRIFT  # what no step on the way may reach
 _DRIFTS = 33  # on either side of zero, at most
 _TRENDS = 5.0  # what is slower than this part of the shorter log is taken for a trend
 _FEWEST = 16.0  # independent samples of the overlap
@@ -31,6 +32,7 @@ _CHANCE = 1e-4  # that the best of all offsets is as good by chance
 _APART = 3.0  # standard errors between the best offset and the next that is as good
 _BRIDGED = 5  # periods of a gap
 _WINDOWS = 20
+_COARSEST = 200  # rows of the overlap on the coarsest grid: those that are needed, and a filter's reach at both ends
 _MOST_STEPS, _SETTLED = 25, 1e-6  # Newton steps; a step that ends them, in periods
 _SEGMENT = 128  # rows of a spectrum, at most
 _REMEDY = "Choose another signal with --on, and check that both logs are of one experiment"
@@ -188,8 +190,8 @@ def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch
         if not np.ptp(track.values) > 0.0:
             raise LogError(f"the signal never changes in log {name}", remedy=_REMEDY)
     if b.period > 1.01 * a.period:  # the slower log is taken at its own times, so that it is not interpolated
-        return _turned(_matched(b, a, None if near is None else -near))
-    return _matched(a, b, near)
+        return _turned(_matched(b, a, near, -1.0))
+    return _matched(a, b, near, 1.0)
 
 
 @dataclass(frozen=True)
@@ -208,9 +210,12 @@ class _Line:
         return self.at + (time - self.at - self.middle) / (1.0 + self.drift)
 
 
-def _matched(a: Track, b: Track, near: float | None) -> ClockMatch:
-    line, width, independent = _search(a, b, near)
+def _matched(a: Track, b: Track, near: float | None, sign: float) -> ClockMatch:
+    """The match of two logs; the user's offset is the one found here times the sign."""
+    line, width, independent = _search(a, b, near, sign)
     period = a.period
+    low, high = _overlap(a, b, line)
+    width = min(width, 4.0 * (high - low) / _COARSEST)
     while width > 2.0 * period:
         line = _stepped(a, b, line, width / 4.0, _flat)[0]
         width /= 2.0
@@ -244,7 +249,7 @@ class _Scan:
         return self.heights * np.sqrt(np.maximum(self.independent, 4.0) - 3.0)
 
 
-def _search(a: Track, b: Track, near: float | None) -> tuple[_Line, float, float]:
+def _search(a: Track, b: Track, near: float | None, sign: float) -> tuple[_Line, float, float]:
     """The best line of all offsets and drifts, the width of its peak in s, and the independent samples it rests on.
 
     Raises:
@@ -261,7 +266,7 @@ def _search(a: Track, b: Track, near: float | None) -> tuple[_Line, float, float
     best = max(scans, key=lambda scan: float(scan.scores.max()))
     shift: Array = np.arange(best.scores.size, dtype=np.float64) - (grids[0][0].size - 1)
     lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])
-    place = _chosen(best, lags, len(scans) * lags.size * step / width, 1.5 * width, shorter / width, near)
+    place = _chosen(best, sign * lags, len(scans) * lags.size * step / width, 1.5 * width, shorter / width, near)
     line = _Line(a.ends[0], float(lags[place]), best.drift)
     low, high = _overlap(a, b, line)
     middle = 0.5 * (low + high)
@@ -297,8 +302,11 @@ def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, widths: float,
     short = scan.independent.max() < _FEWEST
     if others.size and strong and not (short and widths < 2.0 * _FEWEST):
         listed = ", ".join(f"{1e3 * lag:.6g}" for lag in sorted(lags[[best, *others]], key=abs)[:4])
+        alike = float(np.median(np.abs(scan.correlation[others]))) > 0.9 * abs(scan.correlation[best])
+        slow = f"the signal changes so slowly that the overlap holds {scan.independent[best]:.0f} independent samples"
         raise LogError(
-            f"{others.size + 1} offsets fit equally well, such as {listed} ms: the signal repeats itself",
+            f"{others.size + 1} offsets fit {'equally' if alike else 'about as'} well, such as {listed} ms: "
+            f"{'the signal repeats itself' if alike else slow}",
             remedy="Say about where the offset is, such as --near 2.5s, or choose another signal with --on",
         )
     if short:
@@ -403,7 +411,7 @@ def _stepped(a: Track, b: Track, line: _Line, period: float, weigh: _Weights) ->
     """The line after Newton steps on rows of one period, and what the last step saw.
 
     Raises:
-        LogError: too few rows without a gap are left.
+        LogError: too few rows without a gap are left, or the steps lead to no such drift as clocks have.
     """
     low, high = _overlap(a, b, line)
     grid = a.ends[0] + period * np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
@@ -422,6 +430,10 @@ def _stepped(a: Track, b: Track, line: _Line, period: float, weigh: _Weights) ->
             return line, seen
         move *= min(1.0, period / size)
         line = replace(line, middle=line.middle + float(move[0]), drift=line.drift + float(move[1]) / half)
+        if abs(line.drift) > _ASTRAY:
+            problem = f"the fine search goes astray, to a drift of {1e6 * abs(line.drift):.0f} ppm"
+            remedy = "Say where else the offset may be with --near, or choose another signal with --on"
+            raise LogError(f"{problem}, {1e6 * _ASTRAY:.0f} at most", remedy=remedy)
         y, y_there = sample(line(grid))
     return line, _seen(grid, (x, y), x_there & y_there, taps)
 
@@ -436,8 +448,8 @@ def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Ar
 
     rows = _far_from_gaps(there, taps[0].size // 2)
     if rows.sum() < 4 * _WINDOWS:
-        problem = f"{int(rows.sum())} rows of the overlap lie far enough from gaps, {4 * _WINDOWS} are needed"
-        raise LogError(problem, remedy="Give longer logs, or logs with fewer gaps")
+        lie = f"{int(rows.sum())} rows of the overlap lie far enough from its ends and from gaps"
+        raise LogError(f"{lie}, {4 * _WINDOWS} are needed", remedy="Give longer logs, or logs with fewer gaps")
     period = float(grid[1] - grid[0])
 
     def filtered(signal: Array, by: Array) -> Array:
@@ -445,6 +457,7 @@ def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Ar
         return whole[rows]
 
     (fx, fy), (dx, dy) = ([filtered(signal, by) for signal in signals] for by in taps)
+    fx, fy = fx - fx.mean(), fy - fy.mean()  # each log has a mean of its own, which the filter lets through in part
     gain = float(fx @ fy) / (float(fy @ fy) or 1.0)
     correlation = float(fx @ fy) / (float(np.sqrt(float(fx @ fx) * float(fy @ fy))) or 1.0)
     score, slope = gain * dy * (fx - gain * fy) / period, gain * dy * dx / period**2

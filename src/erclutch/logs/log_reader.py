@@ -90,6 +90,16 @@ def folder_reader(path: Path) -> Plugin | None:
     return next((plugin for plugin, mark in found if (path / mark).is_file()), None)
 
 
+def require_no_run(path: Path) -> None:
+    """Refuse the folder of a run, whose files look like logs.
+
+    Raises:
+        LogError: it is one.
+    """
+    if (path / "run.json").is_file():
+        raise LogError("this is the folder of a run", where=str(path), remedy="Give a log; erclutch report shows a run")
+
+
 def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     """The reader of a file, and a note on each reader that could not be asked.
 

@@ -28,14 +28,13 @@ before it turns the sign (``-F [N]``). What the command line says wins over the 
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed, shell_word
-from erclutch.files import plain_words
+from erclutch.files import plain_words, toml_of
 from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.name_pattern import still_needed
 from erclutch.logs.table import Table
@@ -120,8 +119,8 @@ class ColumnMap:
         path = Path(path)
         try:
             content = path.read_bytes()
-            values = tomllib.loads(content.decode("utf-8-sig"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+            values = toml_of(content)
+        except (OSError, ValueError, RecursionError) as error:
             problem = f"the mapping file cannot be read ({plain_words(error)})"
             raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
         return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
@@ -265,7 +264,7 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
 def _no_column(table: Table, text: str, signal: str) -> MappingError:
     import difflib
 
-    lower = {name.lower(): name for name in table.columns}
+    lower = {name.lower(): name for name in table.columns if name not in table.truths}
     near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
     close = lower[near[0]] if near else ""
     hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"

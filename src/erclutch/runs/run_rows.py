@@ -8,8 +8,9 @@ from typing import Any
 
 from erclutch.errors import RunError
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.table import of_arrow
 from erclutch.runs.run_folder import Run
-from erclutch.signals.array import Array, Mask, of_arrow
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -55,8 +56,11 @@ def read_rows(run: Run) -> RunRows:
 
 
 def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
-    tails = [""] if "field" in columns else ["1", "2"]
-    units = body["units"]
+    tails = [""] if body["device"] == "single" else ["1", "2"]
+    units, test = body["units"], columns["test"]
+    rows, held = test.size, int(test.sum())
+    if (rows - held, held) != (body["train_rows"], body["test_rows"]):
+        raise ValueError(f"{rows} rows, {held} of them held out")
     spans = tuple(Span(int(a), int(b), None if p is None else float(p)) for a, b, p in body["spans"])
     data = Dataset(
         device=body["device"],
@@ -69,4 +73,4 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
         notes=tuple(body["notes"]),
         origins=tuple(str(log["origin"]) for log in body["logs"]),
     )
-    return RunRows(data, columns["test"], {e["name"]: columns[f"effort:{e['name']}"] for e in body["ranking"]})
+    return RunRows(data, test, {e["name"]: columns[f"effort:{e['name']}"] for e in body["ranking"]})

@@ -22,7 +22,7 @@ from starlette.routing import Route
 from erclutch._version import __version__
 from erclutch.cli.workbench import actions, jobs, workspace
 from erclutch.cli.workbench.jobs import Job, Jobs
-from erclutch.cli.workbench.workspace import Entry, Workspace, WorkspaceError, plain_name
+from erclutch.cli.workbench.workspace import Entry, NotThereError, Workspace, WorkspaceError, plain_name
 from erclutch.errors import ErclutchError
 from erclutch.live.page.access import HEADERS, Access
 from erclutch.live.page.page_server import Guard
@@ -110,7 +110,8 @@ class Workbench:
                 if request.method == "PUT":
                     return JSONResponse({"problem": str(error)}, 400)
                 back, problem = _origin(request), actions.on_page(str(error))
-                return self._page("problem", status=400, title="This did not work", problem=problem, back=back)
+                status = 404 if isinstance(error, NotThereError) else 400
+                return self._page("problem", status=status, title="This did not work", problem=problem, back=back)
 
         return told
 
@@ -236,7 +237,7 @@ class Workbench:
         from erclutch.runs.run_folder import read_run
 
         name = request.path_params["name"]
-        run = await run_in_threadpool(read_run, self._space.path(name))
+        run = await run_in_threadpool(read_run, self._space.run(name))
         targets, logs = names("erclutch.targets"), [entry.name for entry in self._space.logs()]
         sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
         query, row = actions.query_of(run.body), _run_row(Entry(name, 0, 0.0), run.body)
@@ -247,7 +248,7 @@ class Workbench:
     async def _report(self, request: Request) -> Response:
         """The report, written anew where the run is newer; never a file out of the run's folder."""
         name = request.path_params["name"]
-        state = (self._space.path(name) / "run.json").stat()
+        state = (self._space.run(name) / "run.json").stat()
         made = self._scratch / f"{state.st_ino}-{state.st_mtime_ns}.html"
         if not made.exists():
             code, _, said = await self._asked("report", name, "--out", str(made))
@@ -269,14 +270,14 @@ class Workbench:
 
     async def _alone(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
-        if path.suffix != ".html":
-            raise WorkspaceError("this is no page", where=path.name, remedy="Download it")
+        if path.suffix != ".html" or not path.is_file():
+            raise NotThereError("this is no page", where=path.name, remedy="Download it")
         return FileResponse(path, media_type="text/html", headers={"content-security-policy": _ALONE})
 
     async def _static(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name not in _STATIC:
-            raise WorkspaceError("there is no such file", where=name[:80], remedy="Go back to the overview")
+            raise NotThereError("there is no such file", where=name[:80], remedy="Go back to the overview")
         data = (files("erclutch") / "cli/workbench/templates" / name).read_bytes()
         return Response(data, media_type=_STATIC[name])
 
@@ -364,7 +365,7 @@ class Workbench:
         job = self.jobs.get(request.path_params["number"])
         if job is None:
             problem = "there is no such job: the server was started anew, or it was long ago"
-            raise WorkspaceError(problem, remedy="Look into the overview: what a command wrote is there")
+            raise NotThereError(problem, remedy="Look into the overview: what a command wrote is there")
         return job
 
     def _kind(self, name: str) -> str:
@@ -414,12 +415,12 @@ def _run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
 
     row = {"name": entry.name, "logs": "", "model": "not readable", "error": ""}
     row["date"] = f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}"
-    with contextlib.suppress(LookupError, TypeError, ValueError):
-        if body is not None:
-            chosen = next(each for each in body["ranking"] if each["name"] == body["recommended"])
-            error, unit = chosen["test"]["rmse"][0], body["units"]["effort"]
-            row["logs"], row["model"] = ", ".join(log["name"] for log in body["logs"]), chosen["name"]
-            row["error"] = f"{error:.3g} {unit} ({chosen['test']['share'][0]:.1%})"
+    if body is not None:
+        chosen = next(each for each in body["ranking"] if each["name"] == body["recommended"])
+        error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+        row["logs"], row["model"] = ", ".join(log["name"] for log in body["logs"]), chosen["name"]
+        if error is not None and share is not None:
+            row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
     return row
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hashlib
-import json
 import os
 import re
 import secrets
@@ -26,6 +25,10 @@ _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
 class WorkspaceError(ErclutchError):
     """A name or file that the workspace does not take or does not have."""
+
+
+class NotThereError(WorkspaceError):
+    """A file, folder, run or page that the workspace does not have."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,11 @@ class Workspace:
 
     def _visible(self) -> Iterable[Path]:
         with contextlib.suppress(OSError):
-            yield from (path for path in self.folder.iterdir() if not path.name.startswith((".", "-")))
+            yield from (p for p in self.folder.iterdir() if not p.name.startswith((".", "-")) and self._holds(p))
+
+    def _holds(self, path: Path) -> bool:
+        """Whether a path, its links followed, is in the workspace."""
+        return Path(os.path.realpath(path)).is_relative_to(self.folder)
 
     def _entries(self, paths: Iterable[Path]) -> list[Entry]:
         found: list[Entry] = []
@@ -100,11 +107,22 @@ class Workspace:
         """
         path = self.folder / plain_name(name)
         try:
-            if path.exists():
+            if path.exists() and self._holds(path):
                 return path
         except OSError:
             pass
-        raise WorkspaceError("the workspace has no such file or folder", where=name, remedy="Go back to the overview")
+        raise NotThereError("the workspace has no such file or folder", where=name, remedy="Go back to the overview")
+
+    def run(self, name: str) -> Path:
+        """The folder of a run that is in the workspace.
+
+        Raises:
+            WorkspaceError: no such name, or no run.
+        """
+        path = self.path(name)
+        if not _is_run(path):
+            raise NotThereError("this is no run: it holds no run.json", where=name, remedy="Go back to the overview")
+        return path
 
     def free(self, name: str) -> str:
         """A name that nothing has: this one, or with a number."""
@@ -172,8 +190,10 @@ class Workspace:
 
     def body(self, name: str) -> Mapping[str, Any] | None:
         """What run.json says of a run; None where it cannot be read."""
-        with contextlib.suppress(OSError, ValueError):
-            return json.loads((self.path(name) / "run.json").read_text(encoding="utf-8"))
+        from erclutch.runs.run_folder import read_run
+
+        with contextlib.suppress(ErclutchError):
+            return read_run(self.path(name)).body
         return None
 
     def rename(self, old: str, new: str) -> None:

@@ -15,16 +15,18 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.table import Table
-from erclutch.signals.array import Array, of_arrow
+from erclutch.logs.table import Table, of_arrow
+from erclutch.signals.array import Array
 
 MAGIC = b"PAR1"
-_LARGEST = 1 << 33  # bytes that the columns may take when unpacked
+_LARGEST = 1 << 33  # bytes that the columns may take when unpacked, and less if they shrank more than measured ones do
+_ROOM, _EXPANSION = 1 << 30, 100
 _PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
 _READ = 65_536  # rows
 # Three numbers and the beginning of a fourth, in Thrift's compact protocol.
 _CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
 _ANEW = "Copy the file again or export it as CSV"
+_IN_PIECES = "Read it piece by piece with erclutch fit-large, or split it"
 _ROWS_WANTED = "Give a log with one row a sample"
 
 
@@ -46,8 +48,10 @@ def read_parquet(source: LogSource) -> Table:
     with _damage_named():
         file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
         size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
-        if not 0 <= size <= _LARGEST or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > _LARGEST:
-            raise LogError("the columns would need more than 8 GiB", remedy="Split the log")
+        limit = min(_LARGEST, max(_ROOM, _EXPANSION * len(data)))
+        if not 0 <= size <= limit or file.metadata.num_rows * max(file.metadata.num_columns, 1) * 8 > limit:
+            problem = f"the columns of {len(data) / 1e6:.3g} MB would need more than {limit / 2**30:.3g} GiB"
+            raise LogError(problem, remedy=_IN_PIECES)
         return _table(file.read(), source.name, source.digest, _unchecked(io.BytesIO(data), file.metadata))
 
 
@@ -58,7 +62,9 @@ def _damage_named() -> Generator[None]:
         yield
     except LogError:
         raise
-    except Exception as error:  # pyarrow raises ArrowInvalid, OSError, MemoryError, UnicodeDecodeError, ... on damage
+    except MemoryError as error:
+        raise LogError("the columns need more memory than there is", remedy=_IN_PIECES) from error
+    except Exception as error:  # pyarrow raises ArrowInvalid, OSError, UnicodeDecodeError, ... on damage
         problem = f"the Parquet data is damaged ({type(error).__name__}: {' '.join(str(error).split())[:120]})"
         raise LogError(problem, remedy=_ANEW) from error
 

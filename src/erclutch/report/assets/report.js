@@ -245,7 +245,7 @@
     }
     function plot(id, height, title, lines, last) {
       const options = {
-        width: $(id).clientWidth, height, padding: [6, 6, 0, 0], pxAlign: 1,
+        width: $(id).clientWidth, height: Math.max(height, 6 * title.length + (last ? 34 : 16)), padding: [6, 6, 0, 0], pxAlign: 1,
         scales: { x: { time: false }, y: { range: (u, low, high) => { const s = 0.06 * (high - low) || Math.abs(high) * 0.1 || 1; return [low - s, high + s]; } } },
         cursor: { sync: { key: "traces", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 } },
         legend: { show: false },

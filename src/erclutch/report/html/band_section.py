@@ -11,7 +11,7 @@ import numpy as np
 
 from erclutch.models.band import Band
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.number_text import count, percent
+from erclutch.report.numbers.number_text import brief, count, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.trace_plot import describe_trace
 
@@ -56,6 +56,6 @@ def _classes(material: Material, band: Band) -> Iterator[tuple[str, str, str, st
 
 
 def _ranges(name: str, edges: list[float], unit: str) -> list[str]:
-    words = [f"{edge:.3g} {unit}".strip() for edge in edges]
+    words = [f"{edge:.3g} {brief(unit)}".strip() for edge in edges]
     between = [f"{name} {low} to {high}" for low, high in itertools.pairwise(words)]
     return [f"{name} up to {words[0]}", *between, f"{name} above {words[-1]}"] if words else [name]

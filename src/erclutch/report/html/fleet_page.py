@@ -9,7 +9,7 @@ import numpy as np
 
 from erclutch.report.html.report_page import plain_page
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.number_text import count, number, span
+from erclutch.report.numbers.number_text import chart_scale, count, number, span
 from erclutch.report.numbers.run_material import BADGE_MEANS
 from erclutch.report.plots.paper_style import placed
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, ReferenceLine, Shade
@@ -17,6 +17,7 @@ from erclutch.runs.fleet import RMSE, Fleet, FleetSeries
 
 _CHANCE = 0.01  # below it a trend is said
 _NAMED = 6
+_REACH = 20.0  # intervals that an interval is drawn to, so that one that knows nothing leaves the others to be seen
 
 
 def trend_of(series: FleetSeries) -> str:
@@ -51,26 +52,31 @@ def shown(fleet: Fleet) -> tuple[FleetSeries, ...]:
 
 
 def _panel(series: FleetSeries, over: str) -> Panel:
+    scale = chart_scale(series.unit, float(np.abs(series.value).max()))
+    value, low, high = (scale.factor * v for v in (series.value, series.low, series.high))
     outliers = np.array([d in series.outliers for d in series.devices], bool)
-    bars = np.column_stack([series.low, series.high, np.full_like(series.low, np.nan)]).ravel()
+    bars = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()
     marks: list[Any] = [Line(np.repeat(series.x, 3), bars, "whisker")]
+    known = (high - low)[np.isfinite(high - low)]
+    reach = _REACH * float(np.median(known)) if known.size else 0.0
+    ends = [value, np.clip(low, value - reach, value), np.clip(high, value, value + reach)]
     if series.chart is not None:
-        chart = series.chart
-        marks = [Shade(chart.lower, chart.upper), ReferenceLine(chart.centre), *marks]
-    marks.append(Dots(series.x[~outliers], series.value[~outliers], "series1", "device", 3.6))
+        lower, centre, upper = (scale.factor * v for v in (series.chart.lower, series.chart.centre, series.chart.upper))
+        marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
+        ends.append(np.array([lower, upper]))
+    marks.append(Dots(series.x[~outliers], value[~outliers], "series1", "device", 3.6))
     if outliers.any():
-        marks.append(Dots(series.x[outliers], series.value[outliers], "series0", "stands out", 5.0))
-    values = series.value
-    if series.chart is not None:
-        values = np.append(values, [series.chart.lower, series.chart.upper])
-    slack = 0.08 * float(np.ptp(values)) or 0.5
+        marks.append(Dots(series.x[outliers], value[outliers], "series0", "stands out", 5.0))
+    least, most = float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
+    slack = 0.08 * (most - least) or 0.5
     label = {"name": "device, in the order of the names", "mtime": "days since the first log"}.get(over, over)
     return Panel(
-        Axis(label),
-        Axis(series.parameter, series.unit, float(values.min()) - slack, float(values.max()) + slack),
+        Axis(label, whole=over == "name"),
+        Axis(series.parameter, scale.unit, least - slack, most + slack),
         marks,
         f"{series.parameter} of {len(series.devices)} devices.",
-        caption=f"{series.parameter} with 95 % intervals. Grey: the limits of the control chart.",
+        caption=f"{series.parameter} with 95 % intervals."
+        + (" Grey: the limits of the control chart." if series.chart is not None else ""),
     )
 
 

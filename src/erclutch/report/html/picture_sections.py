@@ -9,7 +9,7 @@ import numpy as np
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.error_map import ErrorMap
-from erclutch.report.numbers.number_text import count, number, percent
+from erclutch.report.numbers.number_text import brief, count, number, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.error_map_plot import describe_error_map, worst_cell
 from erclutch.report.plots.flow_curves_plot import flow_panels
@@ -54,7 +54,7 @@ def _grid(material: Material, found: ErrorMap) -> dict[str, Any]:
         "train": found.train.tolist(),
         "test": found.test.tolist(),
         "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
-        "units": [material.field.unit, material.slip.unit, material.effort.unit],
+        "units": [brief(scale.unit) for scale in (material.field, material.slip, material.effort)],
     }
 
 

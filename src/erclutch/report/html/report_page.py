@@ -160,6 +160,7 @@ def _environment() -> Any:
 
 
 def _broken_at_stages(name: str) -> Markup:
-    """A model's name that breaks into lines before a stage only."""
+    """A model's name that breaks into lines before a stage; where that is too long, after a slash too."""
     first, *stages = name.split("+")
-    return Markup("<wbr>").join(Markup("<span>{}</span>").format(part) for part in (first, *(f"+{s}" for s in stages)))
+    parts = [Markup("/<wbr>").join(part.split("/")) for part in (first, *(f"+{s}" for s in stages))]
+    return Markup("<wbr>").join(Markup("<span>{}</span>").format(part) for part in parts)

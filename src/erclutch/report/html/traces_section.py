@@ -9,7 +9,7 @@ import numpy as np
 from erclutch.report.html.packed_rows import BUDGET, Packer
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.correlation import noise_of
-from erclutch.report.numbers.number_text import Scale, count
+from erclutch.report.numbers.number_text import Scale, brief, count
 from erclutch.report.numbers.run_material import Material
 from erclutch.signals.array import Array
 from erclutch.signals.clock import stretches
@@ -40,7 +40,7 @@ def _fill(material: Material) -> dict[str, Any]:
             "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
             "recommended": material.recommended,
             "models": models,
-            "effort": {"name": material.word, "unit": material.effort.unit, "factor": material.effort.factor},
+            "effort": {"name": material.word, "unit": brief(material.effort.unit), "factor": material.effort.factor},
             "inputs": inputs,
             "channels": {name: made.to_dict() for name, made in packer.channels.items()},
         },
@@ -96,7 +96,13 @@ def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, 
             packer.add(f"{kind}{i}", values, _resolution(values, _RANGE * (float(np.ptp(values)) or 1.0)), buckets)
             label = f"{kind} {material.element_name(i)}".strip()
             made.append(
-                {"channel": f"{kind}{i}", "kind": kind, "label": label, "unit": scale.unit, "factor": scale.factor}
+                {
+                    "channel": f"{kind}{i}",
+                    "kind": kind,
+                    "label": label,
+                    "unit": brief(scale.unit),
+                    "factor": scale.factor,
+                }
             )
     return made
 

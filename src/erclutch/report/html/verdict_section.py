@@ -84,8 +84,8 @@ def choice(material: Material) -> str:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
-    extra = f"{number(100 * more[0], 2)} % ({span(100 * _or_nan(more[1]), 100 * _or_nan(more[2]), 2)} %)"
-    if more[0] > TOLERATED and more[1] > 0.0:
+    extra = f"{number(100 * _or_nan(more[0]), 2)} % ({span(100 * _or_nan(more[1]), 100 * _or_nan(more[2]), 2)} %)"
+    if _or_nan(more[0]) > TOLERATED and _or_nan(more[1]) > 0.0:
         return (
             f"It is the best model that can be trusted. {best['name']} errs by less, but: "
             f"{'; '.join(best['notes'])}. The error here is larger by {extra}."
@@ -158,7 +158,7 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
             f"{count(max(1, round(free * residual.size)))} independent ones. The bands allow for that."
         )
     bias, rmse = entry["test"]["bias"], entry["test"]["rmse"][0]
-    if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse:
+    if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse > 0.0:
         share = percent(abs(bias) / rmse, 2)
         yield f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
 
@@ -191,10 +191,10 @@ def _ranking(material: Material) -> dict[str, Any]:
     """The table of models."""
     ranking = material.body["ranking"]
     finite = [e["test"]["rmse"] for e in ranking if e["test"]["rmse"][0] is not None]
-    folds = {e["name"]: e["folds_rmse"] for e in ranking if e["folds_rmse"]}
+    folds = {e["name"]: e["folds_rmse"] for e in ranking if e["folds_rmse"] and None not in e["folds_rmse"]}
     return {
         # One model gone wild must not flatten the bars of all others.
-        "most": min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 1.0,
+        "most": (min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 0.0) or 1.0,
         "standing": standing(material.body),
         "folds": {name: (sum(f * f for f in rmse) / len(rmse)) ** 0.5 for name, rmse in folds.items()},
     }

@@ -9,6 +9,7 @@ from typing import Any
 
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
+_UNKNOWN = "as logged"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -68,10 +69,20 @@ def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
 def unit_text(unit: str) -> str:
     """A unit as printed."""
     return (
-        "units as logged"
+        f"units {_UNKNOWN}"
         if unit == "?"
-        else unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", "(as logged)")
+        else unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", f"({_UNKNOWN})")
     )
+
+
+def brief(unit: str) -> str:
+    """A printed unit where room is short: in brackets and after a number."""
+    return unit.removeprefix("units ")
+
+
+def titled(name: str, unit: str) -> str:
+    """A heading with the unit in brackets."""
+    return f"{name} [{brief(unit)}]" if unit else name
 
 
 @dataclass(frozen=True)
@@ -89,7 +100,7 @@ class Scale:
     def of(self, value: float | None, digits: int = 3) -> str:
         """A number with its unit."""
         shown = self.bare(value, digits)
-        return f"{shown}{_TIGHT}{self.unit}" if self.unit and shown != "–" else shown
+        return f"{shown}{_TIGHT}{brief(self.unit)}" if self.unit and shown != "–" else shown
 
     def bare(self, value: float | None, digits: int = 3) -> str:
         """A number without its unit."""
@@ -101,7 +112,7 @@ class Scale:
 
     def titled(self, name: str) -> str:
         """A heading with the unit in brackets."""
-        return f"{name} [{self.unit}]" if self.unit else name
+        return titled(name, self.unit)
 
 
 def scale_for(unit: str, size: float) -> Scale:
@@ -112,6 +123,16 @@ def scale_for(unit: str, size: float) -> Scale:
         if size > 5e3:
             return Scale(1e-3, f"k{unit_text(unit)}")
     return Scale(1.0, unit_text(unit))
+
+
+def chart_scale(unit: str, size: float) -> Scale:
+    """Numbers of this size with few digits beside the ticks of a chart, whatever their unit is."""
+    scale = Scale(1e3, "ms") if unit == "s" else scale_for("" if unit == "1" else unit, size)
+    shown = size * scale.factor
+    if shown == 0.0 or 1e-2 <= shown < 1e5:
+        return scale
+    power = 3 * math.floor(math.log10(shown) / 3)
+    return Scale(scale.factor * 10.0**-power, f"10{str(power).translate(_RAISED)} {scale.unit}".strip())
 
 
 def effort_word(unit: str) -> str:

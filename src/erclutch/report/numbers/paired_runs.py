@@ -245,7 +245,8 @@ def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameM
 def changes(first: Contender, other: Contender) -> tuple[Change, ...]:
     """What differs between the models that stand for two runs, and between what they were fitted to."""
     mine, theirs = _parts(first), _parts(other)
-    return tuple(Change(what, mine[what], theirs[what]) for what in mine if mine[what] != theirs[what])
+    both = ((what, mine.get(what, "none"), theirs.get(what, "none")) for what in dict.fromkeys([*mine, *theirs]))
+    return tuple(Change(*each) for each in both if each[1] != each[2])
 
 
 def _parts(contender: Contender) -> dict[str, str]:

@@ -14,6 +14,7 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
 
 _MOST = 12  # panels that a page holds
+_TALLEST = 9.2  # inches that a page has, its caption aside
 _LINE = 115  # letters over both columns
 _SHADES = 6  # the last shade of the ramp of fields
 
@@ -36,7 +37,7 @@ def describe_flow_curves(material: Material) -> Plot:
             ("model", "element", "field", "slip", "effort"),
             [row for c in found for law in (c, *c.alike) for row in _rows(law)],
         ),
-        0.35 + 1.35 * math.ceil(len(drawn) / columns),
+        min(0.35 + 2.1 * math.ceil(len(drawn) / columns), _TALLEST),
         PAGE,
         columns,
         badge=material.print_badge,

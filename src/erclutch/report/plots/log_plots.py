@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from erclutch.errors import printable
 from erclutch.logs.dataset import Dataset
 from erclutch.report.numbers.error_map import even_edges
 from erclutch.report.numbers.number_text import unit_text
@@ -54,7 +55,7 @@ def _effort(recording: Recording) -> str:
 
 def titled(recording: Recording) -> str:
     """Name of a log with the label that a computer-made one carries."""
-    return f"{recording.name} ({recording.origin})" if recording.origin else recording.name
+    return printable(f"{recording.name} ({recording.origin})" if recording.origin else recording.name)
 
 
 def _rows(recording: Recording, start: float | None, seconds: float) -> slice:

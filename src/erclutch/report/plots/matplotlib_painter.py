@@ -52,12 +52,13 @@ def paint(figure: Any, plot: Plot) -> None:
     """Draw a plot in a figure, or in a part of one; call inside `style`."""
     rows = [plot.panels[k : k + plot.columns] for k in range(0, len(plot.panels), plot.columns)]
     ratios = [max(panel.share for panel in row) for row in rows]
+    room = int(plot.width / plot.columns / _LETTER) - _MARGIN
     axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=ratios)
     for axis in list(axes.flat)[len(plot.panels) :]:
         axis.set_visible(False)
     maps: dict[str, list[tuple[Any, Any, bool]]] = {}
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        _panel(axis, panel, int(plot.width / plot.columns / _LETTER) - _MARGIN)
+        _panel(axis, panel, room)
         for cells in panel.cells():
             maps.setdefault(cells.label, []).append((_cells(axis, cells), axis, cells.log))
     for label, drawn in maps.items():
@@ -66,8 +67,8 @@ def paint(figure: Any, plot: Plot) -> None:
             bar = figure.colorbar(drawn[0][0], ax=at, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
             if drawn[0][2]:
                 _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
-    _titles(axes, plot)
-    _legends(figure, axes, plot)
+    _titles(axes, plot, room)
+    _legends(figure, axes, plot, room)
     if plot.title:  # below, where a shared legend is above
         place = figure.supxlabel if plot.legend == "shared" else figure.suptitle
         place(plot.title, x=0.02, ha="left", fontsize=8.0)
@@ -88,15 +89,16 @@ def _panel(axis: Any, panel: Panel, room: int) -> None:
     if panel.square:
         axis.set_aspect("equal")
     if panel.title:
-        title = panel.title if len(panel.title) <= room else _parted(panel.title, room)
         side = "right" if any(isinstance(mark, NamedBars) for mark in panel.marks) else "left"  # names take the left
-        axis.set_title(title, loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+        axis.set_title(
+            _parted(panel.title, room), loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0
+        )
 
 
 def _parted(name: str, room: int) -> str:
     """A name that is too long for its panel in two lines, parted at a stage of the model."""
     at = name.rfind("+", 1, room) + 1 or room
-    return f"{name[:at]}\n{name[at:]}"
+    return name if len(name) <= room else f"{name[:at]}\n{name[at:]}"
 
 
 def _plain_decades(axis: Any, low: float, high: float) -> None:
@@ -162,7 +164,7 @@ def _cells(axis: Any, cells: Cells) -> Any:
     return image
 
 
-def _titles(axes: Any, plot: Plot) -> None:
+def _titles(axes: Any, plot: Plot, room: int) -> None:
     """Titles of the axes; panels under one another or side by side name a common axis once."""
     columns, panels = plot.columns, plot.panels
     for k, (panel, axis) in enumerate(zip(panels, axes.flat, strict=False)):
@@ -171,28 +173,29 @@ def _titles(axes: Any, plot: Plot) -> None:
         if all(_same(panels[j].x, under) for j, under in below.items()):
             axis.tick_params(labelbottom=False)
         else:
-            badge = f" ({plot.badge})" if plot.badge and below[k] is None else ""
+            badge = f" ({plot.badge})" if plot.badge and panel is panels[-1] else ""
             narrow = any(isinstance(mark, NamedBars) for mark in panel.marks)  # names beside it have taken the room
-            axis.set_xlabel(capital(panel.x.title) + badge, loc="right" if narrow else "center")
+            axis.set_xlabel(_wrapped(capital(panel.x.title) + badge, room), loc="right" if narrow else "center")
         if k % columns and _same(panel.y, panels[k - 1].y):
             axis.tick_params(labelleft=False)
         else:
-            room = plot.height * panel.share / sum(p.share for p in panels[::columns])
-            axis.set_ylabel(_wrapped(capital(panel.y.title), room))
+            inches = plot.height * panel.share / sum(p.share for p in panels[::columns])
+            axis.set_ylabel(_wrapped(capital(panel.y.title), int(inches / _CHARACTER)))
 
 
-def _wrapped(title: str, inches: float) -> str:
-    """A title in as many lines as the height of a panel asks for; a unit stays whole."""
+def _wrapped(title: str, room: int) -> str:
+    """A title in lines of so many letters; a unit stays whole."""
     label, mark, unit = title.partition(" [")
-    lines = f"{label}{mark}{unit.replace(' ', _TIGHT)}"
-    return textwrap.fill(lines, max(6, int(inches / _CHARACTER)), break_long_words=False, break_on_hyphens=False)
+    unit, end, badge = unit.partition("]")
+    lines = f"{label}{mark}{unit.replace(' ', _TIGHT)}{end}{badge}"
+    return textwrap.fill(lines, max(6, room), break_long_words=False, break_on_hyphens=False)
 
 
 def _same(one: Axis, other: Axis | None) -> bool:
     return one == other and one.low is not None
 
 
-def _legends(figure: Any, axes: Any, plot: Plot) -> None:
+def _legends(figure: Any, axes: Any, plot: Plot, room: int) -> None:
     """Names of the marks; a panel with one name has no legend."""
     above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
@@ -206,4 +209,4 @@ def _legends(figure: Any, axes: Any, plot: Plot) -> None:
         if len(labels) > 1:
             columns = max(1, int(plot.width / plot.columns / (_KEY + _LETTER * max(map(len, labels)))))
             place: dict[str, Any] = above | {"ncols": columns} if plot.legend == "above" else {}
-            axis.legend(handles, labels, handlelength=1.6, **place)
+            axis.legend(handles, [_parted(label, room) for label in labels], handlelength=1.6, **place)

@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.report.numbers.number_text import titled
 from erclutch.signals.array import Array
 
 #: Widths of one and two columns of a paper in inches.
@@ -41,7 +42,7 @@ class Axis:
     @property
     def title(self) -> str:
         """The label with the unit in brackets."""
-        return f"{self.label} [{self.unit}]" if self.unit else self.label
+        return titled(self.label, self.unit)
 
 
 @dataclass(frozen=True)

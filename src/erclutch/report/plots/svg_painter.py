@@ -199,6 +199,8 @@ def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
         out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
         out.append(f'<text x="{left - 6:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
     for value in ticks(x.low, x.high, across, log=x.log):
+        if panel.x.whole and abs(value - round(value)) > 1e-9:
+            continue
         at = x.one(value)
         out.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
         out.append(f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>')

@@ -43,10 +43,10 @@ def describe_trace(material: Material, *, start: float | None = None, seconds: f
                 x, Axis(word, effort.unit), [*shade, measured, *estimates], f"Measured and estimated {word}.", share=2.2
             ),
             Panel(x, Axis("residual", effort.unit), [ReferenceLine(0.0), *residuals], "Measured less estimated."),
-            Panel(x, Axis("field", field.unit), commands, "The command.", share=0.8),
+            Panel(x, Axis("field", field.unit), commands, "The command.", share=1.2),
         ],
         _table(material, at),
-        3.1,
+        3.3,
         badge=material.print_badge,
         legend="above",
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words
+from erclutch.files import plain_words, toml_of
 
 SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "excitation", "integration")
 
@@ -27,6 +26,7 @@ _MAY_BE_ZERO = {
     "excitation": {"sines", "alternating", "motor_low"},
 }
 _SIGNED = {"thermal.room"}
+_FAR = 1000.0  # times beyond its plausible range a value is a slip of the pen, with which no simulation stays finite
 _SHARES = ("fluid.residual_field", "excitation.sines", "excitation.alternating")
 _ORDERED = (("excitation.lowest", "excitation.highest"), ("excitation.motor_low", "excitation.motor_high"))
 
@@ -144,6 +144,15 @@ def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
     return float(value)
 
 
+def _near(path: str, given: Any, entry: ParameterEntry, where: str) -> float:
+    value = _checked(path, given, entry.unit, where)
+    if value and not entry.low / _FAR <= abs(value) <= entry.high * _FAR:
+        usual = f"{entry.low:g} to {entry.high:g}"
+        problem = f"{path} is {value:g} {entry.unit}, over {_FAR:g} times beyond its range {usual}"
+        raise SettingError(problem, remedy="Correct it in the rig file", where=where)
+    return value
+
+
 def _consistent(rig: RigParameters) -> RigParameters:
     value = rig.value
     inner, outer = value("clutch.inner_radius"), value("clutch.outer_radius")
@@ -175,8 +184,7 @@ def _entry(e: Mapping[str, Any]) -> ParameterEntry:
 @lru_cache(maxsize=1)
 def default_rig() -> RigParameters:
     """The rig of the paper, as far as it is known; what is not is assumed or calibrated, and says so."""
-    text = resources.files("erclutch.rig.twin").joinpath("default.toml").read_text(encoding="utf-8")
-    body = tomllib.loads(text)
+    body = toml_of(resources.files("erclutch.rig.twin").joinpath("default.toml").read_bytes())
     entries = {section: {key: _entry(e) for key, e in body[section].items()} for section in SECTIONS}
     return _consistent(RigParameters(entries))
 
@@ -193,8 +201,8 @@ def load_rig(path: str | Path | None) -> RigParameters:
         return default_rig()
     path = Path(path)
     try:
-        body = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        body = toml_of(path.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
         problem = f"the rig file cannot be read ({plain_words(error)})"
         raise SettingError(problem, remedy="Correct the file", where=path.name) from error
     body.pop("calibration", None)
@@ -212,11 +220,11 @@ def load_rig(path: str | Path | None) -> RigParameters:
 def _given(path: str, given: Any, entry: ParameterEntry, where: str) -> ParameterEntry:
     """An entry of a user's file: a number, or a table like those of the default file."""
     if not isinstance(given, dict):
-        return replace(entry, value=_checked(path, given, entry.unit, where), start=None, interval=None)
+        return replace(entry, value=_near(path, given, entry, where), start=None, interval=None)
     table = cast(dict[str, Any], given)
     if table.get("unit", entry.unit) != entry.unit:
         raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where)
-    value = _checked(path, table.get("value"), entry.unit, where)
+    value = _near(path, table.get("value"), entry, where)
     whole = {"unit": entry.unit, "source": "given", "range": [entry.low, entry.high], "meaning": entry.meaning, **table}
     try:
         made = _entry({**whole, "value": value})

@@ -30,6 +30,7 @@ from erclutch.signals.recording import Recording
 
 _CHUNK = 2000
 _LONGEST = 24 * 3600.0
+_LARGEST = 1e15  # in SI: a log's number beyond comes of steps that are too long for the rig
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,11 @@ class TwinRun:
     rows: int
 
     def chunks(self) -> Iterator[Array]:
-        """The log, stretch by stretch, each of shape (rows, names): what a rig logs, what only a twin knows."""
+        """The log, stretch by stretch, each of shape (rows, names): what a rig logs, what only a twin knows.
+
+        Raises:
+            SettingError: a rig whose numbers grow without end.
+        """
         state = np.zeros(SIZE)
         state[OMEGA] = self.scenario.speed
         step = _stepper(self.scenario, self.rig, self.rows, self.seed)
@@ -140,6 +145,10 @@ class TwinRun:
             at = slice(first, min(first + _CHUNK, self.rows))
             out = np.zeros((at.stop - first, len(LOGGED) + len(TRUE)))
             step(state, at, out)
+            if not (np.abs(out) <= _LARGEST).all():
+                problem = f"the TWIN's numbers grow beyond {_LARGEST:g} within {at.stop * PERIOD:g} s"
+                remedy = "Correct the rig, or make integration.step shorter"
+                raise SettingError(problem, remedy=remedy, where=self.rig.name)
             time = np.arange(first, at.stop) * PERIOD
             if self.scenario.single:
                 parts = [time, out[:, 0], out[:, 2], out[:, 3] - out[:, 5], out[:, 6:13], out[:, 14]]
