@@ -188,8 +188,7 @@ def live(
         what, program = _rig(rig, reading, folder, model, control, loop)
         device = _device(what, reading)
         chosen = None if no_model else _model(model, rig, what, parameters, output, device, adapt)
-        _require_what_is_needed(control, what, chosen, adapt)
-        control = replace(control, observer=control.observer or ("off" if chosen is None or adapt else "none"))
+        control = _supported(control, what, chosen, adapt)
         channels = _channels(what, device, chosen)
         settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
         settings = _for_rig(settings, what, device, control, tuned)
@@ -323,8 +322,12 @@ def _model(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> None:
-    """Refuse options without the model that they need, or where it is known that nothing measures the torque."""
+def _supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> ControlOptions:
+    """The options with an observer that the model allows.
+
+    Raises:
+        SettingError: an option lacks its model, or it is known that nothing measures the torque.
+    """
     asked = {"--adapt": (adapt, adapt)}
     asked["--observer"] = control.observer not in (None, "off"), control.observer == "sensor"
     asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
@@ -334,6 +337,7 @@ def _require_what_is_needed(control: ControlOptions, rig: RigChoice, model: Live
         if needs_sensor and rig.named is not None and not rig.named.sensor:
             problem = f"{option} needs a torque sensor, and this rig has none"
             raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
+    return replace(control, observer=control.observer or ("off" if model is None or adapt else "none"))
 
 
 def _settings(
