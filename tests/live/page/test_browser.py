@@ -139,7 +139,7 @@ def test_one_device_has_nothing_of_a_second_clutch(
 def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     page = seen.page
     seen.until("erclutch.samples > 1500 && erclutch.painted > 5")
-    seen.until("document.getElementById('lateness').textContent.includes('p50 31 µs')")
+    seen.until("document.getElementById('lateness').textContent.includes('p50 30 µs')")
     assert "?token=" not in page.url
     assert seen.text("#origin") == "TWIN"
     seen.until("document.getElementById('state').textContent === 'running tracking'")
