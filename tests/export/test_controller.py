@@ -129,6 +129,26 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     assert printed[:3] == printed[3:]
 
 
+def test_a_single_device_may_turn_fast_while_it_hardly_slips(models: Mapping[str, Any], tmp_path: Path) -> None:
+    """A clutch between two shafts: the log's slip says nothing of how fast both turn."""
+    program = step_of(models["bingham, single"], FLOAT64)
+    lib = compiled(models["bingham, single"], tmp_path)
+    fastest = max(abs(end) for end in program.slip.range)
+    told: list[list[float]] = []
+    for output in (0.0, 40.0 * fastest):
+        config = numbers([*controller.settings_of()])(
+            **{**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
+        )
+        memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+        assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+        for _ in range(100):
+            row = [steady(lib, program, 0.5, 20.0), 0.0, output + 20.0, output, 0.0, np.nan, 0.0]
+            lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
+        told.append(list(out))
+    assert told[0][0] > 0.0
+    assert told[1] == pytest.approx(told[0], rel=1e-6)
+
+
 @pytest.mark.parametrize("observer", [1, 2, 3])
 @pytest.mark.parametrize("column", [0, 1, 2, 5, 6])
 def test_a_sample_that_cannot_be_does_no_harm_for_long(

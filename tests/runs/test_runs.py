@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch import files
 from erclutch.errors import RunError
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.load import load_model
+from erclutch.models.model_file import digest_of
 from erclutch.runs import run_folder
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.recording import Recording
@@ -129,6 +131,23 @@ def test_rows_are_read_without_pandas(run: Path, compared: Comparison) -> None:
     code += f"rows = read_rows(read_run({str(run)!r})); assert 'pandas' not in sys.modules; print(rows.test.sum())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert int(done.stdout) == compared.test.sum()
+
+
+def test_a_column_that_holds_no_numbers_is_one_line(run: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from erclutch.runs.run_rows import read_rows
+
+    path, body = run / "predictions.parquet", json.loads((run / "run.json").read_text())
+    table = pq.read_table(path)
+    lists = pa.array([[1.0]] * table.num_rows)
+    pq.write_table(table.set_column(table.column_names.index("slip"), "slip", lists), path)
+    body["files"]["predictions.parquet"] = files.file_digest(path)
+    del body["digest"]
+    (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
+    with pytest.raises(RunError, match="does not fit run.json"):
+        read_rows(read_run(run))
 
 
 def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Recording) -> None:

@@ -88,7 +88,7 @@ class ControlOptions:
     observer: Annotated[_Observer | None, Parameter(group=_CONTROL)] = None
     """Torque control in stages, or by torque_p and torque_i (off). In stages, what the device gives beyond its model
     comes from nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in
-    --rig-file. Default: none where there is a model, else off; off with --adapt."""
+    --rig-file. Default: none where there is a model, else off; off with --adapt, --torque-p or --torque-i."""
     observer_bandwidth: Annotated[float, Parameter(group=_CONTROL)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
     torque_lead: Annotated[float, Parameter(group=_CONTROL)] = 1.5e-3
@@ -167,8 +167,6 @@ def live(
         loop: How the loop runs.
         reading: How to read the log of a replay.
     """
-    from rich.console import Console
-
     from erclutch.cli import terminal
     from erclutch.live.session import Session, SessionOptions
     from erclutch.live.session_figures import SessionFigures
@@ -177,7 +175,7 @@ def live(
     if explain or explain_page is not None:
         return _explained(terminal.console(), explain, explain_page)
     # With --json standard output is one JSON document: all that is for people goes to standard error.
-    output = Console(stderr=True, highlight=False, soft_wrap=True) if loop.json else terminal.console()
+    output = terminal.console(stderr=loop.json)
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
     require(0, 99, priority=loop.priority)
     with ExitStack() as stack:
@@ -337,7 +335,8 @@ def _supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None,
         if needs_sensor and rig.named is not None and not rig.named.sensor:
             problem = f"{option} needs a torque sensor, and this rig has none"
             raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
-    return replace(control, observer=control.observer or ("off" if model is None or adapt else "none"))
+    gains = (control.torque_p, control.torque_i) != (_DEFAULTS[1].torque_p, _DEFAULTS[1].torque_i)
+    return replace(control, observer=control.observer or ("off" if model is None or adapt or gains else "none"))
 
 
 def _settings(
@@ -560,8 +559,7 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
         "events": {name: n for name, n in reader.counts.items() if n},
         "realtime": reader.realtime,
         "tripped": reader.trip_reason,
-        "off_reference_rms": watch.followed[0],
-        "reference_rms": watch.followed[1],
+        **dict(zip(("off_reference_rms", "reference_rms"), watch.followed or (None, None), strict=True)),
     }
 
 
@@ -578,8 +576,8 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
         if n and name != "overrun"
     )
     output.print(", ".join(counts) or "no event", markup=False)
-    off, wanted = watch.followed
-    if wanted > 0.0:
+    if watch.followed is not None:
+        off, wanted = watch.followed
         unit = next(c.unit for c in watch.reader.info.channels if c.role == watch.role)
         output.print(f"off the reference by {off:.3g} rms; the reference has {wanted:.3g} {unit}", markup=False)
         if off > 0.5 * wanted and watch.role == "effort":
@@ -601,8 +599,7 @@ def _ended(
     Raises:
         KeyboardInterrupt: the loop was told to end before the rig answered.
     """
-    from rich.console import Console
-
+    from erclutch.cli import terminal
     from erclutch.live.ring import State
 
     if observers is not None:
@@ -623,5 +620,5 @@ def _ended(
         if watch.reader.trip_reason and session.rig_running:
             output.print(f"held at zero to the end: {watch.reader.trip_reason}", style="red", markup=False)
     if reason:
-        Console(stderr=True, soft_wrap=True).print(f"error: {reason}", style="red", markup=False)
+        terminal.console(stderr=True).print(f"error: {reason}", style="red", soft_wrap=True)
     return ended

@@ -204,9 +204,9 @@ class _Screen(Console):
         return super().render_str(shown(text), **options)
 
 
-def console() -> Console:
-    """Standard output; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
-    made = _Screen(highlight=False, markup=False, emoji=False)
+def console(*, stderr: bool = False) -> Console:
+    """Standard output, or the errors'; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
+    made = _Screen(highlight=False, markup=False, emoji=False, stderr=stderr)
     if not made.is_terminal and "COLUMNS" not in os.environ:
         made.width = 150
     return made

@@ -46,7 +46,7 @@ def twin_models(
         Their files, in order.
     """
     from erclutch import _version
-    from erclutch.runs.run_folder import file_name
+    from erclutch.runs.run_shape import file_name
 
     about = json.dumps([_version.__version__, _code(), _SECONDS, device, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]

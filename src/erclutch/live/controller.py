@@ -36,7 +36,7 @@ _ROWS = 512
 #: What a sample holds, and what comes out, in the order of the C.
 INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_torque")
 OUTPUTS = ("field1", "field2", "estimate")
-#: Times the largest slip of the log: a faster sample is none.
+#: Times the largest slip of the log: a sample beyond is none.
 _FASTEST = 10.0
 _ABOVE = ("field_limit", "motor_limit", "rise_rate", "fall_rate", "observer_bandwidth", "torque_scale")
 _SIGNED = ("drive_drag_1", "drive_drag_2")

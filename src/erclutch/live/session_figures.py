@@ -88,10 +88,10 @@ class SessionFigures:
                 self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
 
     @property
-    def followed(self) -> tuple[float, float]:
-        """How far the channel was off its reference, and the reference itself, RMS; zeros where nothing follows."""
+    def followed(self) -> tuple[float, float] | None:
+        """How far the channel was off its reference, and the reference itself, RMS; None where nothing follows."""
         off, wanted, count = self._squares.tolist()
-        return (off / count) ** 0.5 if count else 0.0, (wanted / count) ** 0.5 if count else 0.0
+        return ((off / count) ** 0.5, (wanted / count) ** 0.5) if count else None
 
     def rows(self) -> list[list[str]]:
         """Lateness and step time as rows of a table, in us."""

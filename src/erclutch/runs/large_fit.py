@@ -33,7 +33,8 @@ from erclutch.models.load import Model
 from erclutch.models.model import full_name
 from erclutch.models.model_file import digest_of
 from erclutch.runs.cluster import saying_kept
-from erclutch.runs.run_folder import file_name, unwritable, versions, write_json, write_models
+from erclutch.runs.run_folder import unwritable, versions, write_json, write_models
+from erclutch.runs.run_shape import file_name
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName, Units

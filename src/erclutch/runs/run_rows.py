@@ -51,6 +51,7 @@ def read_rows(run: Run) -> RunRows:
         names = [name for name in table.column_names if name != "log"]
         columns: dict[str, Any] = {name: of_arrow(table[name].cast(pyarrow.float64())) for name in names}
         return _rows_of(run.body, columns | {"test": columns["test"] != 0.0})
+    # The last is Arrow's word for a column that no cast makes numbers of.
     except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:
         raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
 

@@ -335,7 +335,8 @@ class Workbench:
         return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
 
     async def _live(self, request: Request, form: _Form) -> Response:
-        from erclutch.runs.run_folder import file_name, read_run
+        from erclutch.runs.run_folder import read_run
+        from erclutch.runs.run_shape import file_name
 
         name, model = self._space.path(request.path_params["name"]).name, form.get("model", "")
         run = await run_in_threadpool(read_run, self._space.folder / name)

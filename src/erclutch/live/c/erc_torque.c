@@ -22,18 +22,18 @@
 #define SECANTS 8u        /* at most, before the inverse begins anew */
 #define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
-#define MOST_TORQUE 1e4   /* of torque_scale: no sample is believed beyond, so that none spoils what is learned */
-#define MOST_OFF 100.0    /* of torque_scale, and some times the model's torque: nothing is learned beyond */
-#define MOST_SPEED 10.0   /* of SPEED_SCALE: the same */
+#define MOST_TORQUE 1e9   /* N m: no filter takes more, so that each forgets a sample that cannot be */
+#define MOST_OFF 100.0    /* of torque_scale, and TIMES the model's torque: no more is learned from or integrated */
+#define TIMES 4.0
+#define MOST_SPEED 100.0  /* of SPEED_SCALE: beyond, nothing is learned */
 
 static double bounded(double x, double low, double high) {
     return x < low ? low : (x > high ? high : x);
 }
 
-/* A torque as far as it is believed. */
-static double believed(const erc_core *core, double torque) {
-    const double most = MOST_TORQUE * core->config.torque_scale;
-    return bounded(torque, -most, most);
+/* How far a torque may be off where the model gives so much. */
+static double likely(const erc_core *core, double modelled) {
+    return MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled);
 }
 
 /* Share by which a first-order filter moves in a period. */
@@ -140,9 +140,9 @@ static void observe(erc_core *core) {
     }
     erc_share *learned = &s->learned[s->side < 0.0];
     const double omega = motion ? s->slow_speed : 0.0;
-    const double off = believed(core, torque - learned->gain * s->modelled - learned->drag * omega);
-    const bool likely = fabs(off) <= MOST_OFF * config->torque_scale + fabs(4.0 * s->modelled);
-    if (config->gain_rate > 0.0 && s->settled >= SETTLED && likely && fabs(omega) <= MOST_SPEED * SPEED_SCALE) {
+    const double off = bounded(torque - learned->gain * s->modelled - learned->drag * omega, -MOST_TORQUE, MOST_TORQUE);
+    const bool sane = fabs(off) <= likely(core, s->modelled) && fabs(omega) <= MOST_SPEED * SPEED_SCALE;
+    if (config->gain_rate > 0.0 && s->settled >= SETTLED && sane) {
         learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
               config->torque_scale);
     }
@@ -272,8 +272,9 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
 static void integrate(erc_core *core, double wanted, uint32_t events) {
     erc_stages *s = &core->stages;
     const bool measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
-    const double error = believed(core, wanted - (measured ? core->torque : core->estimate));
-    const double next = believed(core, s->integral + s->per_period * error);
+    const double most = likely(core, fabs(s->gave) + (isfinite(core->estimate) ? fabs(core->estimate) : 0.0));
+    const double error = bounded(wanted - (measured ? core->torque : core->estimate), -most, most);
+    const double next = s->integral + s->per_period * error;
     const bool free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
         s->integral = free || next * s->integral > 0.0 ? next : 0.0;
@@ -302,7 +303,7 @@ double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *ev
     begin_anew(core);
     observe(core);
     const double zero = without_field(core); /* the gain is the field's alone */
-    const double ask = believed(core, wanted + core->config.torque_lead * rate - s->rest + s->integral - zero);
+    const double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral - zero;
     const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
     const double field = inverse(core, ask / gain + zero, events);
     integrate(core, wanted, *events);

@@ -43,6 +43,6 @@ typedef struct {
 uint32_t erc_control_reset(erc_core *controller, const erc_config *config);
 
 /* One sample: the fields for a torque, within limits and rates, never both. Returns the flags of the step, and of the
-   events above. A sample that is not finite, or ten times as fast as the log, takes the
-   field to zero at the supply's rate. */
+   events above. A sample that is not finite, or whose slip is ten times that of the log,
+   takes the field to zero at the supply's rate. */
 uint32_t erc_control_step(erc_core *controller, const erc_input *input, erc_output *output);
