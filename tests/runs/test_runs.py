@@ -146,7 +146,7 @@ def test_a_column_that_holds_no_numbers_is_one_line(run: Path) -> None:
     body["files"]["predictions.parquet"] = files.file_digest(path)
     del body["digest"]
     (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
-    with pytest.raises(RunError, match="does not fit run.json"):
+    with pytest.raises(RunError, match=r"does not fit run\.json"):
         read_rows(read_run(run))
 
 
