@@ -484,6 +484,14 @@ def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     assert (watch.frames, watch.lateness.largest) == (5, 40.0)
     assert watch.followed == pytest.approx((0.3, 0.4))
     assert SessionFigures(RingReader(ring, "oldest")).followed is None
+    frame["theta"], frame["alpha"] = 100.0, 0.5  # the motor turns on, the output is to follow
+    writer.write(frame)
+    angle = SessionFigures(RingReader(ring), "position")
+    writer.write(frame)
+    angle.poll()
+    assert angle.followed == pytest.approx((0.1, 0.4))
+    assert angle.follower is not None
+    assert angle.follower.label == "output"
 
 
 def test_what_is_no_ring_of_this_version_is_refused(tmp_path: Path) -> None:

@@ -576,10 +576,10 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
         if n and name != "overrun"
     )
     output.print(", ".join(counts) or "no event", markup=False)
-    if watch.followed is not None:
+    if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
-        unit = next(c.unit for c in watch.reader.info.channels if c.role == watch.role)
-        output.print(f"off the reference by {off:.3g} rms; the reference has {wanted:.3g} {unit}", markup=False)
+        said = f"{watch.follower.label} off the reference by {off:.3g} rms; the reference has {wanted:.3g}"
+        output.print(f"{said} {watch.follower.unit}", markup=False)
         if off > 0.5 * wanted and watch.role == "effort":
             output.print(_ASTRAY, style="yellow", markup=False, soft_wrap=True)
     for note in notes:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.live.ring import RingReader
+from erclutch.signals.channels import LiveChannel
 
 _BINS = 100_000  # of 1 us
 
@@ -80,12 +81,16 @@ class SessionFigures:
             self._follow(new)
         return new
 
+    @property
+    def follower(self) -> LiveChannel | None:
+        """The channel that is to follow the reference: of a pair's two angles the output's, which comes last."""
+        return next((c for c in reversed(self.reader.info.channels) if c.role == self.role), None)
+
     def _follow(self, new: NDArray[Any]) -> None:
-        for channel in self.reader.info.channels:
-            if channel.role == self.role:
-                pair = np.array([new["reference"], new[channel.name]])
-                wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
-                self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
+        if self.follower is not None:
+            pair = np.array([new["reference"], new[self.follower.name]])
+            wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
+            self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
 
     @property
     def followed(self) -> tuple[float, float] | None:
