@@ -52,7 +52,7 @@ test: $(READY) ## the fast tests
 # Loops at 1 kHz run alone: beside other tests a processor is busy for the 21 ms that trip them.
 .PHONY: test-slow
 test-slow: $(READY) ## the slow tests
-	@for tests in "-n auto --dist loadgroup --ignore=tests/live" tests/live; do \
+	@for tests in "-n auto --dist loadgroup --ignore=tests/wings/live" tests/wings/live; do \
 	  $(BIN)/python -m pytest $$tests -m slow $(PYTEST_FLAGS) || { s=$$?; [ $$s -eq 5 ] || exit $$s; }; \
 	done
 

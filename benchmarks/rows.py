@@ -14,9 +14,9 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import Scaling
-from erclutch.paper.tables import twin_runs
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from erclutch.wings.paper.tables import twin_runs
 
 Array = NDArray[np.float64]
 

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.cli.twin_model import twin_model
 from erclutch.export.c.compiled_model import DRIFT, OUTSIDE_RANGE, WIDE_BAND, CompiledModel
-from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.live_model import live_model
-from erclutch.live.offered_programs import rig_settings, standard_programs, starting_with
 from erclutch.models.load import load_model
-from erclutch.rig.twin.parameters import RigParameters, default_rig
 from erclutch.signals.array import Array
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.live_model import live_model
+from erclutch.wings.live.offered_programs import rig_settings, standard_programs, starting_with
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
+from erclutch.wings.rig.twin_model import twin_model
 
 SECOND = 1000
 #: Programs of whose motion the model knows enough; the others show what happens where it does not.

@@ -19,13 +19,13 @@ from types import SimpleNamespace
 import numpy as np
 
 from erclutch.cli import terminal
-from erclutch.cli.twin_model import twin_models
 from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.c_printer import table
 from erclutch.export.targets.c import rows_of_bits
-from erclutch.live import controller
 from erclutch.models.load import load_model
-from erclutch.rig.twin.parameters import default_rig
+from erclutch.wings.live.targets import controller
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin_model import twin_models
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "export" / "cortex_m"))
 from boards import BOARDS, run_board  # pyright: ignore[reportMissingImports]

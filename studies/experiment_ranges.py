@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from erclutch.cli.twin_model import twin_model
-from erclutch.live.live_model import live_model
 from erclutch.models.load import load_model
-from erclutch.paper.online import run
-from erclutch.rig.twin.parameters import default_rig
-from erclutch.rig.twin.scenarios import prepare
+from erclutch.wings.live.live_model import live_model
+from erclutch.wings.paper.online import run
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin_model import twin_model
 
 HIGH = 0.3  # field
 

@@ -23,7 +23,7 @@ from distributed import Client
 
 from erclutch.fit.comparison import Settings
 from erclutch.logs.synthetic import write_synthetic_log
-from erclutch.runs.fleet import fit_many
+from erclutch.wings.fleet.fleet import fit_many
 
 MODELS = (
     *("quadratic", "on-off", "herschel-bulkley", "rbfm-2"),

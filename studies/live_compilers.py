@@ -24,11 +24,11 @@ from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.export.c.compilers import Compiler, natives
 from erclutch.export.targets.python import build as build_model
 from erclutch.export.targets.python import library_name
-from erclutch.live.c_build import CORE, SOURCES, build, loop_program
-from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.models.load import load_model
+from erclutch.wings.live.c_build import CORE, SOURCES, build, loop_program
+from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform, config_of
 
-MODEL = Path(__file__).resolve().parents[1] / "tests" / "live" / "model.json"
+MODEL = Path(__file__).resolve().parents[1] / "tests" / "wings" / "live" / "model.json"
 _STEPS = 2_000_000
 _BENCH = """
 #include "erc_core.h"

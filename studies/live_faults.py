@@ -32,20 +32,20 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.c_build import build, loop_program
-from erclutch.live.c_core import Core
-from erclutch.live.layout import EVENT_BITS, FRAME, SAMPLE
-from erclutch.live.orders import Order, order_bytes
-from erclutch.live.recording.recordings import Recordings
-from erclutch.live.ring import RingInfo, RingReader, State, make_ring, ring_folder
-from erclutch.live.settings import ZERO_BEFORE_TRIP, LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.logs import read_table
-from erclutch.rig.interface import Measurement, RigCommand
-from erclutch.rig.packet import SensorPacket, pack_sensors
-from erclutch.rig.rig_process import start_rig
-from erclutch.rig.rig_server import WATCHDOG_TIME, RigServer
+from erclutch.wings.live.c_build import build, loop_program
+from erclutch.wings.live.c_core import Core
+from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
+from erclutch.wings.live.orders import Order, order_bytes
+from erclutch.wings.live.recording.recordings import Recordings
+from erclutch.wings.live.ring import RingInfo, RingReader, State, make_ring, ring_folder
+from erclutch.wings.live.settings import ZERO_BEFORE_TRIP, LoopProgram, LoopSettings, Mode, Waveform, config_of
+from erclutch.wings.rig.interface import Measurement, RigCommand
+from erclutch.wings.rig.packet import SensorPacket, pack_sensors
+from erclutch.wings.rig.rig_process import start_rig
+from erclutch.wings.rig.rig_server import WATCHDOG_TIME, RigServer
 
-MODEL = Path(__file__).resolve().parents[1] / "tests" / "live" / "bingham.c"
+MODEL = Path(__file__).resolve().parents[1] / "tests" / "wings" / "live" / "bingham.c"
 CRASHING = MODEL.with_name("crashing.c")
 WALL_CLOCK = MODEL.with_name("wall_clock.c")
 MODEL_FILE = MODEL.with_name("model.json")
@@ -338,7 +338,7 @@ def mutated_packets(number: int = 100_000) -> Finding:
     """Packets with random bytes changed, cut or prolonged: each is refused."""
     import ctypes
 
-    from erclutch.live.c_build import core_library
+    from erclutch.wings.live.c_build import core_library
 
     library = ctypes.CDLL(str(core_library()))
     out = np.zeros(1, SAMPLE)

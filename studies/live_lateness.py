@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.companions import Observers
-from erclutch.live.offered_programs import standard_programs, starting_with
-from erclutch.live.session import TWIN, Session, SessionOptions
-from erclutch.live.session_figures import SessionFigures
-from erclutch.live.settings import LoopSettings
-from erclutch.rig.twin.parameters import default_rig
+from erclutch.wings.live.companions import Observers
+from erclutch.wings.live.offered_programs import standard_programs, starting_with
+from erclutch.wings.live.session import TWIN, Session, SessionOptions
+from erclutch.wings.live.session_figures import SessionFigures
+from erclutch.wings.live.settings import LoopSettings
+from erclutch.wings.rig.twin.parameters import default_rig
 
 BUSY = "while True: junk = [{'a': i, 'b': str(i)} for i in range(20000)]"
 SHARES = (0.5, 0.99, 0.999)
@@ -121,8 +121,8 @@ def fitted(rig: Any) -> Any:
     """The network that `erclutch live` takes on the twin."""
     from rich.console import Console
 
-    from erclutch.cli.twin_model import twin_model
-    from erclutch.live.live_model import live_model
+    from erclutch.wings.live.live_model import live_model
+    from erclutch.wings.rig.twin_model import twin_model
 
     return live_model(twin_model(rig, Console(stderr=True)), "coaxial")
 

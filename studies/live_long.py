@@ -20,16 +20,16 @@ from typing import Any
 import numpy as np
 from live_lateness import cyclictest, of_cyclictest, process
 
-from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.companions import Observers
-from erclutch.live.layout import EVENTS
-from erclutch.live.offered_programs import standard_programs, starting_with
-from erclutch.live.ring import State
-from erclutch.live.session import TWIN, Session, SessionOptions
-from erclutch.live.session_figures import SessionFigures
-from erclutch.live.settings import LoopSettings
 from erclutch.logs import read_table
-from erclutch.rig.twin.parameters import default_rig
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.companions import Observers
+from erclutch.wings.live.layout import EVENTS
+from erclutch.wings.live.offered_programs import standard_programs, starting_with
+from erclutch.wings.live.ring import State
+from erclutch.wings.live.session import TWIN, Session, SessionOptions
+from erclutch.wings.live.session_figures import SessionFigures
+from erclutch.wings.live.settings import LoopSettings
+from erclutch.wings.rig.twin.parameters import default_rig
 
 STRETCH = 60_000
 HOUR = 3_600_000
@@ -45,8 +45,8 @@ def model_of(rig: Any) -> Any:
     """The network that `erclutch live` takes on the twin."""
     from rich.console import Console
 
-    from erclutch.cli.twin_model import twin_model
-    from erclutch.live.live_model import live_model
+    from erclutch.wings.live.live_model import live_model
+    from erclutch.wings.rig.twin_model import twin_model
 
     return live_model(twin_model(rig, Console(stderr=True)), "coaxial")
 

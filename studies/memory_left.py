@@ -12,9 +12,9 @@ import numpy as np
 from erclutch.fit.comparison import Settings, structures_for
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs.dataset import Dataset
-from erclutch.paper.tables import twin_runs
-from erclutch.rig.twin.parameters import default_rig
 from erclutch.signals.array import Array, Mask
+from erclutch.wings.paper.tables import twin_runs
+from erclutch.wings.rig.twin.parameters import default_rig
 
 MODEL = "bingham+lag+effort-lag+inertia+dahl/field"
 AFTER = 30  # rows, at 1 kHz

@@ -46,7 +46,7 @@ CORE = {
     "fit": "fit/**/*.py",
     "logs": "logs/**/*.py",
     "export": "export/**/*.py",
-    "live": "live/c/*.c",
+    "live": "wings/live/c/*.c",
 }
 #: By test file and function: its tests that call the function.
 Calls = dict[str, dict[str, list[str]]]

@@ -26,12 +26,12 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.companions import Observers
-from erclutch.live.recording.recordings import Recordings
-from erclutch.live.ring import RingReader
-from erclutch.live.session import TWIN, Session
-from erclutch.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.logs import read_table
+from erclutch.wings.live.companions import Observers
+from erclutch.wings.live.recording.recordings import Recordings
+from erclutch.wings.live.ring import RingReader
+from erclutch.wings.live.session import TWIN, Session
+from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 _FLAGS += ["--disable-component-update", "--disable-sync"]

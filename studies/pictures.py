@@ -125,7 +125,7 @@ def draw_states(file: Path) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from erclutch.live.explained_states import transitions
+    from erclutch.wings.live.explained_states import transitions
 
     places = {"starting": (0.7, 3.0), "running": (4.6, 3.0), "tripped": (9.2, 3.0), "ready": (6.9, 0.6)}
     arrows: dict[tuple[str, str], list[str]] = {}

@@ -35,10 +35,10 @@ from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.c_printer import rings_of
 from erclutch.export.step_record import step_record
 from erclutch.export.targets.c import write_core
-from erclutch.live import controller
+from erclutch.wings.live.targets import controller
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
-LIVE = Path(__file__).resolve().parents[1] / "src" / "erclutch" / "live" / "c"
+LIVE = Path(__file__).resolve().parents[1] / "src" / "erclutch" / "wings" / "live" / "c"
 #: Models that also go through Eva with positions as inputs, which are differentiated inside.
 ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
 #: Models that also go through Eva with a gain and an offset that follow a torque sensor.
@@ -91,7 +91,7 @@ def proved(step: ExportedStep, folder: Path) -> Proof:
 
 def proved_interlock(folder: Path) -> Proof:
     """Run Eva on the interlock of the live loop, under the configurations that the loop lets through."""
-    for source in (*LIVE.glob("*.[ch]"), TESTS / "live" / "interlock_any.c"):
+    for source in (*LIVE.glob("*.[ch]"), TESTS / "wings" / "live" / "interlock_any.c"):
         shutil.copy(source, folder)
     options = ("-c11", "-eva-slevel", "200", "-eva-partition-history", "2")
     return analysed(folder, ["interlock_any.c", "erc_interlock.c"], *options)
@@ -289,7 +289,7 @@ def _longest_loop(step: ExportedStep) -> int:
 
 def models() -> Mapping[str, Any]:
     """One model of every kind, by its label: those of the export's tests."""
-    spec = importlib.util.spec_from_file_location("export_models", TESTS / "export" / "conftest.py")
+    spec = importlib.util.spec_from_file_location("export_models", TESTS / "support" / "exported_models.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -19,9 +19,9 @@ from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import Model
-from erclutch.rig.twin.parameters import default_rig
-from erclutch.rig.twin.scenarios import prepare
 from erclutch.runs.recalibrated_run import seen_rows
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.scenarios import prepare
 
 AMPLITUDES = ("2mm5Hz", "5mm3Hz", "10mm1Hz", "25mm0x1Hz", "25mm0x25Hz", "25mm0x5Hz")
 COLUMNS = {

@@ -23,9 +23,9 @@ from erclutch.fit.networks.fit_network import fit_network
 from erclutch.logs.blocks import OneBlock
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import forward_fnn
-from erclutch.paper.sweeps import RunsRecipe, UnitRows, made
-from erclutch.paper.tables import twin_runs
 from erclutch.runs.cluster import in_order, task_pool
+from erclutch.wings.paper.sweeps import RunsRecipe, UnitRows, made
+from erclutch.wings.paper.tables import twin_runs
 
 NAMES = ("fnn-6", "fnn-16")
 

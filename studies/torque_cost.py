@@ -17,14 +17,14 @@ import numba
 import numpy as np
 
 from erclutch.cli import terminal
-from erclutch.cli.twin_model import twin_models
-from erclutch.live.c_core import Core, step_function
-from erclutch.live.layout import COMMAND, FRAME, SAMPLE, word_places
-from erclutch.live.live_model import live_model
-from erclutch.live.offered_programs import rig_settings
-from erclutch.live.settings import LoopProgram, Mode, Waveform
-from erclutch.paper.torque_control import KNOWS
-from erclutch.rig.twin.parameters import default_rig
+from erclutch.wings.live.c_core import Core, step_function
+from erclutch.wings.live.layout import COMMAND, FRAME, SAMPLE, word_places
+from erclutch.wings.live.live_model import live_model
+from erclutch.wings.live.offered_programs import rig_settings
+from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
+from erclutch.wings.paper.torque_control import KNOWS
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin_model import twin_models
 
 STEPS = 200_000
 

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.live.accelerated import AcceleratedRun
-from erclutch.live.offered_programs import rig_settings
-from erclutch.live.settings import LoopProgram, Mode, Waveform
-from erclutch.paper import torque_control as tc
-from erclutch.rig.twin.parameters import RigParameters, default_rig
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.offered_programs import rig_settings
+from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
+from erclutch.wings.paper import torque_control as tc
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 
 ROWS, SETTLING = 7000, 2000
 P_GAINS, D_GAINS = np.geomspace(0.5, 60.0, 8), np.geomspace(5e-3, 0.5, 6)

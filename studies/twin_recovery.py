@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from erclutch.paper.calibration.calibrate import calibrate
-from erclutch.paper.calibration.log_trace import LogTrace
-from erclutch.rig.twin.parameters import default_rig
-from erclutch.rig.twin.scenarios import prepare
+from erclutch.wings.paper.calibration.calibrate import calibrate
+from erclutch.wings.paper.calibration.log_trace import LogTrace
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.scenarios import prepare
 
 FACTORS = {"fluid.viscosity": 1.3, "drive.inertia": 0.8, "screw.coulomb": 1.4, "fluid.building_time": 0.75}
 

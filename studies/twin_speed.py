@@ -16,7 +16,7 @@ _RUN = """
 import resource, sys, time
 name, seconds = sys.argv[1], float(sys.argv[2])
 began = time.process_time()
-from erclutch.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin.scenarios import prepare
 for _ in prepare("training", seconds=1.0).chunks(): pass
 ready = time.process_time()
 for _ in prepare(name, seconds=seconds).chunks(): pass

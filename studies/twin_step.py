@@ -9,11 +9,11 @@ import argparse
 
 import numpy as np
 
-from erclutch.rig.twin import kernel as k
-from erclutch.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
-from erclutch.rig.twin.fluid import yield_stress
-from erclutch.rig.twin.parameters import default_rig
-from erclutch.rig.twin.part_parameters import POINTS, Parts, parts_of
+from erclutch.wings.rig.twin import kernel as k
+from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
+from erclutch.wings.rig.twin.fluid import yield_stress
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.part_parameters import POINTS, Parts, parts_of
 
 SPEEDS = [k.OMEGA, k.OMEGA_R, k.OMEGA_L]
 

@@ -11,9 +11,9 @@ import argparse
 import numpy as np
 
 from erclutch.models.laws import PAPER
-from erclutch.paper.calibration.paper_summary import Summary, summarise
-from erclutch.paper.published import APPROACHES
-from erclutch.rig.twin.parameters import default_rig, load_rig
+from erclutch.wings.paper.calibration.paper_summary import Summary, summarise
+from erclutch.wings.paper.published import APPROACHES
+from erclutch.wings.rig.twin.parameters import default_rig, load_rig
 
 SEEDS = (101, 202, 303, 404, 505)
 _LAWS = [name for name in PAPER if name != "rbfm-5/forward"]

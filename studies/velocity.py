@@ -9,9 +9,9 @@ import argparse
 
 import numpy as np
 
-from erclutch.rig.twin.scenarios import prepare
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.speed import CAUSAL, Derivative, differentiate
+from erclutch.wings.rig.twin.scenarios import prepare
 
 CHOICES = (
     Derivative("difference"),

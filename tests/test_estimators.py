@@ -21,8 +21,8 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import ladder, law_from_name
 from erclutch.models.networks import network_from_name
-from erclutch.rig.twin.scenarios import prepare
 from erclutch.signals.clock import Clock, Span
+from erclutch.wings.rig.twin.scenarios import prepare
 
 LAWS = [LawRegressor(law) for law in ladder()]
 NETWORKS = [

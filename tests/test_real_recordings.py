@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit.flow_curve import FlowCurve, fit_flow_curve
-from erclutch.logs.flow_curve_file import read_flow_curves
+from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 

@@ -215,9 +215,9 @@ def test_the_wheel_runs_in_an_empty_environment(installed: Installed, wheel_and_
 #: What each extra is for, as code that needs nothing else.
 EXTRAS = {
     "sklearn": "from erclutch.estimators import LawRegressor",
-    "calibrate": "import cma, erclutch.paper.calibration.calibrate",
-    "export": "import onnx, ziglang, erclutch.export.targets.onnx",
-    "live": "import ziglang, erclutch.live.page.page_server",
+    "calibrate": "import cma, erclutch.wings.paper.calibration.calibrate",
+    "export": "import onnx, ziglang, erclutch.wings.exporters.targets.onnx",
+    "live": "import ziglang, erclutch.wings.live.page.page_server",
     "compiler": "import ziglang",
     "formats": "import asammdf, nptdms, python_calamine, rosbags.highlevel",
     "cluster": "import distributed, erclutch.runs.cluster",

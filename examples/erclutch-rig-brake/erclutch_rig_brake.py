@@ -11,9 +11,9 @@ import os
 import subprocess
 import sys
 
-from erclutch.rig.interface import Measurement
-from erclutch.rig.rig_plugins import UdpRig
-from erclutch.rig.rig_server import RigServer
+from erclutch.wings.rig.interface import Measurement
+from erclutch.wings.rig.rig_plugins import UdpRig
+from erclutch.wings.rig.rig_server import RigServer
 
 PERIOD = 1e-3  # s
 INERTIA = 2e-3  # kg m^2

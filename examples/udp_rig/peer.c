@@ -1,6 +1,6 @@
 /* A rig behind UDP in C: a motor with friction that two clutches hang on. Put your sensors and outputs in its place.
  *
- *     C=$(python -c "import erclutch.live.c_build as b; print(b.SOURCES)")
+ *     C=$(python -c "import erclutch.wings.live.c_build as b; print(b.SOURCES)")
  *     cc -std=c11 -O2 -I"$C" peer.c "$C/erc_packet.c" -lm -o peer
  *     ./peer 5005 42 &
  *     erclutch live --rig udp --address 127.0.0.1:5005 --session 42 --program tracking-slow

@@ -21,23 +21,24 @@ from erclutch._version import __version__
 if TYPE_CHECKING:
     from erclutch.errors import ErclutchError
     from erclutch.fit.comparison import Comparison, Settings, compare
-    from erclutch.fit.flow_curve import FlowCurve, fit_flow_curve
     from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
     from erclutch.fit.networks.fit_network import fit_network
     from erclutch.fit.recalibration import Recalibration, recalibrate
-    from erclutch.logs import ColumnMap, align, read, read_table, recording_from_arrays
+    from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
     from erclutch.logs.dataset import Dataset, build_dataset, hold_out
     from erclutch.models.law_model import Structure, TorqueModel
     from erclutch.models.laws import law_from_name
     from erclutch.models.load import load_model
     from erclutch.models.networks import NetworkStructure, network_from_name
     from erclutch.models.networks.network_model import NetworkModel
-    from erclutch.runs.fleet import Fleet, fit_many
     from erclutch.runs.large_fit import LargeFit, fit_large
     from erclutch.runs.new_rows import predict, score
     from erclutch.runs.run_folder import read_run, write_run
     from erclutch.signals.recording import Recording
     from erclutch.signals.speed import Derivative
+    from erclutch.wings.align.aligned_logs import align
+    from erclutch.wings.fleet.fleet import Fleet, fit_many
+    from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
 
 _HOMES = {
     "fit.comparison": ("Comparison", "Settings", "compare"),
@@ -47,11 +48,12 @@ _HOMES = {
     "fit.recalibration": ("Recalibration", "recalibrate"),
     "runs.new_rows": ("predict", "score"),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
-    "fit.flow_curve": ("FlowCurve", "fit_flow_curve"),
-    "runs.fleet": ("Fleet", "fit_many"),
+    "wings.rheology.flow_curve": ("FlowCurve", "fit_flow_curve"),
+    "wings.fleet.fleet": ("Fleet", "fit_many"),
     "runs.large_fit": ("LargeFit", "fit_large"),
     "models.laws": ("law_from_name",),
-    "logs": ("ColumnMap", "align", "read", "read_table", "recording_from_arrays"),
+    "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
+    "wings.align.aligned_logs": ("align",),
     "models.law_model": ("Structure", "TorqueModel"),
     "models.networks": ("NetworkStructure", "network_from_name"),
     "models.networks.network_model": ("NetworkModel",),

@@ -1,8 +1,9 @@
-"""Plug-ins are found by name: laws, readers, stages, targets and rigs, of erclutch and of other packages.
+"""Plug-ins are found by name: commands, laws, readers, stages, targets and rigs, of erclutch and of other packages.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
-folder that assigns the group's `mark` at its top level (``LAW = ...`` in ``models/laws/casson.py`` is the law
-``casson``); there is no list of them. One of another package is an entry point of the group that names such a value::
+folder, or in a folder of that name in a wing, that assigns the group's `mark` at its top level (``LAW = ...`` in
+``models/laws/casson.py`` is the law ``casson``, ``COMMAND = ...`` in ``wings/align/commands/align.py`` the command
+``align``); there is no list of them. One of another package is an entry point of the group that names such a value::
 
     [project.entry-points."erclutch.laws"]
     robertson-stiff = "erclutch_law_robertson_stiff:LAW"
@@ -20,9 +21,10 @@ from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import PurePath
 from traceback import extract_tb
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError, PluginError, SettingError, placed
@@ -30,17 +32,20 @@ from erclutch.errors import ErclutchError, PluginError, SettingError, placed
 
 class _Group(NamedTuple):
     kind: str  # what a plug-in of the group is called
-    folders: tuple[str, ...]  # of the package, with a file for each of ours
-    mark: str  # what the file assigns at its top level: the plug-in's value
-    module: bool = False  # the file itself is the value, and the mark one of several names that it must hold
+    room: str  # of the core, with a folder of the group; "": wings alone have such folders
+    mark: str  # what the file assigns at its top level
+    value: Literal["mark", "module", "function"] = "mark"  # a plug-in's value: of the mark, the file itself, or the
+    # function that is named as the file
 
 
+#: The last word of a group is the name of its folders.
 _GROUPS: Mapping[str, _Group] = {
-    "erclutch.laws": _Group("law", ("models/laws",), "LAW"),
-    "erclutch.readers": _Group("reader", ("logs/readers",), "READER"),
-    "erclutch.stages": _Group("stage", ("models/stages",), "STAGE"),
-    "erclutch.targets": _Group("target", ("export/targets", "live"), "TITLE", module=True),
-    "erclutch.rigs": _Group("rig", ("rig",), "RIG"),
+    "erclutch.commands": _Group("command", "cli", "COMMAND", value="function"),
+    "erclutch.laws": _Group("law", "models", "LAW"),
+    "erclutch.readers": _Group("reader", "logs", "READER"),
+    "erclutch.stages": _Group("stage", "models", "STAGE"),
+    "erclutch.targets": _Group("target", "export", "TITLE", value="module"),
+    "erclutch.rigs": _Group("rig", "", "RIG"),
 }
 GROUPS = tuple(_GROUPS)
 _PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -213,18 +218,38 @@ def require(needed: Any, where: str) -> None:
 
 @cache
 def _own(group: str) -> Mapping[str, Plugin]:
-    """Ours, by the files in the group's folder that hold its mark."""
-    where = _GROUPS[group]
-    marked = re.compile(rf"^{where.mark}\b.*=", re.MULTILINE)
-    tail = "" if where.module else f":{where.mark}"
-    modules = sorted(
-        (file.name.removesuffix(".py"), f"erclutch.{folder.replace('/', '.')}")
-        for folder in where.folders
-        for file in files("erclutch").joinpath(folder).iterdir()
-        if file.name.endswith(".py") and marked.search(file.read_text(encoding="utf-8"))
+    """Ours, by the files in the group's folders that hold its mark."""
+    mark = re.compile(rf"^{_GROUPS[group].mark}\b.*=", re.MULTILINE)
+    marked = sorted(
+        (file.name.removesuffix(".py"), package)
+        for package, folder in _folders(group)
+        for file in folder.iterdir()
+        if file.name.endswith(".py") and mark.search(file.read_text(encoding="utf-8"))
     )
-    named = {stem.replace("_", "-"): f"{package}.{stem}{tail}" for stem, package in modules}
-    return {name: Plugin(group, name, source) for name, source in named.items()}
+    own: dict[str, Plugin] = {}
+    for stem, package in marked:
+        attribute = {"mark": f":{_GROUPS[group].mark}", "function": f":{stem}", "module": ""}[_GROUPS[group].value]
+        name = stem.replace("_", "-")
+        own[name] = Plugin(group, name, f"{package}.{stem}{attribute}")
+    return own
+
+
+def _folders(group: str) -> list[tuple[str, Traversable]]:
+    """Folders of the package that may hold a group's plug-ins, each with the name by which it is imported."""
+    package = files("erclutch")
+    last = group.rpartition(".")[2]
+    room = _GROUPS[group].room
+    folders = [(f"erclutch.{room}.{last}", package / room / last)] if room else []
+    wings = package / "wings"
+    if wings.is_dir():
+        folders += [(f"erclutch.wings.{wing.name}.{last}", wing / last) for wing in wings.iterdir() if wing.is_dir()]
+    return [(name, folder) for name, folder in folders if folder.is_dir()]
+
+
+def own_text(plugin: Plugin) -> str:
+    """The source of one of ours; nothing of it is imported."""
+    *folders, module = plugin.source.partition(":")[0].removeprefix("erclutch.").split(".")
+    return files("erclutch").joinpath(*folders, f"{module}.py").read_text(encoding="utf-8")
 
 
 @cache

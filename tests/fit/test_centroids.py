@@ -8,7 +8,7 @@ from erclutch.fit.laws.fit_law import MANY_ROWS, fit_structure
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
-from erclutch.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin.scenarios import prepare
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,6 @@ from erclutch.errors import ErclutchError
 from erclutch.fit import scoring
 from erclutch.fit.comparison import Settings, networks_for, residuals_for, scored, structures_for, with_bands
 from erclutch.fit.data_check import check, sensor_findings, steady_command
-from erclutch.fit.flow_curve import FlowCurve, ranked
 from erclutch.fit.history import effort_finding, history_finding
 from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
 from erclutch.fit.ladder import _feels, _next, families, with_stage
@@ -35,6 +34,7 @@ from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
+from erclutch.wings.rheology.flow_curve import FlowCurve, ranked
 
 Pinned = Callable[..., None]
 

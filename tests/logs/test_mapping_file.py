@@ -11,7 +11,7 @@ import pytest
 from erclutch.errors import ErclutchError, MappingError
 from erclutch.logs import ColumnMap, read, read_table
 from erclutch.logs.mapping_file import mapping_text, write_mapping
-from erclutch.rig.twin.parameters import load_rig
+from erclutch.wings.rig.twin.parameters import load_rig
 
 HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
 
@@ -95,7 +95,7 @@ def test_ten_thousand_damaged_mapping_and_rig_files(log: Path, tmp_path: Path) -
     rng = np.random.default_rng(5)
     own, rig = tmp_path / "own.toml", tmp_path / "rig.toml"
     texts = [mapping_text(read_table(log), ColumnMap.from_dict(chosen))[0].encode() for chosen in CHOSEN]
-    rig_text = (resources.files("erclutch.rig.twin") / "default.toml").read_bytes()
+    rig_text = (resources.files("erclutch.wings.rig.twin") / "default.toml").read_bytes()
     read_well, refused = 0, list[tuple[Path, str]]()
     for k in range(10_000):
         path, whole = (rig, rig_text) if k % 4 == 3 else (own, texts[k % 4])

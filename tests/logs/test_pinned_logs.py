@@ -20,7 +20,6 @@ from scipy.signal import lfilter
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, align, read, read_table, timing
 from erclutch.logs.assemble import assemble
-from erclutch.logs.clock_match import _overlap, _search, _width, match_clocks, track_of
 from erclutch.logs.dataset import build_dataset, hold_out, time_folds
 from erclutch.logs.labels import header_pairs, sample_period, split_label
 from erclutch.logs.mapping import scaled
@@ -30,6 +29,7 @@ from erclutch.logs.time_window import seconds_of, within
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
+from erclutch.wings.align.clock_match import _overlap, _search, _width, match_clocks, track_of
 
 Pinned = Callable[..., None]
 N = 60
@@ -423,7 +423,7 @@ WRITTEN = (
 
 
 def test_flow_curve_files(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.logs import flow_curve_file
+    from erclutch.wings.rheology import flow_curve_file
 
     monkeypatch.chdir(tmp_path)
     found: dict[str, Any] = {}

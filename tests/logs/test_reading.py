@@ -14,7 +14,7 @@ from erclutch.fit.comparison import Settings
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import write_synthetic_log
-from erclutch.runs.fleet import DeviceTask, fit_device
+from erclutch.wings.fleet.fleet import DeviceTask, fit_device
 
 WINDOW = LogOptions(begin="200ms", end="0.7", resample="500 Hz")
 

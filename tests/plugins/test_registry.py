@@ -11,7 +11,7 @@ import pytest
 from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.registry import GROUPS, find, hidden, names, plugins, require
-from erclutch.rig.rig_plugins import UdpRig, hardware
+from erclutch.wings.rig.rig_plugins import UdpRig, hardware
 
 Install = Callable[[str, str, str], None]
 
@@ -88,7 +88,10 @@ def test_a_rig_that_fails_is_named(install: Install, text: str, said: str) -> No
 
 
 def test_a_rig_comes_by_name(install: Install) -> None:
-    text = "from erclutch.rig.rig_plugins import UdpRig\ndef rig():\n    return UdpRig('mine', '10.0.0.1', 5005, 3)\n"
+    text = (
+        "from erclutch.wings.rig.rig_plugins import UdpRig\n"
+        "def rig():\n    return UdpRig('mine', '10.0.0.1', 5005, 3)\n"
+    )
     install("my-bench", "[erclutch.rigs]\nmine = my_bench:rig\n", text)
     assert hardware("mine") == UdpRig("mine", "10.0.0.1", 5005, 3)
     with pytest.raises(SettingError, match=r"unknown rig 'yours'.*Known are twin, twin-brake, replay, udp, mine"):

@@ -12,7 +12,7 @@ from erclutch.errors import RunError
 from erclutch.logs.dataset import build_dataset
 from erclutch.report.plots.log_plots import describe_coverage, describe_section
 from erclutch.report.plots.matplotlib_painter import save_plot
-from erclutch.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin.scenarios import prepare
 
 MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Sequence
 from typing import Annotated
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Group, Parameter
 
 from erclutch._version import __version__
+from erclutch.cli.command_list import commands
 from erclutch.errors import ErclutchError
 
 
@@ -44,41 +46,20 @@ app = App(
     suppress_keyboard_interrupt=False,
     error_formatter=_misused,
 )
-_COMMANDS = {
-    "demo": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
-    "app": "Show a folder of logs and runs as a page: drop a log, fit, read the report, export.",
-    "inspect": "Show what is in a log and what each column is taken for.",
-    "align": "Join two logs of one experiment whose clocks differ, by a signal that both have.",
-    "fit": "Fit all models to a log, rank them on rows held out, recommend one.",
-    "recalibrate": "Adapt a kept model to a new log of the same or a sister device, from few rows.",
-    "report": "Write the report of a run: one HTML file, or a PDF for print.",
-    "predict": "Write the effort of a kept model for each row of a log, with its band.",
-    "score": "Score the models of a run on another log.",
-    "compare": "Compare runs on the rows that all of them held out.",
-    "figure": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
-    "table": "Print a table of a run for a paper: LaTeX, Markdown, HTML or CSV.",
-    "fit-large": "Fit models to logs larger than memory, block by block.",
-    "fit-many": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",
-    "simulate": "Run one of the paper's scenarios on the digital TWIN and write the log.",
-    "reproduce": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
-    "calibrate-twin": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
-    "excite": "Write a command sequence that excites a pair of clutches well (section III-B).",
-    "live": "Estimate, control, record and watch at 1 kHz, on the digital TWIN or on your rig.",
-    "tune": "Find gains of torque and motion control from the model of a run, with margins and pictures.",
-    "experiment": "Run the paper's online experiments with the live loop: figures 7 to 13.",
-    "flowcurve": "Fit laws of shear stress to flow curves.",
-    "export": "Write a model for a controller: C99, C++, Python, ONNX, FMU, Simulink, MuJoCo.",
-    "verify": "Run an export on its test vectors against the model.",
-    "laws": "List the laws.",
-    "plugins": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
-    "cite": "Print how to cite erclutch and the paper: as text or BibTeX.",
-    "recover": "Make a whole recording of one that a crash left open or that is damaged.",
+_COMMANDS = {command.name: command for command in commands()}
+_HEADINGS = {
+    panel: Group(panel, sort_key=order)
+    for order, panel in enumerate(dict.fromkeys(command.panel for command in _COMMANDS.values()))
 }
-#: Commands whose names are taken: `app` by what runs them all, `table` by the module of logs.
-_MODULES = {"app": "app_page", "table": "table_for_paper"}
-for _order, (_name, _help) in enumerate(_COMMANDS.items()):
-    _module = _MODULES.get(_name, _name.replace("-", "_"))
-    app.command(f"erclutch.cli.{_module}:{_module}", name=_name, help=_help, sort_key=_order)
+for _command in _COMMANDS.values():
+    # By its name: Cyclopts imports the module when the command is called for.
+    app.command(
+        _command.plugin.source,
+        name=_command.name,
+        help=_command.help,
+        group=_HEADINGS[_command.panel],
+        sort_key=_command.place,
+    )
 app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
     help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
 )
@@ -113,6 +94,7 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
 def main() -> int:
     """Run the command line; returns the exit code: 0 done, 1 usage, 2 bad input, 130 interrupted."""
     try:
+        _load_foreign(sys.argv[1:2])
         result = app(exit_on_error=False, print_error=True)
     except CycloptsError:
         return 1
@@ -127,6 +109,20 @@ def main() -> int:
     except OSError as error:
         return _failed(f"the output cannot be written ({error.strerror or error})", 2)
     return result if isinstance(result, int) else 0
+
+
+def _load_foreign(words: Sequence[str]) -> None:
+    """Put the function of another package's command in its place, so that whatever it raises is told with its package.
+
+    Raises:
+        PluginError: it cannot be imported, or is no function.
+    """
+    command = _COMMANDS.get(words[0]) if words else None
+    if command is None or command.plugin.own:
+        return
+    function = command.plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
+    del app[command.name]
+    app.command(command.plugin.guarded(function), name=command.name)
 
 
 def _failed(message: str, code: int) -> int:

@@ -8,7 +8,7 @@ Nothing is guessed in silence: each choice, guess, conversion, gap and dropped r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -30,15 +30,12 @@ from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from erclutch.logs.aligned_logs import AlignedLogs
-
 __all__ = [
     "NEEDS",
     "Batch",
     "ColumnChoice",
     "ColumnMap",
     "Table",
-    "align",
     "map_over",
     "read",
     "read_all",
@@ -158,39 +155,6 @@ def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | No
         labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
         mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
     return mapping if base is None else mapping.over(base)
-
-
-def align(
-    a: str | Path | DataFrame,
-    b: str | Path | DataFrame,
-    on: str | Sequence[str] = (),
-    *,
-    near: float | None = None,
-    times: Sequence[Mapping[str, Any] | None] = (None, None),
-) -> AlignedLogs:
-    """Join two logs of one experiment whose clocks differ, by a signal that both have.
-
-    Args:
-        a: a file or a DataFrame (see `read`): the log whose clock and rows are kept.
-        b: the log whose columns are brought to them.
-        on: the column of that signal: one name for both, or A's and B's; by default the only name that both have.
-        near: about what B's clock shows more than A's, in s, where several offsets fit equally well.
-        times: for A and for B what is not guessed of its time, such as ``{"rate": 1000}``.
-
-    Raises:
-        LogError: a log cannot be read, nothing correlates, or several offsets fit equally well.
-        MappingError: no such column.
-    """
-    from erclutch.logs.aligned_logs import align_tables
-
-    own, others = (beside(_require_file(log)) if isinstance(log, str | Path) else None for log in (a, b))
-    one, other = (table_of(log, None if its is None else its.variable) for log, its in ((a, own), (b, others)))
-    if one.digest == other.digest:
-        raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
-    if one.name == other.name:
-        one, other = replace(one, name=f"{one.name} A"), replace(other, name=f"{other.name} B")
-    maps = map_over(times[0], own), map_over(times[1], others)
-    return align_tables(one, other, (on,) if isinstance(on, str) else on, maps=maps, near=near)
 
 
 def read_batches(

@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from erclutch.fit.comparison import Comparison, RankedModel
-    from erclutch.fit.flow_curve import FlowCurve, FlowFit
     from erclutch.fit.outcome import Estimate, FitOutcome
-    from erclutch.logs.aligned_logs import AlignedLogs
     from erclutch.logs.dataset import Dataset
     from erclutch.models.model import Model
     from erclutch.report.numbers.run_material import Material
-    from erclutch.runs.fleet import Fleet
     from erclutch.runs.run_folder import Run
     from erclutch.signals.recording import Recording
+    from erclutch.wings.align.aligned_logs import AlignedLogs
+    from erclutch.wings.fleet.fleet import Fleet
+    from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit
 
 _SECTION = 600  # rows of a log in a small picture
 _WORRIES = 3
@@ -164,8 +164,8 @@ def _dataset(data: Dataset) -> NotebookCard:
 
 
 def _aligned(logs: AlignedLogs) -> NotebookCard:
-    from erclutch.logs.aligned_logs import said
-    from erclutch.report.plots.clocks_plot import describe_clocks
+    from erclutch.wings.align.aligned_logs import said
+    from erclutch.wings.align.clocks_plot import describe_clocks
 
     header = ("offset_s", "offset_low", "offset_high", "drift_ppm", "drift_low", "drift_high")
     columns, units = logs.joined.columns, logs.joined.units
@@ -334,7 +334,7 @@ def _run(run: Run) -> NotebookCard:
 
 
 def _fleet(fleet: Fleet) -> NotebookCard:
-    from erclutch.report.html.fleet_page import fleet_panels, named
+    from erclutch.wings.fleet.fleet_page import fleet_panels, named
 
     out = sorted({device for series in fleet.series if series.model == fleet.model for device in series.outliers})
     facts = [
@@ -369,7 +369,7 @@ def _log_panel(curve: FlowCurve, lines: Sequence[Line] = ()) -> Panel:
 
 def _flow_curve(curve: FlowCurve) -> NotebookCard:
     def with_laws() -> Plot:
-        from erclutch.fit.flow_curve import ranked
+        from erclutch.wings.rheology.flow_curve import ranked
 
         order = np.argsort(curve.rate)
         lines = [

@@ -30,9 +30,9 @@ from erclutch.models.load import load_model
 from erclutch.models.networks import is_network, network_from_name
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import forward_fnn, forward_rbfn, network_from_dict
-from erclutch.rig.twin.scenarios import prepare
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.wings.rig.twin.scenarios import prepare
 
 
 @pytest.fixture(scope="module")

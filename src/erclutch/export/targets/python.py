@@ -71,7 +71,7 @@ def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None)
 
 
 def _call_source() -> str:
-    return resources.files("erclutch.export").joinpath("bench/call.c").read_text(encoding="ascii")
+    return resources.files("erclutch.export").joinpath("c/call.c").read_text(encoding="ascii")
 
 
 @cache

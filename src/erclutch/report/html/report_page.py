@@ -91,11 +91,24 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
     return _document((title, heading, line), (material.badge, material.badge_means), bodies, shared, plots=bool(data))
 
 
-def plain_page(titles: tuple[str, str, str], badge: tuple[str, str], section: Section, values: dict[str, Any]) -> str:
-    """A document of one section that is no run's: titles of window and page, a line; a badge and what it means."""
-    return _document(
-        titles, badge, [_body(_environment(), section, values)], {"traces": None, "grids": []}, plots=False
-    )
+def plain_page(
+    titles: tuple[str, str, str],
+    badge: tuple[str, str],
+    section: Section,
+    values: dict[str, Any],
+    templates: Path | None = None,
+) -> str:
+    """A document of one section that is no run's.
+
+    Args:
+        titles: of the window, of the page, and a line below.
+        badge: where the data come from, and what that means.
+        section: its template has the section's name.
+        values: of the template.
+        templates: folder of the template; None: the folder of the report.
+    """
+    body = _body(_environment(templates), section, values)
+    return _document(titles, badge, [body], {"traces": None, "grids": []}, plots=False)
 
 
 def _document(
@@ -142,12 +155,13 @@ def _asset(path: str) -> str:
     return text
 
 
-def _environment() -> Any:
+def _environment(first: Path | None = None) -> Any:
+    """Templates of the report, behind those of another folder."""
     import jinja2
 
-    folder = Path(str(files("erclutch").joinpath("report/templates")))
+    own = Path(str(files("erclutch").joinpath("report/templates")))
     made: Any = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
+        loader=jinja2.FileSystemLoader([own] if first is None else [first, own]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

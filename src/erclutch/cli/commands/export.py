@@ -1,0 +1,95 @@
+"""``erclutch export`` writes a model as C or for another target."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from erclutch.registry import names
+
+COMMAND = {
+    "help": "Write a model for a controller: C99, C++, Python, ONNX, FMU, Simulink, MuJoCo.",
+    "panel": "The road of a log",
+    "place": 9,
+}
+
+_Precision = Literal["float32", "float64"]
+_Causal = Literal["difference", "lowpass", "kalman"]
+
+
+def export(
+    model: Path,
+    /,
+    *,
+    to: Annotated[str, Parameter(help=f"What to write: {', '.join(names('erclutch.targets'))}.")] = "c",
+    out: Path | None = None,
+    run_model: Annotated[str | None, Parameter(name="--model")] = None,
+    name: str | None = None,
+    precision: _Precision = "float64",
+    period: float | None = None,
+    inputs: Literal["speeds", "angles"] = "speeds",
+    derivative: _Causal = "kalman",
+    cutoff: float = 150.0,
+    limits: str | None = None,
+    alarms: Annotated[bool, Parameter(negative=())] = False,
+    adapt: Annotated[bool, Parameter(negative=())] = False,
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Write a model for a controller: one C99 file and what wraps it.
+
+    Args:
+        model: A model's JSON file, or the folder of a run.
+        to: What to write: the name of a target.
+        out: The folder to make; NAME_TARGET by default.
+        run_model: Which model of a run; the recommended one by default.
+        name: Prefix of all C names, at most 20 characters; the model's name by default.
+        precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
+        period: Sampling period in s at which the step will be called; that of the training data by default.
+        inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
+        derivative: Filter that differentiates angles.
+        cutoff: Bandwidth of this filter in Hz (lowpass, kalman).
+        limits: Smallest and largest effort, for example '-2,2'. Default: the training range and half its width a side.
+        alarms: Keep the effort's band, and warn of a wide band and of a residual that drifts (c, cpp, python).
+        adapt: Let a gain and an offset follow a measured effort; at most 2 % worse in RMSE (c, cpp, python).
+        force: Replace an export that is there.
+    """
+    from erclutch.cli import terminal
+    from erclutch.errors import ExportError
+    from erclutch.export import ExportOptions, export_model, step_of
+    from erclutch.models.load import load_model
+    from erclutch.runs.run_folder import read_run
+    from erclutch.signals.speed import Derivative
+
+    if run_model is not None and not model.is_dir():
+        raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
+    chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
+    options = ExportOptions(
+        name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits), alarms, adapt
+    )
+    program = step_of(chosen, options)
+    folder = export_model(chosen, out or Path(f"{program.name}_{to}"), to, options, force=force)
+    screen = terminal.console()
+    screen.print(f"{program.model.name} as {precision}, inputs {', '.join(program.inputs)}, to {folder}:", markup=False)
+    screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
+    binaries = folder / "binaries.txt"
+    for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
+        screen.print(f"  binary {line}", markup=False)
+    if program.other_period:
+        screen.print(f"note: {program.other_period}.", markup=False)
+    screen.print(f"Check it here: erclutch verify {folder}", markup=False)
+
+
+def _limits(text: str | None) -> tuple[float, float] | None:
+    from erclutch.errors import ExportError
+
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise ExportError(
+            f"{text!r} are no two numbers", where="--limits", remedy="Write the limits like --limits '-2,2'"
+        ) from error
+    return low, high

@@ -1,0 +1,66 @@
+"""``erclutch figure`` draws the report's plots for papers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+COMMAND = {
+    "help": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
+    "panel": "For papers",
+    "place": 1,
+}
+
+
+def figure(
+    name: Annotated[str | None, Parameter(name="NAME")] = None,
+    run: Annotated[Path | None, Parameter(name="RUN")] = None,
+    *,
+    out: Path = Path("figures"),
+    start: float | None = None,
+    seconds: float | None = None,
+    as_: Annotated[
+        tuple[Literal["pdf", "png", "svg", "pgf"], ...], Parameter(name="--as", consume_multiple=True, negative=())
+    ] = ("pdf", "png"),
+    wide: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Draw a figure of a run at IEEE column width, with the numbers behind it as CSV. Without a name: list.
+
+    Args:
+        name: Which figure: ranking, trace, error-map, parity, residual, flow-curves, loops or lag; 'all' for all that
+            the run can give.
+        run: Folder that erclutch fit --out wrote.
+        out: Folder for the files.
+        start: First second of a trace, on the log's own clock.
+        seconds: Length of a trace.
+        as_: Formats: pdf, png, svg, or pgf, which needs LaTeX.
+        wide: Draw over both columns of a page.
+    """
+    from erclutch.cli import terminal
+    from erclutch.errors import CheckError, SettingError
+    from erclutch.report.plots.run_plots import FIGURES, write_figure
+
+    screen = terminal.console()
+    if name is None:
+        rows = [[key, meaning] for key, (meaning, _) in FIGURES.items()]
+        screen.print(terminal.table("Figures of a run", ["name", "what"], rows, left=2))
+        return
+    if name != "all" and name not in FIGURES:
+        raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}, or all of them: all")
+    if run is None:
+        raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_folder import read_run
+
+    material = material_of(read_run(run))
+    for one in FIGURES if name == "all" else (name,):
+        try:
+            paths = write_figure(one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide)
+        except CheckError as error:
+            if name != "all":
+                raise
+            screen.print(f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True)
+            continue
+        screen.print("\n".join(map(str, paths)), markup=False, soft_wrap=True)

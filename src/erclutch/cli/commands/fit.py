@@ -1,0 +1,166 @@
+"""``erclutch fit`` does the main job: a log in, ranked models out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.errors import require
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Comparison, Settings
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.recording import Recording
+
+COMMAND = {
+    "help": "Fit all models to a log, rank them on rows held out, recommend one.",
+    "panel": "The road of a log",
+    "place": 4,
+}
+
+MODELS = Group("Models and figures", sort_key=1)
+ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
+
+
+def fit(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    models: ModelNames = ("all",),
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
+    test: Annotated[
+        tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)
+    ] = ("0.3",),
+    blocks: Annotated[int, Parameter(group=MODELS)] = 0,
+    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    seed: Annotated[int, Parameter(group=MODELS)] = 0,
+    past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
+    polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    workers: Annotated[int, Parameter(group=MODELS)] = 1,
+    out: Annotated[Path | None, Parameter(group=MODELS)] = None,
+    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Fit all models to a log, score them on rows held out, rank them, and recommend one.
+
+    Args:
+        logs: One log or several of the same device; a folder stands for the logs in it.
+        models: Laws of `erclutch laws`, networks, both joined by + (a network on the law's residual), each with its own
+            stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
+        lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
+            out of `erclutch plugins`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
+        test: Held out: a share (the end of each log, or of each constant field), or patterns of names. Default: 0.3.
+        blocks: Also cross-validate over this many blocks in time of the training rows.
+        friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
+        offset: Fit a constant effort. Default: as for friction.
+        seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
+        past: Networks also take signals of so long ago as inputs, such as --past 1ms 2ms; a plain number counts rows.
+        polish: Train networks longer, and on all rows at the end, not only on centroids.
+        workers: How many models are fitted side by side; changes no figure. Two pay from some 300,000 rows on.
+        out: Folder to keep the run in.
+        force: Replace a run that is already there.
+        json: Print everything as JSON instead of tables.
+        reading: How to read the log.
+    """
+    from erclutch.fit.comparison import Settings
+    from erclutch.runs.run_folder import may_write, write_run
+
+    began = time.perf_counter()
+    if out is not None:
+        may_write(out, force)
+    require_counts(workers, seed, blocks)
+    asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
+    recordings = reading.read(logs)
+    comparison = _compared(reading.dataset(recordings), Settings(*asked))
+    if json:
+        _print_json(comparison, recordings, reading)
+    else:
+        _print_all(recordings, comparison, time.perf_counter() - began)
+    if out is not None:
+        write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
+    _say_kept(out, json)
+
+
+def _say_kept(out: Path | None, json: bool) -> None:
+    if not json:
+        terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
+
+
+def _print_json(comparison: Comparison, recordings: Sequence[Recording], reading: LogOptions) -> None:
+    from erclutch.runs.run_folder import run_to_dict
+
+    print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
+
+
+def _print_all(recordings: Sequence[Recording], comparison: Comparison, seconds: float) -> None:
+    terminal.tell("\n".join(terminal.recording_lines(recordings)))
+    print_comparison(comparison)
+    count = len(comparison.entries)
+    terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
+
+
+def _compared(data: Dataset, settings: Settings) -> Comparison:
+    from erclutch.fit.comparison import compare
+
+    with terminal.progress("fitting") as bar:
+        return compare(data, settings, lambda done, total, name: bar(done, total, f"fitted {name}"))
+
+
+def require_counts(workers: int, seed: int, blocks: int = 0) -> None:
+    """Refuse no workers, a seed below zero, and one block or more than 50.
+
+    Raises:
+        SettingError: one of them cannot be.
+    """
+    require(1, workers=workers)
+    require(0, seed=seed)
+    require(2 if blocks else 0, 50, blocks=blocks)
+
+
+def model_names(words: Sequence[str]) -> tuple[str, ...]:
+    """Names of models as they are given: apart, or with commas between them."""
+    return tuple(name for word in words for name in word.replace(",", " ").split())
+
+
+def _ago(past: Sequence[str]) -> tuple[int | str, ...]:
+    """Numbers of rows as numbers, times as they were written."""
+    return tuple(int(word) if word.isdecimal() else word for word in past)
+
+
+def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
+    if len(test) == 1:
+        try:
+            return float(test[0].removesuffix("%")) / (100.0 if test[0].endswith("%") else 1.0)
+        except ValueError:
+            return test
+    return test
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Findings, ranking, recommendation and the recommended model's parameters."""
+    from erclutch.cli import ranking_table
+
+    screen = terminal.console()
+    held = int(comparison.test.sum())
+    terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
+    if which := ranking_table.held_out(comparison):
+        terminal.tell(which)
+    terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
+    screen.print()
+    screen.print(ranking_table.ranking(comparison, screen.width))
+    terminal.tell(*ranking_table.model_notes(comparison.entries), style="dim")
+    screen.print()
+    terminal.tell(ranking_table.verdict(comparison), style="bold")
+    if moving := ranking_table.at_rest(comparison):
+        terminal.tell(moving)
+    terminal.tell(*ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort))
+    screen.print()
+    screen.print(ranking_table.parameters(comparison.entry(comparison.recommended)))

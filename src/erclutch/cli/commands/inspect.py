@@ -1,0 +1,274 @@
+"""``erclutch inspect`` says what is in a log and how it is read."""
+
+from __future__ import annotations
+
+import shlex
+import tomllib
+from collections.abc import Sequence
+from dataclasses import asdict
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
+from erclutch.errors import ErclutchError, SettingError, require
+
+if TYPE_CHECKING:
+    from rich.table import Table as RichTable
+
+    from erclutch.logs import Table
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.array import Array
+    from erclutch.signals.recording import Recording
+
+COMMAND = {
+    "help": "Show what is in a log and what each column is taken for.",
+    "panel": "The road of a log",
+    "place": 3,
+}
+
+_FIGURES = ("min", "max", "mean", "missing")
+
+
+def inspect(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    json: Annotated[bool, Parameter(negative=())] = False,
+    plots: Path | None = None,
+    start: float | None = None,
+    seconds: float = 1.0,
+    write_mapping: Path | None = None,
+    reading: LogOptions = DEFAULT_READING,
+) -> int:
+    """Show a log's columns, sampling, gaps and coverage, and which signal each column is taken for.
+
+    The exit code is 1 while a signal is missing or the log is not understood, and 0 otherwise.
+
+    Args:
+        logs: The log; of several, or of a folder, the columns of the first, and what each is read as.
+        json: Print as JSON instead of tables.
+        plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
+        start: First second of the section. Default: of a typical section.
+        seconds: Length of the section.
+        write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
+        reading: How to read the log.
+    """
+    from erclutch.logs.mapping_file import write_mapping as write_text
+
+    require(1e-6, unit=" s", seconds=seconds)
+    require(0, unit=" s", start=start or 0.0)
+    log, *others = expand(logs)
+    raw = _table(log, reading)
+    text, missing, choices = reading.mapping_text(raw, log)
+    read, problem = list["Recording"](), None
+    try:
+        read = reading.read([log]) if reading.each else [*reading.how().read(log, reading.device, raw)]
+        read += reading.read(others) if others else []
+        missing = () if reading.each else missing  # of one log; here each has its own effort
+    except SettingError:
+        raise
+    except ErclutchError as error:
+        read, problem = [], error
+        if plots is not None:
+            raise
+    drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
+    if write_mapping is not None:
+        write_text(write_mapping, text)
+    if json:
+        said = {name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in choices.items()}
+        more = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        _print_json(raw, read, problem, reading, more)
+        return int(not read)
+    _print_columns(log, raw)
+    _offer_mapping(log, write_mapping, missing)
+    if read:
+        _print_recordings(read, reading)
+    else:
+        terminal.tell(*(f"  {note}" for note in raw.notes))
+        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
+    for path in drawn:
+        terminal.say(f"drawn: {path}")
+    return int(not read)
+
+
+def _print_recordings(read: list[Recording], reading: LogOptions) -> None:
+    """The signals of the first log; what each of several is read as; what all of them cover."""
+    if len(read) > 1:
+        terminal.tell(_several(read))
+    first = reading.dataset(read[:1])
+    _print_signals(read[0], first)
+    _print_coverage(reading.dataset(read) if len(read) > 1 else first)
+
+
+def _table(log: Path, reading: LogOptions) -> Table:
+    """The log as it is; of a file that holds several recordings and all are wanted, the first."""
+    from erclutch.logs import read_table, recordings_in
+
+    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
+    with terminal.progress("reading") as bar:
+
+        def told(done: int, size: int) -> None:
+            if done < size:
+                bar(done, size, f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read")
+            else:
+                bar(done, None, "columns, clock and checks")
+
+        return read_table(log, variable=variable, told=told)
+
+
+def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:
+    if written is None and not missing:
+        return
+    if written is None:
+        offer = shlex.join(["erclutch", "inspect", str(log), "--write-mapping", f"{log}.toml"])
+        terminal.say(f"A mapping file to fill in: {offer}")
+        return
+    terminal.say(f"Mapping written: {written}" + (f"; {len(missing)} to fill in" if missing else ""))
+
+
+def _print_columns(log: Path, raw: Table) -> None:
+    terminal.tell(f"{log.name}: {raw.rows:,} row{'s'[: raw.rows != 1]}, {len(raw.columns)} columns")
+    rows = [
+        [name, raw.units.get(name) or "-", *(terminal.number(v) for v in _figures(values))]
+        for name, values in raw.columns.items()
+    ]
+    terminal.tell(terminal.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
+    terminal.tell(f"  damage to the file is {raw.damage}")
+    if raw.clock is not None:
+        terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
+
+
+def _several(recordings: Sequence[Recording]) -> RichTable:
+    """Several logs; the signals that follow are those of the first."""
+
+    def ends(values: Array | None) -> str:
+        low, high = ("", "") if values is None else (terminal.number(float(v)) for v in _figures(values)[:2])
+        return low if low == high else f"{low} .. {high}"
+
+    units = recordings[0].units
+    names = [name for name in recordings[0].signals if not name.startswith(("input:", "spare column"))]
+    heads = [terminal.with_unit(name, units[name]) for name in names]
+    rows = [[r.name, f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings]
+    title = f"{len(recordings)} logs; signals are shown of the first"
+    return terminal.table(title, ["", "rows", *heads], rows, left=1)
+
+
+def _print_signals(recording: Recording, data: Dataset) -> None:
+    terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
+    ranges = [
+        [name, recording.units[name] or "1", *(terminal.number(v) for v in _figures(values)[:3])]
+        for name, values in recording.signals.items()
+    ]
+    if "position" in recording.signals and "slip" not in recording.signals:
+        slips = (terminal.number(v) for v in _figures(data.elements[0].slip)[:3])
+        ranges.append(["slip (derived)", data.units.slip or "1", *slips])
+    terminal.tell(terminal.table("Signals", ["name", "unit", "smallest", "largest", "mean"], ranges, left=2))
+    if len(recording.segments) > 1:
+        terminal.tell(_segments(recording, data))
+
+
+def _print_coverage(data: Dataset) -> None:
+    """Where all logs have rows, and what is odd in them."""
+    units = (data.units.field, data.units.slip)
+    for i, element in enumerate(data.elements):
+        name = f" of CH{i + 1}" if len(data.elements) > 1 else ""
+        terminal.tell(terminal.coverage(element.field, element.slip, name, units))
+    terminal.tell(*_findings(data), style="yellow")
+
+
+def _findings(data: Dataset) -> list[str]:
+    """What is odd in a log, each with its level."""
+    from erclutch.fit.data_check import sensor_findings
+    from erclutch.fit.history import effort_finding
+
+    memory = effort_finding(data)
+    return [f"{found.level}: {found}" for found in (*sensor_findings(data), *([memory] if memory else []))]
+
+
+def _dates(name: str, clock: Array) -> str:
+    """What a column of dates holds, and its pauses: they say how many stretches the log has."""
+    import numpy as np
+
+    steps = np.diff(clock)
+    pauses = int(np.count_nonzero(steps > 1.5 * np.median(steps))) if steps.size else 0
+    many = f", {pauses} pause{'s' if pauses > 1 else ''}" if 0 < pauses <= 0.1 * steps.size else ""
+    return f"column {name} holds dates and times over {clock[-1] - clock[0]:.4g} s{many}"
+
+
+def _segments(recording: Recording, data: Dataset, most: int = 12) -> RichTable:
+    """The segments between gaps, with the field of each."""
+    import numpy as np
+
+    def row(number: int, start: int, stop: int) -> list[str]:
+        fields = np.concatenate([e.field[start:stop] for e in data.elements])
+        low, high = terminal.number(float(fields.min())), terminal.number(float(fields.max()))
+        at = recording.time[start], recording.time[stop - 1]
+        times = [terminal.number(float(t), 5) for t in at]
+        return [str(number), f"{stop - start:,}", *times, low if low == high else f"{low} .. {high}"]
+
+    spans = data.clock.spans
+    rows = [row(k, s.start, s.stop) for k, s in enumerate(spans[:most], start=1)]
+    field = terminal.with_unit("field", data.units.field)
+    title = "Segments between gaps" + (f", the first {most} of {len(spans)}" if len(spans) > most else "")
+    return terminal.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
+
+
+def _draw(
+    folder: Path, log: Path, recording: Recording, start: float | None, seconds: float, reading: LogOptions
+) -> list[Path]:
+    """Figure 3 and the coverage of a log, in a folder."""
+    from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled
+    from erclutch.report.plots.matplotlib_painter import save_plot
+
+    if start is not None and start >= recording.time[-1]:
+        raise SettingError(f"--start {start:g} s", remedy=f"Give less than {recording.time[-1]:.4g} s, the log's end")
+    section = describe_section(recording, start=start, seconds=seconds)
+    coverage = describe_coverage(reading.dataset([recording]), titled(recording))
+    drawn = {"section": section, "coverage": coverage}
+    return [path for name, plot in drawn.items() for path in save_plot(plot, folder / f"{log.stem}-{name}.png")]
+
+
+def _figures(values: Array) -> tuple[float, float, float, float]:
+    """Smallest, largest and mean, and how many are missing."""
+    import numpy as np
+
+    finite = values[np.isfinite(values)] if np.isfinite(values).any() else np.array([np.nan])
+    missing = np.count_nonzero(~np.isfinite(values))
+    return float(finite.min()), float(finite.max()), float(finite.mean()), float(missing)
+
+
+def _sketch(values: Array, points: int = 60) -> list[list[float]]:
+    """Smallest and largest value of each of some stretches of equal length; stretches without a value are left out."""
+    import numpy as np
+
+    parts = np.array_split(values[np.isfinite(values)], min(points, values.size))
+    return [[float(f"{part.min():.4g}"), float(f"{part.max():.4g}")] for part in parts if part.size]
+
+
+def _print_json(
+    raw: Table, read: list[Recording], problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
+) -> None:
+    columns: dict[str, object] = {}
+    for name, values in raw.columns.items():
+        figures = (None if figure != figure else figure for figure in _figures(values))
+        shown = dict(zip(_FIGURES, figures, strict=True))
+        columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
+    body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
+    findings = _findings(reading.dataset(read)) if read else []
+    body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
+    if read:
+        recording, *further = read
+        body |= {
+            "further": [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in further],
+            "signals": dict(recording.units),
+            "rows": recording.rows,
+            "period_s": recording.period,
+            "uniform": recording.uniform,
+            "segments": [list(s) for s in recording.segments],
+            "sha256": recording.digest,
+            "reading": list(recording.notes),
+        }
+    print(dumps(body, indent=1, allow_nan=False))

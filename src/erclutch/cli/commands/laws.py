@@ -1,0 +1,69 @@
+"""``erclutch laws`` prints the tables of laws and of stages."""
+
+from __future__ import annotations
+
+from json import dumps
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+
+COMMAND = {
+    "help": "List the laws.",
+    "panel": "About",
+    "place": 1,
+}
+
+
+def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+    """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source; and the stages.
+
+    E is the field divided by the largest field of the training data, w the slip divided by its root mean square.
+
+    Args:
+        json: Print as JSON.
+    """
+    from erclutch.models.laws import law_from_name, shown_laws
+    from erclutch.models.laws.symbolic import equation_text
+    from erclutch.models.stages import shown_stages
+
+    found = [(name, law_from_name(name)) for name in shown_laws()]
+    if json:
+        rows = [
+            {
+                "name": name,
+                "equation": equation_text(law),
+                "source": law.source,
+                **({"plugin": law.plugin.to_dict()} if law.plugin else {}),
+                "parameters": [
+                    {"name": s.name, "meaning": s.meaning, "lower": s.lower, "upper": s.upper}
+                    for s in (*law.stimulus_shape, *law.shape)
+                ]
+                + [{"name": g.name, "meaning": g.meaning, "lower": 0.0 if g.nonnegative else None} for g in law.gains],
+            }
+            for name, law in found
+        ]
+        print(dumps(rows, indent=1))
+        return
+    table = terminal.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
+    table.columns[1].overflow = "fold"
+    for name, law in found:
+        label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
+        table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
+    terminal.tell(table)
+    terminal.tell(
+        "NAME/square, /power, /critical, /saturating or /constant: how the yield effort grows with the field."
+    )
+    stages = terminal.table(
+        "Stages of --lag, joined by + (w over its root mean square)", ["stage", "on", "equation"], [], left=3
+    )
+    stages.columns[2].overflow = "fold"
+    for stage in shown_stages():
+        stages.add_row(stage.name, stage.place, stage.equation)
+    terminal.tell(stages)
+    terminal.tell(
+        "u: command, E: field behind the stage, y(E): strength of the field, T: effort, ': derivative in time, "
+        "t: temperature over its reference."
+    )
+    terminal.tell("dahl-N, stops-N: N states. bouc-wen-N: exponent N.")

@@ -1,0 +1,120 @@
+"""``erclutch predict`` writes what a kept model says of each row of a log."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
+from erclutch.errors import SettingError
+from erclutch.files import may_write_file, unwritable, whole_folder
+
+if TYPE_CHECKING:
+    from erclutch.logs.dataset import Dataset
+    from erclutch.models.model import Model
+    from erclutch.signals.array import Array
+
+COMMAND = {
+    "help": "Write the effort of a kept model for each row of a log, with its band.",
+    "panel": "The road of a log",
+    "place": 6,
+}
+
+_UNWRITABLE = partial(unwritable, problem="the folder cannot be written")
+
+
+def predict(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    model: Path,
+    out: Path,
+    name: str | None = None,
+    band: Annotated[bool, Parameter(negative=())] = False,
+    sensor: Annotated[bool, Parameter(negative=())] = False,
+    kind: Annotated[Literal["csv", "parquet", "mat"], Parameter(name="--format")] = "csv",
+    force: Annotated[bool, Parameter(negative=())] = False,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Write the effort that a kept model estimates for each row of a log.
+
+    Columns: time, field and slip of each element, further inputs, effort, low and high end of the band if asked for,
+    and outside: 1 where the model guesses, beyond what it was trained on. The log needs no effort of its own.
+
+    Args:
+        logs: A log of the model's device. Several, or a folder of logs, give a folder with a file for each.
+        model: The folder of a run, or a model's JSON file.
+        out: File to write: .csv, .parquet or .mat. Of several logs: the folder to write.
+        name: Which model of a run; the recommended one by default.
+        band: Also write the band, which holds 95 % of rows like those of the run.
+        sensor: Also write the band; it learns from the log's measured effort, row by row, from past rows alone.
+        kind: Of the files of several logs.
+        force: Replace a file or folder that is there.
+        reading: How to read the log; by default as the run's own logs were read.
+    """
+    from erclutch.runs.new_rows import opened
+
+    may_write_file(out, force)
+    run, chosen = opened(model, name)
+    how = reading.like(run, chosen)
+    how = how if sensor else how.without_effort(chosen.units.effort)
+    files = expand(logs)
+    if len(files) == 1 and not logs[0].is_dir():
+        terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
+    else:
+        _refuse_same_names(files, out)
+        with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:
+            for i, file in enumerate(files):
+                bar(i, len(files), file.name)
+                said = _estimated(file, how, chosen, folder / f"{file.stem}.{kind}", band=band, sensor=sensor)
+                terminal.say(f"{file.name}: {said}")
+    terminal.say(f"Written to {out}")
+
+
+def _refuse_same_names(files: list[Path], out: Path) -> None:
+    """SettingError for two logs that would be one file of the folder, or a file where the folder is to be."""
+    stems = [file.stem for file in files]
+    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
+    if twice is not None:
+        problem = f"two logs are called {twice}"
+        raise SettingError(problem, where=str(out), remedy="Give their predictions apart, each to a file")
+    if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
+        raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy="Give --out the name of a folder")
+
+
+def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bool, sensor: bool) -> str:
+    """Write the prediction of one log; what to say of it."""
+    recordings = how.read([file])
+    data = how.dataset(recordings)
+    effort = model.predict(data)
+    columns = _columns(data, model)
+    columns["effort"] = effort, model.units.effort
+    if band or sensor:
+        from erclutch.runs.new_rows import band_ends
+
+        low, high = band_ends(data, model, effort, sensor)
+        columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
+    outside = model.outside(data)
+    columns["outside"] = outside.astype(float), ""
+    about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
+    _write(out, columns, {key: value for key, value in about.items() if value})
+    return f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+
+
+def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
+    """Time and the model's inputs: values (n,) and unit by name."""
+    extras = {extra: (data.extras[extra], "") for extra in model.extras}
+    return {"time": (data.clock.time, "s"), **data.named_signals, **extras}
+
+
+def _write(out: Path, columns: dict[str, tuple[Array, str]], about: dict[str, str]) -> None:
+    import numpy as np
+
+    from erclutch.logs.log_writer import PREDICTED, write_log
+
+    rows = np.column_stack([values for values, _ in columns.values()])
+    labels = [(name, unit.replace("?", "")) for name, (_, unit) in columns.items()]
+    write_log(out, labels, [rows], {"label": PREDICTED, **about}, rows=len(rows))

@@ -1,0 +1,77 @@
+"""``erclutch recalibrate`` adapts a kept model to a new log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli.options import DEFAULT_READING, LogOptions
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Comparison
+
+COMMAND = {
+    "help": "Adapt a kept model to a new log of the same or a sister device, from few rows.",
+    "panel": "The road of a log",
+    "place": 8,
+}
+
+
+def recalibrate(
+    run: Annotated[Path, Parameter(name="RUN")],
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    model: str | None = None,
+    share: float = 0.7,
+    stretches: int = 1,
+    out: Path | None = None,
+    force: Annotated[bool, Parameter(negative=())] = False,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Adapt a kept model to a new log of the same or a sister device; blocks that it has not seen decide what moves.
+
+    Args:
+        run: Folder that erclutch fit --out wrote; its options say how to read the log, unless given anew.
+        logs: New log, or several; a folder stands for the logs in it.
+        model: Which model of the run; the recommended one by default.
+        share: Share of each log's rows that the adaptation sees; the rest judges.
+        stretches: Stretches into which the share is divided, spread over each log; 1 takes the first rows.
+        out: Folder to keep the result in, a run like that of erclutch fit.
+        force: Replace a run that is already there.
+        reading: How to read the log.
+    """
+    from erclutch.cli import terminal
+    from erclutch.runs.recalibrated_run import recalibrated
+    from erclutch.runs.run_folder import may_write, read_run, write_run
+
+    if out is not None:
+        may_write(out, force)
+    base = read_run(run)
+    reading = reading.like(base, base.model(model))
+    recordings = reading.read(logs)
+    found = recalibrated(base, reading.dataset(recordings), model=model, share=share, stretches=stretches)
+    terminal.tell("\n".join(terminal.recording_lines(recordings)))
+    _print(found)
+    if out is not None:
+        write_run(out, found, recordings, reading=reading.to_dict(), force=force)
+    terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
+
+
+def _print(found: Comparison) -> None:
+    from erclutch.cli import ranking_table, terminal
+
+    about = found.recalibration or {}
+    seen = found.data.rows - int(found.test.sum())
+    terminal.tell(f"adapted on {seen:,} rows, judged on {found.data.rows - seen:,}")
+    rows = [
+        [way, terminal.number(sum(rmse**2 for rmse in each) ** 0.5 / len(each) ** 0.5, zeros=True)]
+        for way, each in about["unseen_blocks_rmse"].items()
+    ]
+    unit = terminal.with_unit("RMSE", found.data.units.effort)
+    blocks = len(about["unseen_blocks_rmse"][about["way"]])
+    terminal.tell(terminal.table(f"What moves, on {blocks} unseen blocks of these rows", ["", unit], rows, left=1))
+    terminal.tell(ranking_table.ranking(found, terminal.console().width))
+    terminal.tell(about["verdict"], style="bold")
+    terminal.tell(ranking_table.parameters(found.entry(found.recommended)))

@@ -1,0 +1,70 @@
+"""``erclutch report`` writes one file to look at and to forward."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+COMMAND = {
+    "help": "Write the report of a run: one HTML file, or a PDF for print.",
+    "panel": "The road of a log",
+    "place": 5,
+}
+
+
+def report(
+    run: Annotated[Path, Parameter(name="RUN")],
+    *,
+    out: Path | None = None,
+    pdf: Annotated[bool, Parameter(negative=())] = False,
+    open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Write the report of a run: one HTML file that needs nothing else, from the run folder alone.
+
+    Args:
+        run: Folder that erclutch fit --out wrote.
+        out: File to write. Default: report.html (or report.pdf) in the run folder.
+        pdf: Write pages for print in place of the HTML file; so does an --out that ends in .pdf.
+        open_: Open the file when it is written.
+        force: Replace a file that is there and is no report.
+    """
+    from erclutch.report.html.report_file import may_write_report
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_folder import read_run
+
+    found = read_run(run)
+    pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
+    path = out or run / ("report.pdf" if pdf else "report.html")
+    may_write_report(path, force)
+    material = material_of(found)
+    if pdf:
+        from erclutch.report.report_pdf import write_pdf
+
+        write_pdf(material, path)
+    else:
+        from erclutch.report.html.report_page import write_report
+
+        write_report(material, path)
+    say_written(path, open_)
+
+
+def say_written(path: Path, open_: bool) -> None:
+    """Name a file with its size, and show it in the browser if asked."""
+    from erclutch.cli import terminal
+
+    terminal.say(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
+    if open_:
+        open_file(path)
+
+
+def open_file(path: Path) -> None:
+    """Show a file in the browser, or say that there is none."""
+    import webbrowser
+
+    from erclutch.cli import terminal
+
+    if not webbrowser.open(path.resolve().as_uri()):
+        terminal.say(f"No browser could be opened; the file is {path.resolve()}")

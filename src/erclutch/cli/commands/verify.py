@@ -1,0 +1,50 @@
+"""``erclutch verify`` runs an export and compares it with the model that it was made from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+COMMAND = {
+    "help": "Run an export on its test vectors against the model.",
+    "panel": "The road of a log",
+    "place": 10,
+}
+
+
+def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> int:
+    """Run an export on its test vectors with every compiler and emulator found here.
+
+    The exit code is 0 if all of them give what the model gives, and 3 otherwise.
+
+    Args:
+        export: Folder that erclutch export wrote.
+        json: Print as JSON.
+    """
+    from dataclasses import asdict
+
+    from erclutch.export import verify_export
+
+    checks = verify_export(export)
+    passed = all(check.passed for check in checks)
+    if json:
+        from json import dumps
+
+        print(dumps([{**asdict(c), "allowed": None, "passed": c.passed} for c in checks], indent=1))
+        return 0 if passed else 3
+    from erclutch.cli import terminal
+
+    screen = terminal.console()
+    columns = ["where", "vectors", "not to the bit", "ulp from NumPy", "notes"]
+    table = terminal.table(f"{export}", columns, [], left=1)
+    for c in checks:
+        bits = "-" if c.other_bits is None else str(c.other_bits)
+        verdict = c.note if c.passed else f"FAILED {c.note}"
+        table.add_row(c.where, str(c.count), bits, f"{c.ulp:.2f}", verdict)
+    screen.print(table)
+    screen.print(
+        "ulp: units in the last place at the largest training effort; NumPy is predict, in float64.", markup=False
+    )
+    return 0 if passed else 3

@@ -1,0 +1,1 @@
+"""Two logs of one experiment whose clocks differ become one log."""

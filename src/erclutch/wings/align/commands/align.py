@@ -1,0 +1,98 @@
+"""``erclutch align`` joins two logs of one experiment whose clocks differ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.errors import SettingError
+from erclutch.files import may_write_file
+
+if TYPE_CHECKING:
+    from erclutch.wings.align.aligned_logs import AlignedLogs
+
+COMMAND = {
+    "help": "Join two logs of one experiment whose clocks differ, by a signal that both have.",
+    "panel": "More logs",
+    "place": 1,
+}
+
+_Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())]
+
+
+def align(
+    a: Annotated[Path, Parameter(name="A")],
+    b: Annotated[Path, Parameter(name="B")],
+    *,
+    out: Path,
+    on: _Names = (),
+    near: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    picture: Path | None = None,
+    time: _Names = (),
+    rate: _Names = (),
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Find offset and drift between the clocks of two logs of one experiment, and write both as one log.
+
+    The log that is written has the columns of A at A's times, and B's columns beside them, filtered where B is faster.
+    A picture shows the signal before and after, and the offset that is left.
+
+    Args:
+        a: The log whose clock and rows are kept.
+        b: The log that is brought to them. Where its clock restarts, each run gets an offset of its own.
+        out: File to write: .csv, .parquet or .mat.
+        on: The signal that both logs have: its column, or that in A and that in B. Default: the only name in both.
+        near: About what B's clock shows more than A's, such as 2.5s, where several offsets fit equally well.
+        picture: File for the picture: .png, .svg or .pdf, with its numbers beside it as CSV. Default: OUT-clocks.png.
+        time: Time column, of both logs or of A and of B.
+        rate: Sampling rate in Hz instead of a time column, of both logs or of A and of B.
+        force: Replace files that are there.
+    """
+    shown = picture or out.with_name(f"{out.stem}-clocks.png")
+    may_write_file(out, force)
+    may_write_file(shown, force, "picture")
+    if shown.suffix.lower() not in (".png", ".svg", ".pdf") or shown.with_suffix(".csv") == out:
+        remedy = "Give --picture a name of its own that ends in .png, .svg or .pdf"
+        raise SettingError("the picture cannot have this name", where=str(shown), remedy=remedy)
+    if len(time) > 2 or len(rate) > 2:
+        raise SettingError("more than two values", where="--time, --rate", remedy="Give one for both logs, or two")
+    logs = aligned(a, b, on, near, time, rate)
+    from erclutch.report.plots.matplotlib_painter import save_plot
+    from erclutch.wings.align.clocks_plot import describe_clocks
+
+    terminal.tell(*logs.notes)
+    match = logs.matches[0]
+    terminal.tell(
+        f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
+    )
+    logs.write(out)
+    save_plot(describe_clocks(logs), shown)
+    terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {shown}")
+
+
+def aligned(
+    a: Path,
+    b: Path,
+    on: tuple[str, ...],
+    near: str | None,
+    time: tuple[str, ...] = (),
+    rate: tuple[str, ...] = (),
+) -> AlignedLogs:
+    """Two log files as one log.
+
+    Raises:
+        LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
+    """
+    from erclutch.logs.time_window import seconds_of
+    from erclutch.wings.align.aligned_logs import align as aligned_logs
+
+    def given(i: int) -> dict[str, str]:
+        named: dict[str, str] = {"time": time[min(i, len(time) - 1)]} if time else {}
+        return named | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
+
+    about = None if near is None else seconds_of("near", near, "2.5s or --near=-7ms")
+    with terminal.progress("matching clocks"):
+        return aligned_logs(a, b, on, near=about, times=(given(0), given(1)))

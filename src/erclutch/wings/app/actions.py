@@ -1,0 +1,216 @@
+"""What a form asks for becomes the words of a command, and the same in Python."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from urllib.parse import urlencode
+
+from erclutch.wings.app.workspace import WorkspaceError, plain_name
+
+#: Signals of each device that a form asks for, in its order.
+ASKED: Mapping[str, tuple[str, ...]] = {
+    "single": ("time", "field", "slip", "position", "effort", "temperature"),
+    "coaxial": ("time", "E1", "E2", "E", "theta", "theta_dot", "alpha", "alpha_dot", "alpha_raw", "T", "temperature"),
+}
+MEANING: Mapping[str, str] = {
+    "time": "time stamps",
+    "field": "command to the fluid: voltage, current or field strength",
+    "slip": "relative speed across the fluid",
+    "position": "relative position; differentiated where the slip is not logged",
+    "effort": "measured torque or force",
+    "temperature": "of the fluid",
+    "E1": "field of clutch CH1",
+    "E2": "field of clutch CH2",
+    "E": "signed field E1 - E2, in place of both",
+    "theta": "angle of the motor",
+    "theta_dot": "speed of the motor",
+    "alpha": "angle of the output",
+    "alpha_dot": "speed of the output",
+    "alpha_raw": "position of the table on the screw; needs a lead",
+    "T": "torque of the pair",
+}
+#: Further texts of the reading that a form has: option, what it means, an example.
+READING: tuple[tuple[str, str, str], ...] = (
+    ("rate", "sampling rate in place of a time column", "1000 Hz"),
+    ("lead", "travel of the table in one turn of the screw", "10 mm"),
+    ("constant", "a signal that was constant", "field=0.5 A"),
+    ("scale", "what a sensor in volts means", "effort=2.5 N*m/V"),
+    ("variable", "which recording of a file that holds several", "all"),
+    ("from", "take the log from this time on", "2s"),
+    ("to", "take it up to this time", "60s"),
+    ("skip", "leave out so much at the start", "2s"),
+    ("invalid", "what to do with missing values: error or drop", "drop"),
+    ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
+)
+#: What a form says of a fit: option, label, what it means, its default.
+FITTING: tuple[tuple[str, str, str, str], ...] = (
+    ("models", "More models", "names with spaces between, also with stages: casson+lag+dahl/field bingham+fnn-16", ""),
+    ("lag", "Lags and memory", "auto: as far as the data ask for it; none; or stages joined by +", "auto"),
+    ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
+    ("seed", "Seed", "the same seed gives the same figures", "0"),
+)
+_OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
+#: Of exports in C: their controllers are most often without double.
+SINGLE_TARGETS = ("c", "cpp")
+
+
+def on_page(text: str) -> str:
+    """A message of a command, with the names of the form's fields in place of options."""
+    labels = {option: option for option, *_ in READING} | {option: name for option, name, *_ in FITTING}
+    labels |= {signal.replace("_", "-"): signal for signals in ASKED.values() for signal in signals}
+    labels |= {"out": "Name of the run", "device": "Device"}
+
+    def named(match: re.Match[str]) -> str:
+        name = labels.get(match[1])
+        return match[0] if name is None else f"“{name}”" + (": " if match[0][-1] in " =" else "")
+
+    shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
+    shorter = re.sub(r"(?<=[\"']) (?=--)", ", ", shorter)
+    return _OPTION.sub(named, shorter).replace("“field”: none", "“field”: not logged")
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """How a log is to be read: the choices that somebody made, not the guesses.
+
+    Attributes:
+        device: "single" or "coaxial".
+        columns: label of the column of a signal, such as "V [cm/s]" or "-F [N]".
+        texts: further options by name.
+    """
+
+    device: str
+    columns: Mapping[str, str]
+    texts: Mapping[str, str]
+
+    def words(self) -> list[str]:
+        """Words of a command."""
+        words = ["--device", self.device] if self.device != "single" else []
+        for signal, label in self.columns.items():
+            words += _option(signal.replace("_", "-"), label)
+        for option, text in self.texts.items():
+            words += _option(option, text)
+        return words
+
+    def keywords(self) -> str:
+        """Further arguments of `erclutch.read`, as Python writes them."""
+        texts = dict(self.texts)
+        mapping: dict[str, Any] = dict(self.columns)
+        paired = [key for key in ("constant", "scale") if "=" in texts.get(key, "")]
+        pairs = {f"{key}s": dict([texts.pop(key).split("=", 1)]) for key in paired}
+        plain = {key: texts.pop(key) for key in ("rate", "lead") if key in texts}
+        if plain or pairs:
+            mapping = {"columns": {k: v for k, v in mapping.items() if k != "time"}, **plain, **pairs}
+            mapping |= {"time": self.columns["time"]} if "time" in self.columns else {}
+        given = {"device": self.device if self.device != "single" else None}
+        given |= {"variable": texts.get("variable"), "invalid": texts.get("invalid"), "mapping_file": texts.get("map")}
+        more = "".join(f", {key}={value!r}" for key, value in given.items() if value is not None)
+        return (f", {mapping!r}" if mapping else "") + more
+
+
+def chosen_of(form: Mapping[str, str]) -> Chosen:
+    """The choices in a form: what differs from what the page showed as a guess, and what was chosen before.
+
+    Raises:
+        WorkspaceError: another device, or a text with control characters or more than 200 characters.
+    """
+    device = form.get("device", "single")
+    if device not in ASKED:
+        raise WorkspaceError(f"there is no device {device[:40]!r}", remedy=f"Choose {' or '.join(ASKED)}")
+    columns: dict[str, str] = {}
+    for signal in ASKED[device]:
+        label = _label(form, signal)
+        before = form.get(f"given.{signal}", "")
+        if label != form.get(f"was.{signal}", ""):
+            before = label or ("none" if signal == "field" else "")
+        if before:
+            columns[signal] = _text(before)
+    texts = {option: _text(form[option]) for option, _, _ in READING if form.get(option, "").strip()}
+    if "map" in texts:
+        plain_name(texts["map"])  # of the workspace
+    return Chosen(device, columns, texts)
+
+
+def query_of(run: Mapping[str, Any]) -> str:
+    """How a run read its logs, as the query of a log's page; `chosen_of` reads it."""
+    reading: Mapping[str, Any] = run.get("reading") or {}
+    device = str(run["device"])
+    form = {f"given.{s}": reading[s.lower()] for s in ASKED.get(device, ()) if s.lower() in reading}
+    for option, _, _ in READING:
+        value = reading.get({"from": "begin", "to": "end"}.get(option, option), "")
+        form[option] = value[0] if isinstance(value, list | tuple) and value else value
+    form = {key: str(value) for key, value in form.items() if value and key != "map"}
+    return urlencode({"device": device, **form})
+
+
+def _option(name: str, text: str) -> list[str]:
+    """An option whose text may look like another option."""
+    return [f"--{name}={text}"] if text.startswith("-") else [f"--{name}", text]
+
+
+def _label(form: Mapping[str, str], signal: str) -> str:
+    column, unit = form.get(f"column.{signal}", ""), form.get(f"unit.{signal}", "").strip()
+    return label(column, unit, f"turn.{signal}" in form)
+
+
+def label(column: str, unit: str, turned: bool) -> str:
+    """How a command names a column: "-NAME [unit]" with its sign turned."""
+    if not column:
+        return ""
+    return ("-" if turned else "") + column + (f" [{unit}]" if unit else "")
+
+
+def _text(text: str) -> str:
+    if not text.isprintable() or len(text) > 200:
+        raise WorkspaceError(f"{text[:40]!r} is too long or has control characters", remedy="Write a short text")
+    return text.strip()
+
+
+def fit_words(form: Mapping[str, str], logs: Sequence[str], run: str) -> list[str]:
+    """`erclutch fit` as a form asks for it."""
+    words = ["fit", *(plain_name(log) for log in logs), *chosen_of(form).words()]
+    models = _models(form)
+    if models != ["all"]:
+        words += ["--models", *models]
+    for option, _, _, usual in FITTING[1:]:
+        text = _text(form.get(option, "")) or usual
+        words += _option(option, text) if text != usual else []
+    return [*words, "--out", run]
+
+
+def _models(form: Mapping[str, str]) -> list[str]:
+    ticked = [_text(name.removeprefix("model.")) for name in form if name.startswith("model.")]
+    models = [*ticked, *_text(form.get("models", "")).split()] or ["all"]
+    if any(model.startswith("-") for model in models):
+        raise WorkspaceError(f"{' '.join(models)[:40]!r} are no models", remedy="See erclutch laws for their names")
+    return models
+
+
+def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str:
+    """The same in Python."""
+    chosen = chosen_of(form)
+    models = tuple(_models(form))
+    given = {"models": models if models != ("all",) else None, "lag": _text(form.get("lag", "")) or None}
+    given = {key: value for key, value in given.items() if value not in (None, "auto")}
+    settings = ", ".join(f"{key}={value!r}" for key, value in given.items())
+    reads = "".join(f"    erclutch.read({name!r}{chosen.keywords()}),\n" for name in logs)
+    device = f", device={chosen.device!r}" if chosen.device != "single" else ""
+    compared = f"erclutch.compare(erclutch.build_dataset(logs{device}), erclutch.Settings({settings}))"
+    kept = f"erclutch.write_run({run!r}, comparison, logs)"
+    cut = ", ".join(option for option in ("from", "to", "skip") if option in chosen.texts)
+    kept += f"\n# without {cut}: erclutch.read takes a log whole" if cut else ""
+    return f"import erclutch\n\nlogs = [\n{reads}]\ncomparison = {compared}\n{kept}\n"
+
+
+def shown(words: Sequence[str]) -> str:
+    """A command line to copy."""
+    return shlex.join(["erclutch", *words])
+
+
+def safe_stem(text: str) -> str:
+    """A text as part of a file's name."""
+    return re.sub(r"[^\w.-]+", "-", text)[:60].strip("-.") or "result"

@@ -1,0 +1,70 @@
+"""``erclutch app`` shows a folder of logs and runs as a page, for the whole road without a shell."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from erclutch.errors import SettingError
+
+COMMAND = {
+    "help": "Show a folder of logs and runs as a page: drop a log, fit, read the report, export.",
+    "panel": "The road of a log",
+    "place": 2,
+}
+
+
+def app(
+    folder: Annotated[Path, Parameter(name="FOLDER")] = Path(),
+    *,
+    port: int = 0,
+    open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
+) -> int:
+    """Show a folder of logs and runs as a page on this machine: drop a log, see it, fit, read the report, export.
+
+    The page starts the commands of this command line and shows each. Logs, runs and exports are files of the folder;
+    the page keeps nothing else. Ctrl-C ends the server and the commands that run.
+
+    Args:
+        folder: With logs and runs, or empty. Default: the current folder.
+        port: Port on this machine; 0: any that is free.
+        open_: Open the page in the browser.
+    """
+    import socket
+    import webbrowser
+
+    try:
+        import uvicorn
+
+        from erclutch.wings.app.workbench_server import Workbench
+    except ImportError as error:
+        raise SettingError(f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"') from error
+    from erclutch.cli import terminal
+    from erclutch.wings.live.page.access import Access, new_token
+
+    if folder.is_file():
+        raise SettingError("this is a file", where=str(folder), remedy="Give the folder that it lies in")
+    if not folder.is_dir():
+        raise SettingError("there is no such folder", where=str(folder), remedy="Make it first, or give another one")
+    try:
+        listening = socket.create_server(("127.0.0.1", port), backlog=64)
+    except (OSError, OverflowError) as error:
+        raise SettingError(f"port {port} cannot be had ({error})", remedy="Give another --port") from error
+    access = Access(listening.getsockname()[1], new_token())
+    with listening, tempfile.TemporaryDirectory(prefix="erclutch-") as scratch:
+        bench = Workbench(folder, access, Path(scratch))
+        settings: dict[str, Any] = {"lifespan": "off", "log_config": None, "access_log": False, "server_header": False}
+        config = uvicorn.Config(bench.app, ws="none", timeout_graceful_shutdown=1, limit_concurrency=64, **settings)
+        terminal.say(f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it.")
+        if open_:
+            webbrowser.open(access.url)
+        try:
+            uvicorn.Server(config).run(sockets=[listening])
+        except KeyboardInterrupt:
+            pass  # the server ended in order, and passes the signal on
+        finally:
+            bench.jobs.close()
+    return 0

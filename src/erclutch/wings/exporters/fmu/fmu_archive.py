@@ -1,0 +1,131 @@
+"""Both FMU targets share model.h, the page and the archive."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from importlib import resources
+from pathlib import Path
+from xml.etree import ElementTree
+
+from erclutch._version import __version__
+from erclutch.errors import printable
+from erclutch.export.encode import markup
+from erclutch.export.exported_step import ExportedStep
+from erclutch.wings.exporters.fmu.fmu_binaries import build_binaries
+from erclutch.wings.exporters.fmu.fmu_description import Interface, Port, build_description, description, interface
+
+#: Which binaries are in the FMU, and which are not and why.
+BINARIES = "binaries.txt"
+
+
+def identifier(program: ExportedStep, version: int) -> str:
+    """The modelIdentifier."""
+    return f"{program.name}_fmi{version}"
+
+
+def archive_path(program: ExportedStep, version: int, folder: Path) -> Path:
+    """The FMU's place in an export."""
+    return folder / f"{identifier(program, version)}.fmu"
+
+
+def write_fmu(program: ExportedStep, folder: Path, version: int, face: Interface | None = None) -> None:
+    """Compile for every machine that there is a compiler for, and pack; by default the model's step alone.
+
+    Raises:
+        ExportError: no compiler for this machine, or it failed.
+    """
+    face = face or interface(program)
+    with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
+        root, name = Path(work), identifier(program, version)
+        code = root / "sources"
+        code.mkdir()
+        _sources(program, face, version, code)
+        files = [f"fmi{version}.c", f"{program.name}.c"]
+        # The description is written while the compilers run: to load the units takes half a second.
+        lines = pool.submit(build_binaries, version, [code / file for file in files], name, root / "binaries")
+        (root / "documentation").mkdir()
+        (root / "documentation" / "index.html").write_text(_page(program, face), encoding="utf-8")
+        _tree(description(program, face, version, name, token(face), files), root / "modelDescription.xml")
+        if version == 3:
+            _tree(build_description(name, files), code / "buildDescription.xml")
+        (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines.result()), encoding="utf-8")
+        _pack(root, archive_path(program, version, folder))
+
+
+def _sources(program: ExportedStep, face: Interface, version: int, folder: Path) -> None:
+    texts = {f"{program.name}.c": face.code[0], f"{program.name}.h": face.code[1]}
+    sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
+    for name in ("core.h", "fmi_common.h", f"fmi{version}.h", f"fmi{version}.c"):
+        texts[name] = (sources / name).read_text(encoding="ascii")
+    n, period = program.name, program.period if face.sampled and program.period else 1.0
+    texts["model.h"] = f"""/* Binds the FMU's code to {n}. */
+#ifndef ERC_MODEL_H
+#define ERC_MODEL_H
+
+#include "{n}.h"
+
+#define ERC_TOKEN "{token(face)}"
+#define ERC_INPUTS {len(face.inputs)}u
+#define ERC_OUTPUTS {len(face.outputs)}u
+#define ERC_PARAMETERS {len(face.parameters)}u
+#define ERC_DEFAULTS {", ".join([*(repr(float(port.start)) for port in face.parameters), "0.0"])}
+#define ERC_SAMPLED {int(face.sampled)} /* 1: has memory, so it is sampled */
+#define ERC_PERIOD {period!r}
+{face.binding}
+#endif
+"""
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="ascii")
+
+
+def token(face: Interface) -> str:
+    """GUID or instantiation token: changes with the exported C."""
+    found = hashlib.sha256(face.code[0].encode()).hexdigest()
+    return f"{{{found[:8]}-{found[8:12]}-{found[12:16]}-{found[16:20]}-{found[20:32]}}}"
+
+
+def _page(program: ExportedStep, face: Interface) -> str:
+    def row(port: Port) -> str:
+        text = "any" if port.limits is None else f"{port.limits[0]:.6g} .. {port.limits[1]:.6g}"
+        return f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{text}</td></tr>"
+
+    kinds = {"input": face.inputs, "output": face.outputs, "parameter": face.parameters}
+    tables = "\n".join(
+        f"<table><tr><th>{kind}</th><th>unit</th><th>range</th></tr>{''.join(map(row, ports))}</table>"
+        for kind, ports in kinds.items()
+        if ports
+    )
+    when = (
+        f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the "
+        "end of each period with the inputs that held through it; in model exchange by a time event."
+        if face.sampled
+        else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{markup(program.model.name)}</title></head><body>
+<h1>{markup(program.model.title)}</h1>
+<p>Model {program.digest}, written by erclutch {__version__}.</p>
+{tables}
+<p>flags, by bits: {markup(face.flags[1])}.</p>
+<p>{when}</p>
+</body></html>
+"""
+
+
+def _tree(root: ElementTree.Element, path: Path) -> None:
+    for element in root.iter():  # the library writes characters that no XML may hold
+        element.attrib = {key: printable(value) for key, value in element.attrib.items()}
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _pack(root: Path, out: Path) -> None:
+    """The same bytes for the same content: names in order, one date."""
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(p for p in root.rglob("*") if p.is_file()):
+            entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), (1980, 1, 1, 0, 0, 0))
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, path.read_bytes())

@@ -1,0 +1,1 @@
+"""Each file is a target of the registry's group ``erclutch.targets``."""

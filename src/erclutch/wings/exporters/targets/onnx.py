@@ -1,0 +1,84 @@
+"""Target onnx writes the step as an ONNX model and checks it with ONNX Runtime."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import ExportError
+from erclutch.export.exported_step import NON_FINITE, ExportedStep
+from erclutch.export.step_record import has_memory, step_record
+from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.target_check import Check, near
+from erclutch.wings.exporters.onnx_graph import OPSET, onnx_model
+
+TITLE = f"an ONNX model of one step (opset {OPSET}), state in and out as a tensor"
+
+
+def write(program: ExportedStep, folder: Path) -> None:
+    """NAME.onnx.
+
+    Raises:
+        ExportError: the package onnx is not installed.
+    """
+    try:
+        import onnx
+    except ImportError as error:
+        raise ExportError("onnx is not installed", remedy='Run: pip install "erclutch[export]"') from error
+    made = onnx_model(program, step_record(program, remember=False))
+    onnx.checker.check_model(made, full_check=True)  # pyright: ignore[reportUnknownMemberType]
+    onnx.save_model(made, str(folder / f"{program.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
+
+
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+    """The steps one by one in ONNX Runtime on the CPU.
+
+    Raises:
+        ExportError: ONNX Runtime is not installed, or does not take the file.
+    """
+    try:
+        import onnxruntime as runtime
+    except ImportError as error:
+        raise ExportError("onnxruntime is not installed", remedy="Run: pip install onnxruntime") from error
+    path = folder / f"{program.name}.onnx"
+    options = runtime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    try:
+        session = runtime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # its exceptions have no common base but this
+        raise ExportError(
+            f"ONNX Runtime refuses the model: {error}", where=str(path), remedy="Update ONNX Runtime"
+        ) from error
+    vectors = vectors_of(program)
+    effort, flags = run(session, program, vectors.rows)
+    if not has_memory(program):
+        effort, flags = _filled(effort, flags, vectors)
+    yield near(program, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
+
+
+def run(session: Any, program: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Effort and flags of successive steps from a reset."""
+    given = {i.name: np.zeros(i.shape, program.precision.dtype) for i in session.get_inputs()}
+    effort, flags = np.zeros(len(rows), program.precision.dtype), np.zeros(len(rows), np.uint32)
+    for k, row in enumerate(rows):
+        given["input"] = row[None, :]
+        found = session.run(None, given)
+        effort[k], flags[k] = found[0][0, 0], found[1][0]
+        if "state" in given:
+            given["state"] = found[2]
+    return effort, flags
+
+
+def _filled(effort: NDArray[Any], flags: NDArray[Any], vectors: Vectors) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Without a state the effort of a bad row is 0, and the caller keeps the one before: so does this."""
+    bad = flags == NON_FINITE
+    if np.any(effort[bad] != 0.0):
+        raise ExportError("the effort of a bad row is not 0", remedy="Export the model again")
+    good = np.maximum.accumulate(np.where(bad, -1, np.arange(len(flags))))
+    before = np.where(good >= 0, flags[good], 0)
+    kept = np.where(good >= 0, effort[good], 0.0).astype(effort.dtype)
+    return kept, np.where(bad, before | NON_FINITE, flags).astype(np.uint32)

@@ -1,0 +1,120 @@
+"""``erclutch fit-many`` fits the same models to each of many logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.commands.fit import MODELS, ModelNames, model_names, require_counts
+from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.errors import CheckError, require
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Settings
+    from erclutch.wings.fleet.fleet import Fleet
+
+COMMAND = {
+    "help": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",
+    "panel": "More logs",
+    "place": 3,
+}
+
+_WHERE = Group("Where it runs", sort_key=2)
+
+
+def fit_many(
+    logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    *,
+    out: Annotated[Path, Parameter(group=MODELS)],
+    models: ModelNames = ("all",),
+    lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
+    test: Annotated[float, Parameter(group=MODELS)] = 0.3,
+    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
+    seed: Annotated[int, Parameter(group=MODELS)] = 0,
+    by: Annotated[str, Parameter(group=MODELS)] = "log",
+    over: Annotated[str, Parameter(group=MODELS)] = "name",
+    baseline: Annotated[int, Parameter(group=MODELS)] = 0,
+    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    cluster: Annotated[str | None, Parameter(group=_WHERE)] = None,
+    workers: Annotated[int, Parameter(group=_WHERE)] = 2,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Fit the same models to each of many logs or devices: one table of parameters, what stands out, what drifts.
+
+    A log that fails is a row with its reason. The same command again takes what is done and fits the rest.
+
+    Args:
+        logs: Logs; a folder stands for the logs in it and in the folders below.
+        out: Folder for parameters.parquet, fits.parquet, report.html and what is done of each device.
+        models: Models as for `erclutch fit`.
+        lag: Stages as for `erclutch fit`.
+        test: Share of each log, its end, that is held out.
+        friction: Fit a friction effort at zero field. Default: as for `erclutch fit`.
+        offset: Fit a constant effort. Default: as for friction.
+        seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
+        by: What is one device: 'log'; 'folder', all logs of a folder together; or a field of --name-pattern.
+        over: Order for trends and charts: 'name', 'mtime' (time of the file), or a field of --name-pattern.
+        baseline: How many of the first devices give the limits of the control charts; 0 for all.
+        force: Begin anew where the folder holds a fleet of other settings.
+        cluster: 'threads' (the default), 'processes', 'local' (Dask here), or tcp://HOST:PORT of a Dask scheduler.
+        workers: How many threads or processes; changes no figure.
+        reading: How to read the logs.
+    """
+    from erclutch.fit.comparison import Settings
+    from erclutch.wings.fleet.fleet_page import write_fleet_report
+
+    require_counts(workers, seed)
+    require(5 if baseline else 0, baseline=baseline)
+    settings = Settings(model_names(models), lag, test, 0, friction, offset, seed)
+    more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
+    fleet = _fitted(logs, out, settings, reading, more)
+    report = write_fleet_report(fleet, out / "report.html")
+    _print(fleet)
+    terminal.say(f"Kept in {out}; read {report}")
+    if fleet.model is None:
+        first, why = next(iter(fleet.failed.items()))
+        problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
+        raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
+
+
+def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOptions, more: dict[str, Any]) -> Fleet:
+    from erclutch.wings.fleet.fleet import fit_many as fit_them
+
+    with terminal.progress("fitting") as bar:
+
+        def show(done: int, total: int, name: str) -> None:
+            bar(done, total, f"fitted {name}")
+
+        about: dict[str, Any] = {"device": reading.device, "reading": reading.how(), "progress": show}
+        return fit_them(logs, settings.models, out=out, settings=settings, **about, **more)
+
+
+def _print(fleet: Fleet) -> None:
+    from erclutch.wings.fleet.fleet_page import beyond, named, shown, trend_of
+
+    if made := sorted({*fleet.origins} - terminal.MEASURED):
+        terminal.tell(f"{' and '.join(made)} data: made by a computer, not a measurement")
+    done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
+    terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
+    for device, reason in list(fleet.failed.items())[:5]:
+        terminal.tell(f"failed: {device}: {reason}", style="yellow")
+    if fleet.model is not None:
+        rows = [
+            [
+                terminal.with_unit(s.parameter, s.unit),
+                named(s.outliers),
+                named(beyond(s)),
+                terminal.number(median(s.value.tolist())),
+                trend_of(s),
+            ]
+            for s in shown(fleet)
+        ]
+        heads = ["parameter", "stands out", "outside control limits", "median", "trend (95 % interval), p"]
+        terminal.tell(terminal.table(f"{fleet.model}, recommended most often", heads, rows, left=3))
+    terminal.say(f"table digest {fleet.digest}")

@@ -1,0 +1,117 @@
+"""Python calls the loop's own C core step by step: accelerated runs and tests use what runs live."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import RunError
+from erclutch.signals.array import Array
+from erclutch.wings.live.c_build import core_library
+from erclutch.wings.live.layout import COMMAND, CONFIG, FRAME
+from erclutch.wings.live.orders import Order, order_bytes
+from erclutch.wings.live.settings import LoopSettings, config_of
+
+
+class _Model:
+    """What the core needs of a compiled model: its functions and memory for its state."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            library = ctypes.CDLL(str(path))
+            library.erc_model_state_size.restype = ctypes.c_uint32
+            size = int(library.erc_model_state_size())
+            names = ("step", "inverse", "reset", "steady")
+            step, inverse, back, steady = [
+                ctypes.cast(library[f"erc_model_{name}"], ctypes.c_void_p).value for name in names
+            ]
+            reset = library.erc_model_reset
+        except (OSError, AttributeError) as error:
+            raise RunError(f"no compiled model: {error}", where=str(path), remedy="Export the model again") from error
+        self._memory = np.zeros(size + 16, np.uint8)
+        state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
+        reset(state)
+        self.pointers = (ctypes.c_void_p * 5)(step, inverse, back, state.value, steady)  # ``erc_model``
+
+
+@cache
+def _loaded() -> ctypes.CDLL:
+    return ctypes.CDLL(str(core_library()))
+
+
+@cache
+def step_function() -> Any:
+    """``erc_core_step`` with its argument types, for compiled callers; all cores share it."""
+    address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+    function = _loaded().erc_core_step
+    function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
+    return function
+
+
+class Core:
+    """The control step in C, without any input or output.
+
+    Args:
+        settings: limits, gains, programs.
+        model: shared library of a compiled model; None estimates nothing.
+
+    Raises:
+        RunError: the core refuses the settings, or the library is no model.
+    """
+
+    def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
+        self._library = _loaded()
+        lib = self._library
+        lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
+        lib.erc_core_state.restype = ctypes.c_uint32
+        lib.erc_config_error.restype = ctypes.c_char_p
+        config, self._table = config_of(settings)
+        assert lib.erc_core_config_size() == CONFIG.itemsize
+        error = lib.erc_config_error(config, ctypes.c_uint64(len(self._table)))
+        if error is not None:
+            raise RunError(error.decode(), remedy="Mend the settings")
+        self._memory = np.zeros(lib.erc_core_size() // 8 + 1)
+        self._model = None if model is None else _Model(model)  # its memory must live as long as the core
+        self._core = ctypes.c_void_p(self._memory.ctypes.data)
+        table = ctypes.c_void_p(self._table.ctypes.data)
+        lib.erc_core_init(self._core, config, table, self._model.pointers if self._model else None)
+        self._command, self._frame = np.zeros(1, COMMAND), np.zeros(1, FRAME)
+        self._out = (self._command.ctypes.data, self._frame.ctypes.data)
+        self._step = step_function()
+
+    def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0) -> tuple[Any, Any]:
+        """One step.
+
+        Args:
+            samples: what came in since the last one, dtype `erclutch.wings.live.sample.SAMPLE`, shape (n,).
+            tick: number of the deadline.
+            late_ns: wake-up after it.
+
+        Returns:
+            Command and frame, records that the next step overwrites. seq, times and step_ns are the caller's.
+        """
+        self._step(self._core, samples.ctypes.data, len(samples), tick, late_ns, 0, *self._out)
+        return self._command[0], self._frame[0]
+
+    @property
+    def state(self) -> int:
+        """How it is, as `erclutch.wings.live.ring.State` numbers it."""
+        return int(self._library.erc_core_state(self._core))
+
+    @property
+    def memory(self) -> Array:
+        """The core itself, as bytes that only C understands."""
+        return self._memory
+
+    def order(self, order: Order | int, value: float = 0.0) -> bool:
+        """Give an order; whether the loop is to end."""
+        return bool(self._library.erc_core_order(self._core, order_bytes(Order(order), value)))
+
+    def stop(self) -> None:
+        """Zero from now on."""
+        self._library.erc_core_stop(self._core)

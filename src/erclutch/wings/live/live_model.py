@@ -1,0 +1,72 @@
+"""A saved model is exported to C, compiled for this machine and kept in the cache, so that the loop can run it."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from erclutch.errors import SettingError
+from erclutch.files import cache_folder
+from erclutch.models.load import load_model
+from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.units import UNKNOWN
+from erclutch.wings.live.c_build import cached, find_compiler
+from erclutch.wings.live.session import LiveModel
+
+_INPUTS = {"coaxial": 4, "single": 2}
+
+
+def live_model(
+    path: str | Path, device: DeviceName, *, adapt: bool = False, units: Units | None = None, period: float = 1e-3
+) -> LiveModel:
+    """A saved model, ready for the loop.
+
+    Args:
+        path: its JSON file.
+        device: of the rig.
+        adapt: a gain and an offset follow the torque sensor; the name says so.
+        units: of the rig's effort, field and slip; "?" where that is not known.
+        period: of the loop in s.
+
+    Raises:
+        RunError: no model, or a damaged one.
+        SettingError: of another device or unit, or with further inputs.
+        ExportError: it cannot be exported or compiled.
+        CompilerError: there is no C compiler.
+    """
+    model = load_model(path)
+    if model.structure.device != device:
+        raise SettingError(
+            f"a model of a {model.structure.device} device on a {device} rig",
+            where=str(path),
+            remedy="Give a model of the rig's device",
+        )
+    for name in ("effort", "field", "slip"):
+        own, of_rig = (getattr(each, name) for each in (model.units, units or model.units))
+        if own != of_rig and UNKNOWN not in (own, of_rig):
+            problem = f"the model's {name} is in {own or '1'}, and that of the rig in {of_rig or '1'}"
+            raise SettingError(problem, where=str(path), remedy="Give a model of the rig's device")
+    from erclutch.export import ExportOptions, step_of
+
+    alarms = model.band is not None
+    options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
+    program = step_of(model, options)
+    if program.signals != _INPUTS[device]:
+        needed = ", ".join(program.inputs[: program.signals])
+        raise SettingError(
+            f"{model.name} has the inputs {needed}; the loop has {_INPUTS[device]}",
+            where=str(path),
+            remedy="Give a model without further inputs",
+        )
+    name = f"{model.name}, adapting" if adapt else model.name
+    return LiveModel(_compiled(program), name, program.digest, model.units, period, program.other_period, adapt)
+
+
+def _compiled(program: object) -> Path:
+    from erclutch.export.exported_step import ExportedStep
+    from erclutch.export.targets.python import build, library_name
+
+    assert isinstance(program, ExportedStep)
+    name = library_name(program)
+    target = cache_folder() / f"model-{hashlib.sha256(name.encode()).hexdigest()[:24]}" / name
+    return cached(target, lambda folder: build(program, folder, find_compiler()))

@@ -1,0 +1,204 @@
+"""A session offers these programs: the paper's experiments and a few tests, made for a rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.rig.twin.excitation import (
+    both_ways_torque,
+    field_sequence,
+    field_settings,
+    half_sine_torque,
+    torque_sequence,
+)
+from erclutch.wings.rig.twin.parameters import RigParameters
+
+#: As on the twin: 20 mm at low frequency, a fifth of it at high (equation 23 saturates beyond).
+_AMPLITUDE = 0.02
+_SECONDS = 60
+_MOTOR = 0.1  # N m
+#: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick.
+_TORQUE = 0.02
+_WALL = 1.0  # rad
+#: Half-waves are mirrored beyond this share of the stroke, so that the table comes back.
+SOFT = 0.18
+
+
+def standard_programs(
+    rig: RigParameters,
+    *,
+    model: bool,
+    motor: float = _MOTOR,
+    seed: int = 0,
+    device: DeviceName = "coaxial",
+    drive: bool = True,
+) -> tuple[LoopProgram, ...]:
+    """What can be chosen on the page and with ``--program``.
+
+    Args:
+        rig: its screw, limits and excitation.
+        model: whether there is a model of a torque: torque control, impedance and wall need its inverse.
+        motor: constant motor torque in N m.
+        seed: of the random sequences.
+        device: a single device has one field, no table to track, and a torque of one sign.
+        drive: whether the loop commands a drive of the single device; else its fields alone are excited.
+    """
+    trackings = _trackings(rig, motor) if device == "coaxial" else ()
+    programs = (REST, *trackings, *_excitations(rig, motor, seed, device, drive))
+    if not model:
+        return programs
+    return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(rig, motor))
+
+
+def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
+    lead = rig.value("screw.lead")
+    height = 2.0 * math.pi * _AMPLITUDE / lead
+
+    def tracking(name: str, shape: Waveform, share: float, frequency: float, meaning: str) -> LoopProgram:
+        relative = shape is Waveform.SQUARE
+        return LoopProgram(
+            name, Mode.TRACK, shape, height * share, frequency, motor_torque=motor, relative=relative, meaning=meaning
+        )
+
+    mm = 1e3 * _AMPLITUDE
+    return (
+        tracking("tracking-slow", Waveform.SINE, 1.0, 0.4, f"PD tracking of {mm:.0f} mm at 0.4 Hz, equation 23"),
+        tracking("tracking-fast", Waveform.SINE, 0.2, 2.0, f"PD tracking of {0.2 * mm:.0f} mm at 2 Hz"),
+        tracking("step", Waveform.SQUARE, 0.125, 0.5, f"PD tracking of steps of {0.25 * mm:.0f} mm about where it is"),
+    )
+
+
+def _excitations(
+    rig: RigParameters, motor: float, seed: int, device: DeviceName, drive: bool
+) -> tuple[LoopProgram, ...]:
+    rows, soft = 1000 * _SECONDS, shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
+
+    def repeated(name: str, table: Array, soft: float, meaning: str) -> LoopProgram:
+        return LoopProgram(name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
+
+    sines, squares = field_table(rig, rows, seed, motor=motor, sines=1.0), field_table(rig, rows, seed, sines=0.0)
+    if device == "single":
+        for table in (sines, squares):
+            table[:, 0], table[:, 1] = table[:, 0] + table[:, 1], 0.0
+            table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
+    if not drive:
+        fields = (("sine", sines), ("square", squares))
+        return tuple(repeated(name, table, 0.0, f"random {name}s of field, IV-B") for name, table in fields)
+    how = "constant" if device == "coaxial" else "random"
+    return (
+        repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
+        repeated("square", squares, soft, "random squares of field and of motor torque, IV-B"),
+        repeated("zero-field", half_sine_table(rows, seed), 0.0, "no field, half sines of motor torque, IV-D"),
+    )
+
+
+def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
+    middle = 0.0 if device == "coaxial" else motor  # a brake gives no torque of the other sign
+
+    def torque(name: str, shape: Waveform, meaning: str) -> LoopProgram:
+        about = f" about {middle:g} N m" if middle else ""
+        return LoopProgram(
+            name,
+            Mode.TORQUE,
+            shape,
+            _TORQUE,
+            5.0,
+            middle,
+            motor_torque=motor,
+            meaning=f"torque control, {meaning}{about}",
+        )
+
+    return (
+        torque("torque-sine", Waveform.SINE, f"{_TORQUE:g} N m at 5 Hz"),
+        torque("torque-step", Waveform.SQUARE, f"steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
+    )
+
+
+def _impedance(rig: RigParameters, motor: float) -> LoopProgram:
+    height = 0.125 * 2.0 * math.pi * _AMPLITUDE / rig.value("screw.lead")
+    meaning = f"spring and damper to a point that steps by {height:.2g} rad to either side of where the output is"
+    return LoopProgram(
+        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, height, 0.25, motor_torque=motor, relative=True, meaning=meaning
+    )
+
+
+def _wall(motor: float) -> LoopProgram:
+    """The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again."""
+    rows = 2000
+    swing: Array = np.sin(2.0 * math.pi * np.arange(rows) / rows)
+    push: Array = motor * np.where(swing > 0.0, swing, 0.4 * swing)
+    table = np.column_stack([np.full(rows, _WALL), np.zeros(rows), push])
+    meaning = f"wall {_WALL:g} rad ahead; the motor pushes with {motor:g} N m and pulls with {0.4 * motor:g}"
+    return LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, repeat=True, relative=True, meaning=meaning)
+
+
+def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgram, ...]:
+    """The same programs, one of them first: the one that runs at the start.
+
+    Raises:
+        SettingError: there is none of that name.
+    """
+    chosen = [p for p in programs if p.name == name]
+    if not chosen:
+        known = ", ".join(p.name for p in programs)
+        raise SettingError(f"there is no program {name!r}", remedy=f"Choose one of {known}")
+    return (*chosen, *(p for p in programs if p.name != name))
+
+
+def recorded(commands: Array) -> LoopProgram:
+    """The commands of a recording again, each with its own row: fields and motor torque, shape (n, 3)."""
+    return LoopProgram("recording", Mode.FIELDS, Waveform.TABLE, table=commands, by_sample=True, meaning="as recorded")
+
+
+def field_table(rig: RigParameters, rows: int, seed: int, *, motor: float | None = None, **changes: float) -> Array:
+    """Random fields of section IV-B and motor torque: E1, E2, N m, shape (rows, 3).
+
+    Args:
+        rig: its excitation.
+        rows: one a period.
+        seed: of the sequences.
+        motor: constant motor torque; None: random between 0.05 and 0.1 N m.
+        changes: of the excitation, for example the share of sines.
+    """
+    rng, settings = np.random.default_rng(seed), field_settings(rig, **changes)
+    field = field_sequence(rows, rng, settings)
+    torque = np.full(rows, motor) if motor is not None else torque_sequence(rows, rng, 0.05, 0.10, settings=settings)
+    return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), torque])
+
+
+def half_sine_table(rows: int, seed: int) -> Array:
+    """No field, and half sines of motor torque: section IV-D; shape (rows, 3)."""
+    torque = half_sine_torque(rows, np.random.default_rng(seed))
+    return np.column_stack([np.zeros((rows, 2)), torque])
+
+
+def shaft_angle(rig: RigParameters, share: float) -> float:
+    """A share of the table's stroke to either side, as an angle of the output shaft in rad."""
+    return share * rig.value("screw.half_stroke") * 2.0 * math.pi / rig.value("screw.lead")
+
+
+def rig_settings(rig: RigParameters, programs: Sequence[LoopProgram], **changes: Any) -> LoopSettings:
+    """Settings with the limits of a rig's supply and drive.
+
+    Args:
+        rig: the rig.
+        programs: what can be run.
+        changes: further settings, or others than the rig's.
+    """
+    limit = rig.value("supply.command_limit")
+    volts = rig.value("supply.voltage_limit") / limit
+    own: dict[str, Any] = {
+        "field_limit": limit,
+        "motor_limit": rig.value("drive.torque_limit"),
+        "rise_rate": rig.value("supply.slew_up") / volts,
+        "fall_rate": rig.value("supply.slew_down") / volts,
+    }
+    return LoopSettings(programs=tuple(programs), **{**own, **changes})

@@ -1,0 +1,270 @@
+"""The page's server offers a few fixed files, and one socket that sends frames and state and takes commands."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import PurePath
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from erclutch._version import __version__
+from erclutch.wings.live.layout import EVENTS
+from erclutch.wings.live.page.access import HEADERS, Access
+from erclutch.wings.live.page.ring_summary import EDGES, Watcher, level_of
+from erclutch.wings.live.page.wire import pack, wire_of
+from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimits, parse
+from erclutch.wings.live.ring import RingReader
+
+RATE = 60.0  # messages of frames a second
+_STATUS = 0.25  # s
+_LOOK = 0.05  # s
+_MOST_CLIENTS = 8
+_MOST_STRANGERS = 32
+_PATIENCE = 3.0  # s that a connection has to show the token
+_MOST_FRAMES = 2000  # in one message; a client that fell behind further starts anew at the newest
+_SHARE = 20  # commands a second from one client
+#: Longest message that a client may send; the socket is closed on a longer one.
+LONGEST_MESSAGE = 4 * LONGEST
+
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+_STATIC = ("live.css", "live.js", "store.js", "charts.js", "picture.js", "icon.svg")
+_FILES = {
+    "/": "wings/live/page/static/index.html",
+    **{f"/{name}": f"wings/live/page/static/{name}" for name in _STATIC},
+    "/uPlot.css": "report/assets/uplot/uPlot.min.css",
+    "/uPlot.js": "report/assets/uplot/uPlot.iife.min.js",
+}
+
+
+class Page:
+    """The application of one session.
+
+    Args:
+        ring: path of the ring.
+        limits: of commands.
+        access: who gets an answer.
+        hand_over: takes the text of each command that was checked.
+        shown: what a page is told of its session besides the ring's header, as JSON values.
+
+    Attributes:
+        session: state of the session that the ring does not tell, as JSON values; the session renews it.
+    """
+
+    def __init__(
+        self,
+        ring: str,
+        limits: CommandLimits,
+        access: Access,
+        hand_over: Callable[[str], None],
+        shown: Mapping[str, Any],
+    ) -> None:
+        self._ring, self._limits, self._hand_over, self._shown = ring, limits, hand_over, shown
+        self.session: dict[str, Any] = {}
+        self.watcher = Watcher(RingReader(ring, "oldest"))
+        self.clients = 0
+        routes = [Route(path, self._file(name)) for path, name in _FILES.items()]
+        self.app = Guard(Starlette(routes=[*routes, WebSocketRoute("/frames", self._socket)]), access)
+
+    @staticmethod
+    def _file(name: str) -> Callable[[Request], Awaitable[Response]]:
+        data, kind = (files("erclutch") / name).read_bytes(), _KINDS[PurePath(name).suffix]
+
+        async def answer(request: Request) -> Response:
+            return Response(data, media_type=kind)
+
+        return answer
+
+    async def watch(self) -> None:
+        """Follow the ring for as long as the server runs."""
+        while True:
+            self.watcher.look()
+            await asyncio.sleep(_LOOK)
+
+    def hello(self) -> dict[str, Any]:
+        """What a client needs to know once."""
+        info = self.watcher.reader.info
+        return {
+            "kind": "hello",
+            "version": __version__,
+            "session": f"{info.start_unix_ns}",
+            "rig": info.rig,
+            "origin": info.origin,
+            "model": info.model,
+            "digest": info.digest,
+            "note": info.note,
+            "period": info.period_ns * 1e-9,
+            "field_limit": info.field_limit,
+            "motor_limit": self._limits.motor,
+            **self._shown,
+            "edges": list(EDGES),
+            "events": [[name, text, level_of(name)] for name, text in EVENTS],
+            "channels": [asdict(channel) for channel in info.channels],
+            "wire": wire_of(info),
+        }
+
+    async def _socket(self, socket: WebSocket) -> None:
+        if self.clients >= _MOST_CLIENTS:
+            await socket.close(1013)
+            return
+        self.clients += 1
+        await socket.accept()
+        try:
+            await socket.send_json(self.hello())
+            async with asyncio.TaskGroup() as group:
+                for job in (self._frames, self._states, self._commands):
+                    group.create_task(job(socket))
+        except* (WebSocketDisconnect, RuntimeError, OSError):
+            pass  # the page is gone, and with it the other jobs
+        finally:
+            self.clients -= 1
+
+    async def _frames(self, socket: WebSocket) -> None:
+        """Frames as they come; a client that cannot follow loses the oldest and is told how many."""
+        reader = RingReader(self._ring)
+        dropped = 0
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        try:
+            while True:
+                frames = reader.read()
+                if frames.size > _MOST_FRAMES:
+                    dropped += frames.size - _MOST_FRAMES
+                    frames = frames[-_MOST_FRAMES:]
+                if frames.size:
+                    await socket.send_bytes(pack(frames, reader.info, reader.lost + dropped))
+                due = max(due + 1 / RATE, loop.time())
+                await asyncio.sleep(due - loop.time())
+        finally:
+            reader.close()
+
+    async def _states(self, socket: WebSocket) -> None:
+        seen = 0
+        while True:
+            body = {"kind": "status", **self.watcher.status(), "clients": self.clients, **self.session}
+            body["lines"] = self.watcher.lines(seen)
+            seen = self.watcher.version
+            await socket.send_json(body)
+            await asyncio.sleep(_STATUS)
+
+    async def _commands(self, socket: WebSocket) -> None:
+        """Hand over what is a command; answer what is not, and hang up on a client that sends too many."""
+        loop = asyncio.get_running_loop()
+        credit, last = float(_SHARE), loop.time()
+        while True:
+            message = await socket.receive()
+            if message["type"] != "websocket.receive":
+                raise WebSocketDisconnect
+            now = loop.time()
+            credit, last = min(_SHARE, credit + (now - last) * _SHARE) - 1, now
+            if credit < 0:
+                await socket.close(1008)
+                raise WebSocketDisconnect
+            text = message.get("text")
+            if text is None:
+                await socket.send_json({"kind": "refused", "why": "A command is text"})
+                continue
+            try:
+                command = parse(text, self._limits)
+            except CommandError as error:
+                await socket.send_json({"kind": "refused", "why": str(error)})
+                continue
+            self._hand_over(text)
+            await socket.send_json({"kind": "taken", "command": command.kind})
+
+
+class Strangers:
+    """Connections that have not shown the token. Each has a few seconds, and the oldest makes room for a new one."""
+
+    def __init__(self) -> None:
+        self._transports: dict[Any, asyncio.Transport] = {}
+
+    def add(self, client: Any, transport: asyncio.Transport) -> None:
+        """Count a new connection."""
+        if len(self._transports) >= _MOST_STRANGERS:
+            oldest = next(iter(self._transports))
+            self._drop(oldest, self._transports[oldest])
+        self._transports[client] = transport
+        asyncio.get_running_loop().call_later(_PATIENCE, self._drop, client, transport)
+
+    def shown(self, client: Any) -> None:
+        """A client showed the token."""
+        self._transports.pop(client, None)
+
+    def _drop(self, client: Any, transport: asyncio.Transport) -> None:
+        if self._transports.get(client) is transport:
+            del self._transports[client]
+            transport.abort()
+
+
+class Guard:
+    """Answers nobody else than `Access` lets in, whatever is asked for.
+
+    Args:
+        app: what answers.
+        access: who gets an answer.
+        headers: of each answer that does not say otherwise.
+        command: that printed the address.
+    """
+
+    def __init__(
+        self,
+        app: Starlette,
+        access: Access,
+        headers: Mapping[str, str] = HEADERS,
+        command: str = "erclutch live",
+    ) -> None:
+        self._app, self._access, self._headers, self._command = app, access, headers, command
+        self.strangers = Strangers()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request or socket (ASGI)."""
+        if scope["type"] == "http":
+            await self._http(scope, receive, _with_headers(send, self._headers))
+        elif scope["type"] == "websocket":
+            if self._access.from_here(_headers(scope), socket=True) and self._access.by_cookie(_headers(scope)):
+                self.strangers.shown(scope["client"])
+                await self._app(scope, receive, send)
+            else:
+                await receive()
+                await send({"type": "websocket.close", "code": 1008})
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        headers = _headers(scope)
+        changes = scope["method"] not in ("GET", "HEAD")
+        if not self._access.from_here(headers, socket=changes):
+            await PlainTextResponse("Only for this machine.\n", 403)(scope, receive, send)
+        elif scope["path"] == "/" and self._access.by_query(scope["query_string"].decode("latin-1")):
+            self.strangers.shown(scope["client"])
+            answer = RedirectResponse("/", 303, {"set-cookie": self._access.set_cookie()})
+            await answer(scope, receive, send)
+        elif self._access.by_cookie(headers):
+            self.strangers.shown(scope["client"])
+            await self._app(scope, receive, send)
+        else:
+            text = f"Open the address that {self._command} printed; it holds a token.\n"
+            await PlainTextResponse(text, 403)(scope, receive, send)
+
+
+def _headers(scope: Scope) -> list[tuple[str, str]]:
+    return [(name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in scope["headers"]]
+
+
+def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            given = MutableHeaders(scope=message)
+            for name, value in headers.items():
+                given.setdefault(name, value)
+        await send(message)
+
+    return sent

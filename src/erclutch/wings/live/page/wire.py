@@ -1,0 +1,49 @@
+"""A browser gets frames as a short header and rows of 4-byte words, little-endian, for typed arrays.
+
+The page is told the columns of a row once, in the server's first message.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.wings.live.ring import RingInfo
+
+_HEAD = struct.Struct("<IIdd")
+
+
+def row_of(info: RingInfo) -> np.dtype[Any]:
+    """One row: time in s after the first of the message, by deadline; the channels; times in us; words of bits."""
+    numbers = ("time", *(channel.name for channel in info.channels), "lateness", "step")
+    return np.dtype([(name, "<f4") for name in numbers] + [(name, "<u4") for name in ("flags", "events")])
+
+
+def wire_of(info: RingInfo) -> dict[str, Any]:
+    """What the page needs to read a message: bytes before the rows, and the columns of a row, 4 bytes each."""
+    return {"head": _HEAD.size, "columns": list(row_of(info).names or ())}
+
+
+def pack(frames: NDArray[Any], info: RingInfo, skipped: int) -> bytes:
+    """A message: zero, frames skipped before it, time of the first in s since the start, its number; then the rows.
+
+    Args:
+        frames: at least one, shape (n,), as a reader of the ring gives them.
+        info: of the session.
+        skipped: frames that this client did not get, so far.
+    """
+    due = frames["time_ns"].astype(np.int64) - frames["lateness_ns"]
+    out = np.zeros(frames.size, row_of(info))
+    out["time"] = (due - due[0]) * 1e-9
+    with np.errstate(over="ignore"):  # a number beyond single precision shows as infinite
+        for channel in info.channels:
+            # A motor that has turned for an hour needs more digits than a float has.
+            turns = channel.slot == "theta" and channel.unit == "rad"
+            out[channel.name] = np.mod(frames[channel.name], 2 * np.pi) if turns else frames[channel.name]
+    out["lateness"], out["step"] = frames["lateness_ns"] * 1e-3, frames["step_ns"] * 1e-3
+    out["flags"], out["events"] = frames["flags"], frames["events"]
+    first = (int(due[0]) - info.start_ns) * 1e-9
+    return _HEAD.pack(0, min(skipped, 0xFFFFFFFF), first, float(frames["seq"][0])) + out.tobytes()

@@ -1,0 +1,338 @@
+"""Frames go into an MCAP file that no crash can spoil: small whole records, written at once, no index in memory.
+
+A message is a frame of the ring with the numbers that the device's channels name. Its description makes it a ROS 1
+message of numbers, so Foxglove and PlotJuggler read it as well as `erclutch.logs`. Log time is the step's deadline (so
+rows are evenly spaced, as the loop's filters assume), publish time the wake-up. The index is made when the file is
+closed, by walking it. Until then the file has ``.partial`` behind its name.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import mmap
+import os
+import struct
+import zlib
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zstandard
+from mcap import records as kinds
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from erclutch import files
+from erclutch._version import __version__
+from erclutch.errors import ErclutchError
+from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Place, parse, places
+from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
+from erclutch.signals.units import UNKNOWN
+from erclutch.wings.live.layout import EVENT_BITS, frames_of
+from erclutch.wings.live.ring import RingInfo
+
+TOPIC = "/frames"
+SCHEMA = "erclutch/Frame"
+CHANNEL = 1
+#: Name of the record of settings; the channel holds the same pairs.
+OWN = "erclutch"
+#: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
+_REPEAT = 16
+_SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
+_INDEX = struct.Struct("<BQHI")
+_INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
+
+
+class RecordingError(ErclutchError):
+    """A recording cannot be written, or not be recovered."""
+
+
+_REMEDY = "Give a folder that can be written and has space"
+#: The error of a recording that the disk does not take.
+unwritable = partial(files.unwritable, problem="the recording cannot be written", remedy=_REMEDY, kind=RecordingError)
+
+
+class FrameFile:
+    """One recording that is being written.
+
+    Args:
+        path: the finished file, which does not exist yet; written as `partial_of` it.
+        info: the session, from the ring.
+        reserved: `partial_of` the path is there already, empty and kept for this recording.
+
+    Attributes:
+        frames: how many are in the file.
+        size: bytes of whole records in the file.
+
+    Raises:
+        RecordingError: the file exists already, or cannot be made.
+    """
+
+    def __init__(self, path: str | Path, info: RingInfo, *, reserved: bool = False) -> None:
+        self.path = Path(path)
+        self.frames = 0
+        self.size = 0
+        self._chunks = 0
+        self._to_unix = info.start_unix_ns - info.start_ns
+        self._description = record_bytes(*description(info))
+        self._message = np.dtype([*MESSAGE, ("frame", _packed(info))])
+        self._packer = zstandard.ZstdCompressor(level=1)
+        try:
+            if self.path.exists():
+                raise FileExistsError(errno.EEXIST, "the file exists already")
+            how = 0 if reserved else os.O_CREAT | os.O_EXCL
+            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o644)
+        except OSError as error:
+            raise unwritable(self.path, error) from error
+        about = kinds.Metadata(OWN, about_session(info))
+        self._append(MAGIC + record_bytes(kinds.Header("ros1", f"erclutch {__version__}"), about))
+
+    def write(self, frames: NDArray[Any]) -> None:
+        """Append frames as one chunk. Whole or not at all: after an error the file ends with the chunk before.
+
+        Raises:
+            OSError: the disk is full, or the file cannot be written.
+        """
+        if not frames.size:
+            return
+        messages = np.zeros(frames.size, self._message)
+        messages["op"], messages["size"] = Opcode.MESSAGE, self._message.itemsize - 9
+        messages["channel"], messages["seq"] = CHANNEL, frames["seq"] & 0xFFFFFFFF
+        wake = frames["time_ns"].astype(np.int64) + self._to_unix
+        messages["log_time"], messages["pub_time"] = wake - frames["lateness_ns"], wake
+        messages["frame"] = frames
+        ahead = b"" if self._chunks else self._description
+        inside = b"" if self._chunks % _REPEAT else self._description
+        self._append(ahead + _chunk(inside, messages, self._packer))
+        self._chunks += 1
+        self.frames += int(frames.size)
+
+    def sync(self) -> None:
+        """Have the system put what was written on the disk, where it can: a power cut then costs only what follows."""
+        with contextlib.suppress(OSError):
+            getattr(os, "fdatasync", os.fsync)(self._file)
+
+    def close(self) -> None:
+        """End the file with its index and give it its name; on a full disk without one, or the last chunks.
+
+        Raises:
+            OSError: not even that can be written; the frames in the file are then for `recover`.
+        """
+        os.close(self._file)
+        seal(partial_of(self.path))
+        os.replace(partial_of(self.path), self.path)
+
+    def _append(self, data: bytes) -> None:
+        try:
+            _write_all(self._file, data)
+        except OSError:
+            os.ftruncate(self._file, self.size)
+            os.lseek(self._file, self.size, os.SEEK_SET)
+            raise
+        self.size += len(data)
+
+
+def partial_of(path: Path) -> Path:
+    """The name of a recording that is not finished."""
+    return path.with_name(f"{path.name}.partial")
+
+
+def _packed(info: RingInfo) -> np.dtype[Any]:
+    """The columns of a session's frames, one after another."""
+    frame = frames_of(info.channels)
+    return np.dtype([(name, frame[name]) for name in frame.names or ()])
+
+
+def description(info: RingInfo) -> tuple[kinds.Schema, kinds.Channel]:
+    """Schema and channel of the frames: fields, units, and where they come from."""
+    types = {"u8": "uint64", "f8": "float64", "u4": "uint32", "i4": "int32"}
+    plain = {"": "-"}  # a number without a dimension, said: no unit would mean an unknown one
+    frame = _packed(info)
+    units = {c.name: plain.get(c.unit, c.unit) for c in info.channels if c.unit != UNKNOWN and c.role != "reference"}
+    units |= {name: "ns" for name in frame.names or () if name.endswith("_ns")}
+    lines = [f"{types[frame[n].str[1:]]} {n}" + (f"  # {units[n]}" if n in units else "") for n in frame.names or ()]
+    named_units = {f"{UNIT_KEY}{name}": unit for name, unit in units.items()}
+    unsampled = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
+    schema = kinds.Schema(id=1, data="\n".join(lines).encode(), encoding="ros1msg", name=SCHEMA)
+    channel = kinds.Channel(
+        id=CHANNEL,
+        topic=TOPIC,
+        message_encoding="ros1",
+        metadata={
+            **about_session(info),
+            UNSAMPLED_KEY: str(unsampled),
+            **named_units,
+        },
+        schema_id=1,
+    )
+    return schema, channel
+
+
+def about_session(info: RingInfo) -> dict[str, str]:
+    """What a recording says of its session. ``label`` is there unless hardware was measured."""
+    label = {} if info.origin == "HARDWARE" else {"label": info.origin}
+    return {
+        **label,
+        "origin": info.origin,
+        "rig": info.rig,
+        "model": info.model,
+        "model_digest": info.digest,
+        "period_ns": str(info.period_ns),
+        "start_ns": str(info.start_ns),
+        "start_unix_ns": str(info.start_unix_ns),
+        "note": info.note,
+        **{f"channel.{channel.name}": channel.label for channel in info.channels},
+        "erclutch": __version__,
+    }
+
+
+def record_bytes(*records: kinds.McapRecord) -> bytes:
+    """Records as they stand in a file."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
+
+
+def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
+    """A chunk of records and messages, and the index of the messages."""
+    body, times = ahead + messages.tobytes(), messages["log_time"]
+    chunk = kinds.Chunk(
+        compression="zstd",
+        data=packer.compress(body),
+        message_end_time=int(times.max()),
+        message_start_time=int(times.min()),
+        uncompressed_crc=zlib.crc32(body),
+        uncompressed_size=len(body),
+    )
+    return record_bytes(chunk) + chunk_index(
+        CHANNEL, times, len(ahead) + np.arange(messages.size) * messages.dtype.itemsize
+    )
+
+
+def chunk_index(channel: int, times: NDArray[np.uint64], offsets: NDArray[np.int64]) -> bytes:
+    """The record that says where in a chunk a channel's messages begin."""
+    entries = np.zeros(times.size, _INDEX_ENTRY)
+    entries["time"], entries["offset"] = times, offsets
+    return _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes) + entries.tobytes()
+
+
+def seal(path: str | Path) -> None:
+    """End a file of whole records: end of data with a checksum, index, footer.
+
+    Where the disk is full: an end without an index, if need be in the place of the last chunks.
+
+    Raises:
+        OSError: it cannot be written.
+        DamageError: it is no file of whole records.
+    """
+    with open(path, "r+b", buffering=0) as file:
+        with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
+            size = len(data)
+            found = list(places(data, ended=False))
+            end = record_bytes(kinds.DataEnd(zlib.crc32(memoryview(data))))
+            summary = _summary(data, found, size + len(end))
+        try:
+            file.seek(size)
+            _write_all(file.fileno(), end + summary)
+        except OSError as error:
+            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+                raise
+            _end_without_index(file.fileno(), [place.start - 9 for place in found if place.kind == Opcode.CHUNK], size)
+
+
+def _end_without_index(file: int, chunks: list[int], size: int) -> None:
+    """Give up chunks from the last on until an end fits; each frees a block or two."""
+    end = record_bytes(kinds.DataEnd(0), kinds.Footer(0, 0, 0)) + MAGIC
+    for stop in (size, *reversed(chunks)):
+        os.ftruncate(file, stop)
+        os.lseek(file, stop, os.SEEK_SET)
+        try:
+            _write_all(file, end)
+        except OSError:
+            continue
+        return
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _summary(data: Any, found: list[Place], start: int) -> bytes:
+    """Schemas, channels, statistics and index of a file's records, and the footer, as they stand from ``start`` on."""
+    groups: dict[Opcode, dict[bytes, None]] = {kind: {} for kind in _SUMMARY}
+    counts: dict[int, int] = {}
+    chunks: list[kinds.ChunkIndex] = []
+    for place in found:
+        head = place.start - 9
+        if place.kind in (Opcode.SCHEMA, Opcode.CHANNEL):
+            groups[Opcode(place.kind)][data[head : place.stop]] = None
+        elif place.kind == Opcode.METADATA:
+            name = parse(kinds.Metadata, data[place.start : place.stop]).name
+            groups[Opcode.METADATA_INDEX][record_bytes(kinds.MetadataIndex(head, place.stop - head, name))] = None
+        elif place.kind == Opcode.CHUNK:
+            chunks.append(_entry(data, place))
+        elif place.kind == Opcode.MESSAGE_INDEX and chunks:
+            number, size = struct.unpack_from("<HI", data, place.start)
+            counts[number] = counts.get(number, 0) + size // _INDEX_ENTRY.itemsize
+            chunks[-1].message_index_offsets[number] = head
+            chunks[-1].message_index_length += place.stop - head
+        elif place.kind == Opcode.MESSAGE:
+            (number,) = struct.unpack_from("<H", data, place.start)
+            counts[number] = counts.get(number, 0) + 1
+    groups[Opcode.CHUNK_INDEX] = {record_bytes(chunk): None for chunk in chunks}
+    groups[Opcode.STATISTICS] = {record_bytes(_statistics(groups, counts, chunks)): None}
+    return _laid_out(groups, start)
+
+
+def _statistics(
+    groups: Mapping[Opcode, Mapping[bytes, None]], counts: dict[int, int], chunks: list[kinds.ChunkIndex]
+) -> kinds.Statistics:
+    return kinds.Statistics(
+        attachment_count=0,
+        channel_count=len(groups[Opcode.CHANNEL]),
+        channel_message_counts=counts,
+        chunk_count=len(chunks),
+        message_count=sum(counts.values()),
+        message_end_time=max((chunk.message_end_time for chunk in chunks), default=0),
+        message_start_time=min((chunk.message_start_time for chunk in chunks), default=0),
+        metadata_count=len(groups[Opcode.METADATA_INDEX]),
+        schema_count=len(groups[Opcode.SCHEMA]),
+    )
+
+
+def _entry(data: Any, place: Place) -> kinds.ChunkIndex:
+    chunk: kinds.Chunk = parse(kinds.Chunk, data[place.start : place.stop])
+    return kinds.ChunkIndex(
+        chunk_length=place.stop - place.start + 9,
+        chunk_start_offset=place.start - 9,
+        compression=chunk.compression,
+        compressed_size=len(chunk.data),
+        message_end_time=chunk.message_end_time,
+        message_index_length=0,
+        message_index_offsets={},
+        message_start_time=chunk.message_start_time,
+        uncompressed_size=chunk.uncompressed_size,
+    )
+
+
+def _laid_out(groups: Mapping[Opcode, Mapping[bytes, None]], start: int) -> bytes:
+    parts: list[bytes] = []
+    offsets: list[bytes] = []
+    at = start
+    for kind, records in groups.items():
+        group = b"".join(records)
+        if group:
+            parts.append(group)
+            offsets.append(record_bytes(kinds.SummaryOffset(kind, at, len(group))))
+            at += len(group)
+    body = b"".join((*parts, *offsets))
+    footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, at)
+    return body + footer + struct.pack("<I", zlib.crc32(body + footer)) + MAGIC
+
+
+def _write_all(file: int, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[os.write(file, view) :]

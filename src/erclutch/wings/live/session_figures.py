@@ -1,0 +1,106 @@
+"""The figures of a session grow as it runs: lateness, step time, events; in bounded memory, however long it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.channels import LiveChannel
+from erclutch.wings.live.ring import RingReader
+
+_BINS = 100_000  # of 1 us
+
+
+@dataclass
+class Histogram:
+    """Times in bins of 1 us, up to 0.1 s; the largest is kept as it is.
+
+    Attributes:
+        counts: how many in each bin, shape (100000,).
+        largest: in us.
+    """
+
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, np.int64))
+    largest: float = 0.0
+
+    def add(self, times_ns: NDArray[np.int64]) -> None:
+        """Take more times."""
+        if times_ns.size:
+            us = np.clip(times_ns // 1000, 0, _BINS - 1).astype(np.int64)
+            self.counts += np.bincount(us, minlength=_BINS)
+            self.largest = max(self.largest, float(times_ns.max()) / 1e3)
+
+    def percentiles(self, shares: Sequence[float]) -> list[float]:
+        """Upper ends of the bins that hold these shares, in us; nan while it is empty."""
+        total = self.counts.cumsum()
+        if not total[-1]:
+            return [float("nan")] * len(shares)
+        ends = (float(np.searchsorted(total, share * int(total[-1]))) + 1.0 for share in shares)
+        return [min(end, self.largest) for end in ends]
+
+    def between(self, edges: Sequence[int]) -> list[int]:
+        """How many lie below the first of some rising edges in us, between each two, and above the last."""
+        below = self.counts.cumsum()[np.array(edges) - 1]
+        counts = np.diff(below, prepend=0, append=self.counts.sum())
+        return [int(count) for count in counts]
+
+
+#: What is told of a time: median, 99 % and 99.9 %.
+SHARES = (0.5, 0.99, 0.999)
+
+
+@dataclass
+class SessionFigures:
+    """What one reader of a ring has seen.
+
+    Attributes:
+        reader: of the ring.
+        role: of the channel that is to follow the reference; empty where none is.
+        lateness, step: histograms of the wake-up's lateness and of the step's time.
+        frames: how many were read.
+    """
+
+    reader: RingReader
+    role: str = ""
+    lateness: Histogram = field(default_factory=Histogram)
+    step: Histogram = field(default_factory=Histogram)
+    frames: int = 0
+    _squares: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
+    def poll(self) -> NDArray[Any]:
+        """Take what is new; returns it."""
+        new = self.reader.read()
+        if new.size:
+            self.lateness.add(new["lateness_ns"].astype(np.int64))
+            self.step.add(new["step_ns"].astype(np.int64))
+            self.frames += int(new.size)
+            self._follow(new)
+        return new
+
+    @property
+    def follower(self) -> LiveChannel | None:
+        """The channel that is to follow the reference: of a pair's two angles the output's, which comes last."""
+        return next((c for c in reversed(self.reader.info.channels) if c.role == self.role), None)
+
+    def _follow(self, new: NDArray[Any]) -> None:
+        if self.follower is not None:
+            pair = np.array([new["reference"], new[self.follower.name]])
+            wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
+            self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
+
+    @property
+    def followed(self) -> tuple[float, float] | None:
+        """How far the channel was off its reference, and the reference itself, RMS; None where nothing follows."""
+        off, wanted, count = self._squares.tolist()
+        return ((off / count) ** 0.5, (wanted / count) ** 0.5) if count else None
+
+    def rows(self) -> list[list[str]]:
+        """Lateness and step time as rows of a table, in us."""
+        return [
+            [name, *(f"{v:.0f}" for v in h.percentiles(SHARES)), f"{h.largest:.0f}"]
+            for name, h in (("wake-up after its deadline", self.lateness), ("step", self.step))
+        ]

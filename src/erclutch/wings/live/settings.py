@@ -1,0 +1,274 @@
+"""Settings tell the loop its limits, gains and programs. They are checked here, and again by the loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, Literal
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.speed import Derivative, LiveDerivative, live
+from erclutch.wings.live.layout import CONFIG, CONSTANTS, sealed
+
+MOST_PROGRAMS = CONSTANTS["ERC_PROGRAMS"]
+#: Periods from zero field to the trip.
+ZERO_BEFORE_TRIP = CONSTANTS["ERC_ZERO_BEFORE_TRIP"]
+
+
+class Mode(IntEnum):
+    """What a program controls."""
+
+    REST = CONSTANTS["ERC_REST"]
+    TRACK = CONSTANTS["ERC_TRACK"]
+    TORQUE = CONSTANTS["ERC_TORQUE"]
+    FIELDS = CONSTANTS["ERC_FIELDS"]
+    IMPEDANCE = CONSTANTS["ERC_IMPEDANCE"]
+    WALL = CONSTANTS["ERC_WALL"]
+
+    @property
+    def reference(self) -> str:
+        """Role of the channel that a program wants to follow its reference; empty where it wants nothing."""
+        effort, position = (Mode.TORQUE, Mode.WALL), (Mode.TRACK, Mode.IMPEDANCE)
+        return "effort" if self in effort else "position" if self in position else ""
+
+
+class Waveform(IntEnum):
+    """Course of a program's reference."""
+
+    CONSTANT = CONSTANTS["ERC_CONSTANT"]
+    SINE = CONSTANTS["ERC_SINE"]
+    SQUARE = CONSTANTS["ERC_SQUARE"]
+    TABLE = CONSTANTS["ERC_TABLE"]
+
+
+ObserverName = Literal["off", "none", "sensor", "motion"]
+#: As `CONSTANTS` calls them.
+_OBSERVERS = {"off": "NO_STAGES", "none": "BY_MODEL", "sensor": "BY_SENSOR", "motion": "BY_MOTION"}
+#: What a program may do besides: a switch each.
+_SWITCHES = ("repeat", "by_sample", "relative")
+
+
+def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted: str, where: str = "") -> None:
+    """A number of an object has to be finite and allowed."""
+    value = getattr(owner, name)
+    if not (math.isfinite(value) and allowed(value)):
+        raise SettingError(f"{name} is {value}", where=where, remedy=f"Give {wanted}")
+
+
+@dataclass(frozen=True)
+class LoopProgram:
+    """A trajectory or predefined sequence, and what is controlled by it.
+
+    Attributes:
+        name: what the operator calls it.
+        mode: rest (zero field), tracking in rad (equation 23), torque in N m, fields given outright, impedance (spring
+            and damper to a reference in rad; a pair), or wall (a brake resists beyond the reference in rad; single).
+        shape: constant, sine, square, or a table.
+        amplitude, offset: in the unit of the mode.
+        frequency: in Hz.
+        motor_torque: constant, in N m; a table has its own.
+        soft: fields only: half-waves that drive the output further out than this [rad] are mirrored; 0 for none.
+        relative: the reference counts from where the output is when the program starts.
+        table: rows of (reference, its rate) or (E1, E2), and motor torque, shape (n, 3); one a period.
+        repeat: the table starts again at its end; else its last row holds.
+        by_sample: row k goes with the rig's sample k + 1, whenever that comes (replay).
+        meaning: for people.
+    """
+
+    name: str
+    mode: Mode
+    shape: Waveform = Waveform.CONSTANT
+    amplitude: float = 0.0
+    frequency: float = 0.0
+    offset: float = 0.0
+    motor_torque: float = 0.0
+    soft: float = 0.0
+    relative: bool = False
+    table: Array | None = None
+    repeat: bool = False
+    by_sample: bool = False
+    meaning: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"program {self.name!r}"
+        for name in ("amplitude", "offset", "motor_torque"):
+            _require(self, name, lambda value: True, "a finite number", where)
+        for name in ("frequency", "soft"):
+            _require(self, name, lambda value: value >= 0, "0 or a number above", where)
+        if (self.shape is Waveform.TABLE) != (self.table is not None):
+            raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
+        if self.table is not None and (self.table.ndim != 2 or self.table.shape[1] != 3 or not len(self.table)):
+            raise SettingError(
+                f"a table of shape {self.table.shape} in program {self.name!r}", remedy="Give rows of three numbers"
+            )
+
+
+REST = LoopProgram("rest", Mode.REST, meaning="no field, no motor torque")
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """Everything that the loop's core needs.
+
+    Attributes:
+        device: coaxial (E1, E2) or single (E1 alone).
+        period: in s.
+        derivative: causal filter of the speeds.
+        theta_wrap, alpha_wrap: range of an encoder that starts again at zero, in rad; 0 for none.
+        theta_glitch, alpha_glitch: a reading further than this from the predicted speed [rad/s] is rejected; 0: none.
+        field_limit: largest field. motor_limit: largest motor torque in N m.
+        rise_rate, fall_rate: of the field in 1/s, as the supply allows.
+        stroke: fields that drive the output further out than this [rad] are refused; 0 for none.
+        k_p, k_d: gains of equation (23), field per rad and per rad/s.
+        torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
+        observer: of torque control. off: gains on the estimate, as above. Else in stages (``c/erc_torque.c``), and what
+            the device gives beyond its model comes from nothing (none), a torque sensor, or the motion of the drive.
+        torque_lead: of the reference in s: dead time and lag between command and torque.
+        torque_lag: by which the measured torque is later than the estimate, in s.
+        observer_bandwidth: in Hz. integral_rate: of the error of the torque, in 1/s; 0 for none.
+        gain_rate: forgetting in 1/s of the share of its model's torque that each clutch gives; 0: it is not learned.
+        torque_scale: torque in N m from which that share is learned, and which a pull has that a wall lets go of.
+        least_slip: slip in rad/s below which both sides run at one speed.
+        drive_inertia, drive_friction: of motor and housings, in kg m2 and N m.
+        drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.
+        track_bandwidth: of tracking by computed torque, in Hz; 0 for equation 23. track_integral: in 1/s.
+        output_inertia, output_friction: of the output and all that turns with it, in kg m2 and N m.
+        stiffness, damping: of impedance and wall, in N m/rad and N m s/rad. A sampled spring gives no energy away
+            while stiffness <= 2 damping / period.
+        wall_play: by which a hand goes back before a wall lets go [rad]: shaft and fluid spring back by some of it.
+        late_trip: a wake-up so late [s] trips.
+        hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
+            it is zero `ZERO_BEFORE_TRIP` periods before that.
+        programs: what can be run; the first runs at the start.
+    """
+
+    device: DeviceName = "coaxial"
+    period: float = 1e-3
+    derivative: Derivative | LiveDerivative = field(default_factory=lambda: Derivative("kalman"))
+    theta_wrap: float = 0.0
+    alpha_wrap: float = 0.0
+    theta_glitch: float = 20.0
+    alpha_glitch: float = 45.0
+    field_limit: float = 0.5
+    motor_limit: float = 0.95
+    rise_rate: float = 750.0
+    fall_rate: float = 625.0
+    stroke: float = 0.0
+    k_p: float = 0.08
+    k_d: float = 2.0e-3
+    torque_p: float = 0.0
+    torque_i: float = 0.0
+    observer: ObserverName = "off"
+    torque_lead: float = 0.0
+    torque_lag: float = 0.0
+    observer_bandwidth: float = 20.0
+    integral_rate: float = 0.0
+    gain_rate: float = 0.0
+    torque_scale: float = 0.01
+    least_slip: float = 5.0
+    drive_inertia: float = 0.0
+    drive_friction: float = 0.0
+    drive_drag_1: float = 0.0
+    drive_drag_2: float = 0.0
+    track_bandwidth: float = 0.0
+    track_integral: float = 10.0
+    output_inertia: float = 0.0
+    output_friction: float = 0.0
+    stiffness: float = 0.1
+    damping: float = 4.0e-3
+    wall_play: float = 0.01
+    late_trip: float = 0.020
+    hold: int = 5
+    trip: int = 21
+    programs: Sequence[LoopProgram] = (REST,)
+
+    def __post_init__(self) -> None:
+        above = ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip")
+        for name in (*above, "observer_bandwidth", "torque_scale"):
+            _require(self, name, lambda value: value > 0, "a number above 0")
+        for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
+            _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
+        stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
+        motion = (
+            "track_bandwidth",
+            "track_integral",
+            "output_inertia",
+            "output_friction",
+            "stiffness",
+            "damping",
+            "wall_play",
+        )
+        for name in (*stages, *motion, "drive_inertia", "drive_friction"):
+            _require(self, name, lambda value: value >= 0, "0 or a number above")
+        for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
+            _require(self, name, lambda value: True, "a finite number")
+        if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
+            raise SettingError(
+                f"hold {self.hold} and trip {self.trip} samples",
+                remedy=f"Give 0 <= hold < trip - {ZERO_BEFORE_TRIP} and trip <= 21",
+            )
+        if 0.5 * self.period * self.stiffness > self.damping:
+            largest = f"{2.0 * self.damping / self.period:g} N m/rad"
+            problem = (
+                f"a stiffness of {self.stiffness:g} N m/rad, sampled each {1e3 * self.period:g} ms, gives energy away"
+            )
+            raise SettingError(problem, remedy=f"Give at most 2 damping / period, {largest}, or more damping")
+        if not 1e-4 <= self.period <= 1:
+            raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
+        if not 1 <= len(self.programs) <= MOST_PROGRAMS:
+            raise SettingError(f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}")
+        foreign = Mode.IMPEDANCE if self.device == "single" else Mode.WALL
+        if any(program.mode is foreign for program in self.programs):
+            problem = f"{foreign.name.lower()} on a {self.device} device"
+            raise SettingError(problem, remedy="An impedance needs the pair, a wall a single device")
+        names = [program.name for program in self.programs]
+        if len(set(names)) != len(names):
+            raise SettingError(
+                f"two programs of one name among {', '.join(names)}", remedy="Give each program a name of its own"
+            )
+
+
+def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
+    """Settings as the loop reads them.
+
+    Returns:
+        The bytes of ``erc_config``, and the rows of all tables one after another, shape (n, 3).
+
+    Raises:
+        SettingError: a filter that looks ahead, or does not fit the period.
+    """
+    config = np.zeros((), CONFIG)
+    config["magic"], config["version"] = CONSTANTS["ERC_CONFIG_MAGIC"], CONSTANTS["ERC_CONFIG_VERSION"]
+    config["size"], config["device"] = CONFIG.itemsize, CONSTANTS[f"ERC_{settings.device.upper()}"]
+    config["period_ns"], config["late_trip_ns"] = round(settings.period * 1e9), round(settings.late_trip * 1e9)
+    config["observer"] = CONSTANTS[f"ERC_{_OBSERVERS[settings.observer]}"]
+    config["hold_samples"], config["trip_samples"] = settings.hold, settings.trip
+    config["programs"] = len(settings.programs)
+    chosen = settings.derivative
+    speed = chosen if isinstance(chosen, LiveDerivative) else live(chosen, settings.period)
+    config["filter_g"], config["filter_h"] = speed.g, speed.h
+    _copy_numbers(settings, config)
+    tables: list[Array] = []
+    first = 0
+    for at, program in zip(config["list"], settings.programs, strict=False):
+        at["mode"], at["shape"] = program.mode, program.shape
+        at["flags"] = sum(CONSTANTS[f"ERC_{name.upper()}"] for name in _SWITCHES if getattr(program, name))
+        _copy_numbers(program, at)
+        if program.table is not None:
+            at["first"], at["rows"] = first, len(program.table)
+            tables.append(program.table)
+            first += len(program.table)
+    return sealed(config), np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
+
+
+def _copy_numbers(source: object, record: Any) -> None:
+    """Each number of an object that a record has under the same name."""
+    for name, (kind, *_) in record.dtype.fields.items():
+        if kind == np.float64 and hasattr(source, name):
+            record[name] = getattr(source, name)

@@ -1,0 +1,393 @@
+"""Target controller is the live loop's torque control and the model in one C99 file, in the target's number format.
+
+Its C is the loop's own (``c/erc_torque.c``, ``c/erc_interlock.c``), said in the words of the model's file: the model's
+number type, its functions in place of a library's, its prefix. So what is proved and tested of the loop is what runs on
+the target. docs/control.md says how to use it.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import ExportError
+from erclutch.export.c.c_printer import table
+from erclutch.export.c.c_source import header, source
+from erclutch.export.c.compilers import Compiler, foreign, native, natives, run
+from erclutch.export.encode import comment
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.step_record import feels_state
+from erclutch.export.target_check import Check
+from erclutch.export.targets import c
+from erclutch.signals.array import Array
+from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS
+from erclutch.wings.live.settings import LoopSettings
+
+TITLE = "torque control, interlock and model in one C99 file, with test vectors and make check"
+ALARMS = True
+_HERE = Path(__file__).parent
+_ROWS = 512
+#: What a sample holds, and what comes out, in the order of the C.
+INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_torque")
+OUTPUTS = ("field1", "field2", "estimate")
+#: Times the largest slip of the log: a sample beyond is none.
+_FASTEST = 10.0
+_ABOVE = ("field_limit", "motor_limit", "rise_rate", "fall_rate", "observer_bandwidth", "torque_scale")
+_SIGNED = ("drive_drag_1", "drive_drag_2")
+_NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
+
+
+def write(program: ExportedStep, folder: Path) -> None:
+    """The files of target c, with the controller in them, and its own test vectors.
+
+    Raises:
+        ExportError: a model that the loop cannot run either, or no compiler here.
+    """
+    write_core(program, folder)
+    c.write_bench(program, folder)
+    n, rows = program.name, sample_rows(program)
+    with tempfile.TemporaryDirectory() as work:
+        printed = _printed(native(), folder, Path(work), program, rows)
+    (folder / f"{n}_control_check.c").write_text(_check_source(program, rows, printed), encoding="ascii")
+    make = (folder / "Makefile").read_text(encoding="ascii")
+    make = make.replace(f"check: {n}_check\n\t./{n}_check\n", f"check: {n}_check {n}_control_check\n\t./{n}_check\n")
+    make = make.replace(f"\t./{n}_check\n", f"\t./{n}_check\n\t./{n}_control_check\n", 1)
+    build = f"{n}_control_check: {n}_control_check.c {n}.c {n}.h\n"
+    build += f"\t$(CC) $(CFLAGS) $(EXACT) $(WARN) {n}_control_check.c {n}.c -o $@\n\n.PHONY: clean\n"
+    make = make.replace(".PHONY: clean\n", build).replace(f"rm -f {n}_check", f"rm -f {n}_check {n}_control_check")
+    (folder / "Makefile").write_text(make, encoding="ascii")
+
+
+def write_core(program: ExportedStep, folder: Path) -> list[Path]:
+    """The .c and .h alone; returns the files to compile.
+
+    Raises:
+        ExportError: see `texts`.
+    """
+    for text, kind in zip(texts(program), "ch", strict=True):
+        (folder / f"{program.name}.{kind}").write_text(text, encoding="ascii")
+    return [folder / f"{program.name}.c"]
+
+
+def texts(program: ExportedStep) -> tuple[str, str]:
+    """The .c and .h: the model's, and the controller after it.
+
+    Raises:
+        ExportError: a model of positions, or with inputs that the controller does not know.
+    """
+    if program.filter is not None or program.extras:
+        problem = "the controller gives its model fields and speeds, and nothing else"
+        raise ExportError(problem, where=program.model.name, remedy="Export a model without further inputs, of speeds")
+    code = _read("target_c/controller.c")
+    for name in ("torque", "interlock"):
+        code = code.replace(f"@{name.upper()}@", _static(_body(f"c/erc_{name}.c")))
+    for key, value in _places(program).items():
+        code = code.replace(f"@{key}@", value)
+    plain = header(program).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    before, found, after = plain.rpartition("#ifdef __cplusplus\n}\n")
+    assert found
+    own = source(program, frozenset({"exp", "tanh"}))
+    if _known_at_rest(program):
+        own = _step_of_known(program.name, own)
+    declared = _worded(program, _declared(program))
+    return f"{own}\n{_worded(program, code)}", f"{before}{declared}\n{found}{after}"
+
+
+# --- the loop's C in the words of the model's file -------------------------------------------------------------------
+
+
+def _read(name: str) -> str:
+    return (_HERE / name).read_text(encoding="utf-8")
+
+
+def _body(name: str) -> str:
+    """A file of the loop without its includes."""
+    return re.sub(r"^#include .*\n", "", _read(name), flags=re.MULTILINE)
+
+
+def _static(text: str) -> str:
+    """Functions that the loop's files share are this file's own."""
+    return re.sub(r"^((?:void|double|uint32_t) erc_\w+\()", r"static \1", text, flags=re.MULTILINE)
+
+
+def _members() -> dict[str, str]:
+    """Each setting that the controller looks at, with the line of the loop's layout that declares it."""
+    used = set(re.findall(r"config(?:->|\.)(\w+)", _body("c/erc_torque.c") + _body("c/erc_interlock.c")))
+    lines = _read("c/erc_layout.h").rpartition("typedef struct {")[2].partition("} erc_config")[0].splitlines()
+    found: dict[str, str] = {}
+    for line in lines:
+        declared = re.match(r" +(?:double|uint64_t) ([\w, ]+);", line)
+        if declared:
+            found |= dict.fromkeys((n for n in declared[1].split(", ") if used & set(declared[1].split(", "))), line)
+    return found
+
+
+def defaults(program: ExportedStep) -> dict[str, float]:
+    """Settings to begin with: the range of the training data, and a supply that goes over it in a period."""
+    period = program.period or 1e-3
+    largest = program.field.range[1]
+    known = {
+        "period_ns": round(period * 1e9),
+        "field_limit": largest,
+        "rise_rate": largest / period,
+        "fall_rate": largest / period,
+        "torque_lead": 2.0 * period,
+        "least_slip": 0.05 * max(abs(end) for end in program.slip.range),
+        "torque_scale": program.scale / 16.0,
+    }
+    plain = LoopSettings()
+    return {name: known.get(name, getattr(plain, name, 0.0)) for name in _members()}
+
+
+def settings_of() -> dict[str, str]:
+    """The settings of a controller and their types in the loop's C."""
+    return {**{name: line.split()[0] for name, line in _members().items()}, "observer": "uint32_t"}
+
+
+def _places(program: ExportedStep) -> dict[str, str]:
+    members = [name for name in _members() if name != "period_ns"]
+    rest = "rest_miss" if feels_state(program) else "miss"
+    coaxial = ("applied[0]", "applied[1]", "input->theta_dot", "input->alpha_dot")
+    signals = coaxial if program.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
+    given = [*signals, *(("input->torque",) if program.measures else ())]
+    return {
+        "HELD": str(program.elements),
+        "REST": f"NAME_{rest}",
+        "SIZES": ", ".join(f"config->{name}" for name in members if name not in _SIGNED),
+        "FASTEST": program.precision.constant(_FASTEST * max(abs(end) for end in program.slip.range)),
+        "ABOVE": ", ".join(f"config->{name}" for name in _ABOVE),
+        "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
+        **_places_of_known(program),
+    }
+
+
+def _known_at_rest(program: ExportedStep) -> bool:
+    """Whether the model's effort is what the inverse says of a field: no memory, and zero field is in the log."""
+    return not feels_state(program) and program.field.range[0] <= 0.0
+
+
+def _places_of_known(program: ExportedStep) -> dict[str, str]:
+    if not _known_at_rest(program):
+        return {"KNOWN": "", "STEP": "NAME_step(&core->model, sample, &core->estimate)"}
+    # The step holds fields within the log's range, the inverse does not.
+    largest = program.precision.constant(program.field.range[1])
+    same = ["asked", "!core->stages.locked", "core->field == core->stages.found", f"fabs(core->field) <= {largest}"]
+    known = f"const double *known = ({' && '.join(same)}) ? &core->stages.gave : NULL;"
+    return {
+        "KNOWN": f"{known} /* the inverse has said it */",
+        "STEP": "NAME_step_known(&core->model, sample, known, &core->estimate)",
+    }
+
+
+def _step_of_known(n: str, text: str) -> str:
+    """The model's C with a step that takes the effort before its limits from its caller, if the caller knows it."""
+    given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
+    head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
+    known = f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
+    before, found, step = text.partition(head)
+    assert found
+    body, end, after = step.partition("\n}\n")
+    body, count = re.subn(r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body)
+    assert count == 1
+    before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
+    about = "/* The step; where the effort before its limits is known, it is not computed again. */"
+    plain = f"\n{head}    return {n}_step_known(state, input, NULL, effort);"
+    return f"{before}{about}\n{known}{body}{end}{plain}{end}{after}"
+
+
+def _declared(program: ExportedStep) -> str:
+    """The controller's part of the header."""
+    lines = dict.fromkeys(_members().values())
+    numbers = [
+        f"{int(value)}u" if name == "period_ns" else program.precision.constant(float(value))
+        for name, value in defaults(program).items()
+    ]
+    structs = re.findall(r"/\* What (?:a device gives|the stages).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL)
+    text = (
+        _read("target_c/controller.h").replace("@SETTINGS@", "\n".join(lines)).replace("@STAGES@", "\n".join(structs))
+    )
+    text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
+    units = program.model.units
+    text = text.replace("@UNITS@", comment(f"{units.effort or '1'} and {units.slip or '1'}"))
+    code = _body("c/erc_torque.c") + _body("c/erc_interlock.c") + _read("target_c/controller.c")
+    events = {name: text for name, text in EVENTS if f"ERC_{_macro(name)}" in code}
+    named = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION")
+    device = "SINGLE" if program.elements == 1 else "COAXIAL"
+    macros = [
+        f"#define NAME_EVENT_{_macro(name)} ((uint32_t){EVENT_BITS[name]}u) /* {text} */"
+        for name, text in events.items()
+    ]
+    macros += [f"#define NAME_{name} {CONSTANTS[f'ERC_{name}']}u" for name in named]
+    return "\n".join(
+        [
+            "/* --- control --- */",
+            "",
+            "",
+            *macros,
+            f"#define NAME_DEVICE NAME_{device}",
+            "",
+            text,
+        ]
+    )
+
+
+def _macro(event: str) -> str:
+    return event.upper().replace("-", "_")
+
+
+def _worded(program: ExportedStep, text: str) -> str:
+    """C of the loop with the model's number type, functions and prefix."""
+    n, p = program.name, program.precision
+    text = re.sub(r"core->config\.device\b", "ERC_DEVICE", text)
+    text = re.sub(
+        r"if \(isfinite\((\w+)\)\) \{\n", r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n", text
+    )
+    text = re.sub(r"\bisfinite\(([^()]*)\)", rf"({n}_finite(\1) != 0u)", text)
+    text = re.sub(r"\b(exp|tanh)\(", rf"{n}_\1(", text).replace("fabs(", f"{n}_magnitude(")
+    text = text.replace("erc_inverse(core, ", f"{n}_inverse(")
+    text = _NUMBER.sub(rf"\1{p.suffix}", text) if p.suffix else text
+    text = re.sub(r"\bdouble\b", f"{n}_real", text)
+    for old, new in (("erc_config", "settings"), ("erc_core", "controller")):
+        text = re.sub(rf"\b{old}\b", f"{n}_{new}", text)
+    events = "|".join(map(_macro, EVENT_BITS))
+    text = re.sub(rf"\bERC_({events})\b", r"NAME_EVENT_\1", text)
+    text = re.sub(r"\bNAME_(?=[A-Z])", f"{n.upper()}_", text.replace("ERC_", "NAME_"))
+    return re.sub(r"\bNAME_|\berc_", f"{n}_", text)
+
+
+# --- test bench ------------------------------------------------------------------------------------------------------
+
+
+def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
+    """Samples of a drive that turns while the wanted torque swings, some of them with an odd value, shape (n, 7)."""
+    rng = np.random.default_rng(int(program.digest[:12], 16))
+    k = np.arange(_ROWS)
+    top = max(abs(end) for end in program.slip.range)
+    wanted = program.scale * np.sin(2.0 * np.pi * k / 128.0) * np.where(k < _ROWS // 2, 0.3, 1.2)
+    speed = 0.4 * top * (1.0 + 0.5 * np.sin(2.0 * np.pi * k / 300.0))
+    output = 0.1 * top * np.sin(2.0 * np.pi * k / 97.0) * (program.elements == 2)
+    speed[300:330] = output[300:330]  # both sides at one speed
+    speed[330:400] *= -1.0
+    torque = 0.9 * wanted + 0.02 * program.scale * rng.standard_normal(_ROWS)
+    torque[100:120] = np.nan
+    rate = np.asarray(np.gradient(wanted), np.float64) / (program.period or 1e-3)
+    motor = 0.1 * program.scale * np.sign(speed)
+    rows = np.array([wanted, rate, speed, output, 0.0 * k, torque, motor], np.float64).T.copy()
+    values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0)
+    for at in rng.choice(_ROWS, odd, replace=False):
+        rows[at, rng.integers(len(INPUTS))] = values[rng.integers(len(values))]
+    return rows
+
+
+def _check_source(program: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
+    """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
+    n, p = program.name, program.precision
+    expected = [line.split() for line in printed.splitlines()] or [["0"] * (len(OUTPUTS) + 1)] * len(rows)
+    bits = [[*(f"0x{word}{p.bits_suffix}" for word in words[:-1]), f"{words[-1]}u"] for words in expected]
+    answers = table(p.c_bits, "answers", ["{" + ", ".join(row) + "}" for row in bits], 1, f"[{len(OUTPUTS) + 1}]")
+    return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
+   With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "{n}.h"
+
+{c.bit_functions(program)}
+{c.rows_of_bits(program, "samples", rows)}
+{answers}
+static int is_same({n}_real x, word expected)
+{{
+    return bits_of(x) == expected;
+}}
+
+{_main(program, len(rows), plain)}"""
+
+
+def _main(program: ExportedStep, rows: int, plain: bool) -> str:
+    """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
+    n, p = program.name, program.precision
+    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
+    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
+    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
+    every, turns = (rows, "") if plain else (rows // 4, f"settings.observer = 1u + (i / {rows // 4}u) % 3u;")
+    told = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
+    tuned = "" if plain else "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in told.items())
+    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
+    return f"""int main(void)
+{{
+    static {n}_controller controller;
+    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
+    unsigned bad = 0u;
+    unsigned i;
+{tuned}
+    for (i = 0u; i < {rows}u; i++)
+    {{
+        {n}_input input;
+        {n}_output output;
+        uint32_t flags;
+        int good;
+        if (i % {every}u == 0u)
+        {{
+            {turns}
+            (void){n}_control_reset(&controller, &settings);
+        }}
+{given}
+        flags = {n}_control_step(&controller, &input, &output);
+#ifdef PRINT
+        printf("{form * len(OUTPUTS)}%" PRIu32 "\\n", {shown}, flags);
+#endif
+        good = flags == (uint32_t)answers[i][{len(OUTPUTS)}];
+{compared}
+        bad += good ? 0u : 1u;
+    }}
+#ifndef PRINT
+    printf("{n}: %u samples through the controller, %u not to the bit\\n", {rows}u, bad);
+#endif
+    return bad == 0u ? 0 : 1;
+}}
+"""
+
+
+def answers(program: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
+    """Bits of each sample's outputs and its flags, by the default settings, shape (n, 4); the C lies in the folder."""
+    lines = _printed(native(), folder, folder, program, rows, plain=True).splitlines()
+    return np.array(
+        [[*(int(word, 16) for word in line.split()[:-1]), int(line.split()[-1])] for line in lines], np.uint64
+    )
+
+
+def _printed(
+    compiler: Compiler, folder: Path, work: Path, program: ExportedStep, rows: Array, *, plain: bool = False
+) -> str:
+    """What the controller makes of the samples, by a compiler."""
+    bench, n = work / "bench.c", program.name
+    text = _check_source(program, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
+    bench.write_text(text, encoding="ascii")
+    static = ("-static",) if compiler.runner else ()
+    compiler.build([bench, folder / f"{n}.c"], work / "bench", "-DPRINT", f"-I{folder}", "-O2", *static)
+    return run([*compiler.runner, str(work / "bench")], f"{n} compiled by {compiler.name} failed", "Export it again")
+
+
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+    """The model's vectors and the controller's, under every compiler and emulator of this machine."""
+    yield from c.verify(program, folder)
+    rows = sample_rows(program)
+    said = re.search(
+        r"answers\[.*?= \{\n(.*?)\n\};", (folder / f"{program.name}_control_check.c").read_text(), re.DOTALL
+    )
+    if said is None:
+        raise ExportError("the test vectors are gone", where=str(folder), remedy="Export the model again")
+    expected = [re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line) for line in said[1].splitlines()]
+    wanted = [" ".join(a or b for a, b in line) for line in expected if line]
+    with tempfile.TemporaryDirectory() as work:
+        for compiler in (*natives(), *foreign()):
+            printed = _printed(compiler, folder, Path(work), program, rows).split("\n")[: len(wanted)]
+            other: Any = sum(a != b for a, b in zip(printed, wanted, strict=True))
+            yield Check(f"controller, {compiler.name}", len(wanted), other, 0.0)

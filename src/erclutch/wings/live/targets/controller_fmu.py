@@ -1,0 +1,97 @@
+"""Target controller-fmu is the exported controller as an FMU 3.0 for co-simulation; its settings are parameters."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from erclutch.export.exported_step import ExportedStep
+from erclutch.export.target_check import Check
+from erclutch.wings.exporters.fmu.fmu_archive import write_fmu
+from erclutch.wings.exporters.fmu.fmu_description import Interface, Port
+from erclutch.wings.exporters.fmu.fmu_run import simulated
+from erclutch.wings.live.layout import EVENTS
+from erclutch.wings.live.targets import controller
+
+TITLE = "torque control, interlock and model as an FMU 3.0 for co-simulation, its settings as parameters"
+ALARMS = True
+_MEANING = {
+    "wanted": "torque that is wanted",
+    "rate": "its rate of change",
+    "theta_dot": "speed of the drive; of a single device the slip",
+    "alpha_dot": "speed of the output; 0 of a single device",
+    "alpha": "position of the output",
+    "torque": "measured torque, not a number where there is none",
+    "motor_torque": "torque that the drive is asked for",
+}
+
+
+def interface(program: ExportedStep) -> Interface:
+    """The controller's variables, and what binds the FMU to its C."""
+    n, units = program.name, program.model.units
+    effort, field = units.effort or "1", program.units[0]
+    of = {"wanted": effort, "torque": effort, "motor_torque": effort, "theta_dot": units.slip, "alpha_dot": units.slip}
+    inputs = [Port(name, of.get(name, "?"), None, 0.0, _MEANING[name]) for name in controller.INPUTS]
+    top = (0.0, program.field.range[1])
+    outputs = [Port("field1", field, top), Port("field2", field, top), Port("estimate", effort, None)]
+    starts = controller.defaults(program)
+    named = [name for name in controller.settings_of() if name not in ("period_ns", "observer")]
+    about = "1: the model alone, 2: a torque sensor, 3: the drive's motion"
+    parameters = [Port(name, "?", None, starts[name]) for name in named]
+    copied = "\n".join(f"    settings.{name} = ({n}_real)parameter[{i}];" for i, name in enumerate(named))
+    given = "\n".join(f"    input.{name} = in[{i}];" for i, name in enumerate(controller.INPUTS))
+    taken = "\n".join(f"    out[{i}] = output.{name};" for i, name in enumerate(controller.OUTPUTS))
+    binding = f"""typedef {n}_controller erc_state;
+typedef {n}_real erc_real;
+#define erc_reset(state) ((void)(state))
+
+static void erc_use({n}_controller *state, const double *parameter)
+{{
+    const double observer = parameter[{len(named)}];
+    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
+{copied}
+    settings.observer = (observer >= 1.0 && observer < 4.0) ? (uint32_t)observer : 9u;
+    (void){n}_control_reset(state, &settings);
+}}
+
+static uint32_t erc_step({n}_controller *state, const {n}_real *in, {n}_real *out)
+{{
+    {n}_input input;
+    {n}_output output;
+    uint32_t flags;
+{given}
+    flags = {n}_control_step(state, &input, &output);
+{taken}
+    return flags;
+}}
+"""
+    parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
+    flags = (2 ** (len(EVENTS) + 1) - 1, f"those of the model and the events of {n}.h")
+    code = controller.texts(program)
+    return Interface(tuple(inputs), tuple(outputs), tuple(parameters), "fixed", True, flags, code, binding)
+
+
+def write(program: ExportedStep, folder: Path) -> None:
+    """NAME_fmi3.fmu.
+
+    Raises:
+        ExportError: a model that the controller cannot run, or no compiler here.
+    """
+    write_fmu(program, folder, 3, interface(program))
+
+
+def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+    """Validate and simulate it with FMPy, against the C compiled here, bit by bit."""
+    rows = controller.sample_rows(program)
+    face = interface(program)
+    with tempfile.TemporaryDirectory() as work:
+        controller.write_core(program, Path(work))
+        expected = controller.answers(program, rows, Path(work))
+    for where, outputs, flags in simulated(program, face, folder, 3, ("CoSimulation",), rows):
+        held = outputs.astype(program.precision.dtype).view(program.precision.bits)
+        found = np.column_stack([held.astype(np.uint64), flags.astype(np.uint64)])
+        other = int(np.count_nonzero((found != expected).any(axis=1)))
+        yield Check(where, len(rows), other, 0.0)

@@ -1,0 +1,105 @@
+"""A calibration searches twice: wide (CMA-ES, for figures that jitter), then local (Levenberg-Marquardt)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import RunError, SettingError
+from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.signals.array import Array
+from erclutch.wings.paper.sweep_points import Points
+
+Residuals = Callable[[Sequence[Array]], list[Array]]
+#: Called with the evaluations done and the best sum of squares so far.
+SearchProgress = Callable[[int, float], None]
+
+STEP = 0.04  # of a difference quotient, as a share of the range
+_POPULATION = 16
+_FIRST_WIDTH = 0.08  # standard deviation of the first generation, as a share of the range
+
+
+def wide(
+    residuals: Residuals,
+    start: Array,
+    seed: int,
+    evaluations: int,
+    journal: Path | None,
+    settings: Mapping[str, Any],
+    progress: SearchProgress,
+) -> tuple[Array, int]:
+    """Covariance matrix adaptation (CMA-ES) over the unit cube; resumes from the costs in its journal.
+
+    Returns:
+        The best point evaluated and how many were.
+
+    Raises:
+        SettingError: the package cma is missing.
+        RunError: the journal is of another search, or cannot be written.
+    """
+    try:
+        import cma
+    except ImportError as error:
+        raise SettingError(
+            "the wide search needs the package cma", remedy='Run: pip install "erclutch[calibrate]"'
+        ) from error
+    options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "verb_log": 0}
+    strategy = cma.CMAEvolutionStrategy(start.tolist(), _FIRST_WIDTH, options)
+    known = Points(journal, {**settings, "population": _POPULATION}, "journal of a calibration")
+    if known.others:
+        problem, remedy = "the journal is of a calibration with other settings", "Delete the journal, or move it"
+        raise RunError(problem, where=str(journal), remedy=remedy)
+    best, best_cost, done = start, np.inf, 0
+    while done < evaluations:
+        points = [np.asarray(p, np.float64) for p in strategy.ask()]
+        costs = known.get(f"after {done}", lambda points=points: [_cost(r) for r in residuals(points)])
+        strategy.tell(points, costs)
+        done += len(points)
+        if min(costs) < best_cost:
+            best, best_cost = points[int(np.argmin(costs))], min(costs)
+        progress(done, best_cost)
+    return best, done
+
+
+def _cost(r: Array) -> float:
+    return float(r @ r) if np.all(np.isfinite(r)) else 1e9
+
+
+def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
+    """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
+    highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
+    lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
+    values = residuals([*highs, *lows])
+    widths = [float((h - low).sum()) for h, low in zip(highs, lows, strict=True)]
+    pairs = zip(values[: u.size], values[u.size :], widths, strict=True)
+    return np.column_stack([(high - low) / width for high, low, width in pairs])
+
+
+def local(residuals: Residuals, start: Array, step: float, progress: SearchProgress) -> tuple[Array, int]:
+    """Levenberg-Marquardt in the unit cube with slopes by differences.
+
+    Returns:
+        The point found and how many were evaluated.
+    """
+    count, best = 0, np.inf
+
+    def cost(u: Array) -> float:
+        nonlocal count, best
+        count += 1
+        found = _cost(residuals([u])[0])
+        best = min(best, found)
+        progress(count, best)
+        return found
+
+    def linearise(u: Array) -> Linearisation:
+        nonlocal count
+        count += 1 + 2 * u.size
+        r = residuals([u])[0]
+        q, triangle = np.linalg.qr(difference_quotients(residuals, u, 0.25 * step))
+        return Linearisation(_cost(r), triangle, -(q.T @ r))
+
+    problem = Problem(cost, linearise, np.zeros(start.size), np.ones(start.size))
+    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3).point, count

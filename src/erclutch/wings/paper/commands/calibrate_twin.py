@@ -1,0 +1,147 @@
+"""``erclutch calibrate-twin`` finds the twin's parameters from a log, or from the paper's summary figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.errors import require
+from erclutch.files import may_write_file
+from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
+
+if TYPE_CHECKING:
+    from erclutch.wings.paper.calibration.calibrate import Calibration, CalibrationTarget
+
+COMMAND = {
+    "help": "Calibrate the digital TWIN to a log, or to the paper's summary figures.",
+    "panel": "The digital TWIN and the paper",
+    "place": 5,
+}
+
+
+def calibrate_twin(
+    log: Annotated[Path | None, Parameter(name="LOG")] = None,
+    *,
+    out: Path = Path("rig.toml"),
+    parameters: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
+    rig: Path | None = None,
+    seed: int = 1,
+    seconds: float = 60.0,
+    evaluations: int = 480,
+    workers: int = 2,
+    force: Annotated[bool, Parameter(negative=())] = False,
+    reading: LogOptions = DEFAULT_READING,
+) -> None:
+    """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
+
+    With a LOG of your own pair (E1, E2, theta, alpha, T and the commanded motor torque) the twin follows it sample by
+    sample. Without a LOG the paper's summary figures are the target. The search resumes from a journal beside OUT.
+
+    Args:
+        log: A log of the pair.
+        out: Rig file to write.
+        parameters: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
+        rig: A rig file (TOML) to start from.
+        seed: Seed of the search and, without a log, of the twin's runs.
+        seconds: Rig time of the training run in each evaluation, without a log.
+        evaluations: How many rigs the wide search tries (CMA-ES).
+        workers: How many rigs are simulated side by side; changes no figure.
+        force: Replace a rig file that is there.
+        reading: How to read the log.
+    """
+    from dataclasses import replace
+
+    from erclutch.wings.paper.calibration.calibrate import calibrate
+    from erclutch.wings.rig.twin.parameters_file import write_rig
+
+    require(5, 3600, " s", seconds=seconds)
+    require(16, evaluations=evaluations)
+    require(0, seed=seed)
+    require(1, workers=workers)
+    may_write_file(out, force)
+    start = load_rig(rig)
+    target = _target(log, seed, seconds, replace(reading, device="coaxial"))
+    names = parameters or _open(start, log is not None)
+    journal = out.with_suffix(".journal")
+    terminal.tell(
+        f"TWIN: {evaluations} rigs are simulated, then some more. At the defaults this takes one to ten minutes. "
+        f"After Ctrl-C the same command goes on from {journal}."
+    )
+    with terminal.progress("TWIN: calibrating") as bar:
+
+        def told(done: int, cost: float) -> None:
+            bar(done, evaluations, f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
+
+        found = calibrate(
+            start, names, target, seed=seed, evaluations=evaluations, workers=workers, journal=journal, progress=told
+        )
+    write_rig(out, found.rig, _about(found, target))
+    journal.unlink(missing_ok=True)
+    _print(found)
+    terminal.say(f"{out}: use it with --rig {out}")
+
+
+def _target(log: Path | None, seed: int, seconds: float, reading: LogOptions) -> CalibrationTarget:
+    if log is None:
+        from erclutch.wings.paper.calibration.paper_summary import PaperSummary
+
+        return PaperSummary(seed, seconds)
+    from erclutch.wings.paper.calibration.log_trace import LogTrace
+
+    return LogTrace(reading.read([log])[0])
+
+
+def _open(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
+    """What the paper leaves open and a run can tell: all that a calibration has made before."""
+    return tuple(
+        f"{section}.{key}"
+        for section, names in rig.entries.items()
+        for key, entry in names.items()
+        if entry.source in ("calibrated", "prototype") and not (with_log and section in ("excitation", "thermal"))
+    )
+
+
+def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
+    from datetime import UTC, datetime
+
+    from erclutch._version import __version__
+    from erclutch.wings.paper.calibration.paper_summary import PaperSummary, summarise
+
+    about: dict[str, Any] = {
+        "target": found.target,
+        "date": datetime.now(UTC).date().isoformat(),
+        "erclutch": __version__,
+        "cost_before": round(found.before, 3),
+        "cost_after": round(found.after, 3),
+        "evaluations": found.evaluations,
+    }
+    if isinstance(target, PaperSummary):
+        pairs = summarise(found.rig, target.seed, target.seconds, target.thin).against_paper()
+        about["seed"] = target.seed
+        about["figures"] = {k: [float(f"{a:.4g}"), float(f"{b:.4g}")] for k, (a, b, _) in pairs.items()}
+    return about
+
+
+def _print(found: Calibration) -> None:
+    number = terminal.number
+    rows = [
+        [
+            c.path,
+            number(c.start),
+            number(c.value) + (f" (at its {c.at_bound} limit)" if c.at_bound else ""),
+            f"{number(c.low, 3)} - {number(c.high, 3)}",
+            found.rig.entry(c.path).unit,
+            f"{c.learnt:.0%}",
+        ]
+        for c in found.parameters
+    ]
+    heads = ["parameter", "start", "value", "95 % interval", "unit", "learnt"]
+    terminal.tell(terminal.table(f"TWIN calibrated to {found.target}", heads, rows, left=1))
+    terminal.tell(
+        f"sum of squares {found.before:.4g} -> {found.after:.4g} in {found.evaluations} rigs; learnt: how much "
+        "narrower the interval is than what its range alone says"
+    )

@@ -1,0 +1,221 @@
+"""Impedance of the pair and the wall of a brake on the TWIN, as a hand feels them, over many seeds.
+
+A hand moves the output of the pair as a sine, whatever torque meets it. On the brake the motor is the hand. Models are
+fitted to a log of the same TWIN and never see its parameters. No number here was tuned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.signals.array import Array
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.offered_programs import rig_settings, standard_programs, starting_with
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
+from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.paper.torque_control import (
+    INVERSES,
+    KNOWS,
+    ControlRun,
+    fitted_inverses,
+    fitted_models,
+    frames_dataset,
+    kept_runs,
+    seeded_runs,
+)
+from erclutch.wings.rig.twin.parameters import RigParameters
+from erclutch.wings.rig.twin.twin import PERIOD
+
+HandName = Literal["impedance", "wall"]
+#: What the controller knows of the torque; `KNOWS` has its settings.
+KNOWN = ("stages", "stages, sensor")
+#: Of the observer while the pair renders an impedance, in Hz. It takes 2 pi x bandwidth x the inertia ahead of the
+#: sensor off the damping; with the rotor's inertia that is half of the damping.
+_OBSERVER = 8.0
+#: Asked of the pair, in N m/rad and N m s/rad, and the frequencies of the hand in Hz.
+STIFFNESS, DAMPING = 0.2, 0.004
+FREQUENCIES = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0)
+#: Stiffnesses of the wall in N m/rad; the damping is what the sampled spring needs, and at least that of the pair.
+WALLS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+_FELT = 5.0  # N m/rad, of the wall from which a hand pulls away
+_SINGLE: Mapping[str, Any] = {"device": "single", "theta_glitch": 0.0, "alpha_glitch": 0.0}
+_SETTLING, _LOG_ROWS = 2000, 60_000
+_TORQUE, _PUSH = 0.06, 0.15  # N m: largest torque of the spring; the hand's push
+_SWING = 2000  # rows of a push and a pull
+_AHEAD = 0.1  # rad, where the wall stands
+_LOW, _HIGH, _EACH, _STEPS = 0.04, 0.12, 100, 12
+_FRICTION = 0.015  # N m, with which the motor keeps its speed on average
+_SPEED = 40.0  # rad/s, at which the drag is read
+#: Speed in rad/s that a hand may have from the middle of its push on: three of the encoder's counts in 10 ms.
+CALM = 0.25
+
+
+def hand_points(folder: Path, rig: RigParameters, name: HandName) -> Points:
+    """Runs that are finished already; see `kept_runs`."""
+    asked = {"asked": [STIFFNESS, DAMPING, FREQUENCIES, WALLS, _FELT, _PUSH, _OBSERVER, _LOW, _HIGH], "known": KNOWN}
+    return kept_runs(folder, rig, name, asked)
+
+
+def hand_runs(
+    name: HandName, seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
+) -> list[ControlRun]:
+    """All models with and without a sensor on the seeds 0, 1, ...; see `seeded_runs`.
+
+    Raises:
+        SettingError: no seeds.
+    """
+    figures = {"impedance": impedance_figures, "wall": wall_figures}[name]
+
+    def felt(models: Mapping[str, LiveModel], model: str, knows: str, seed: int) -> dict[str, Any]:
+        return figures(rig, models[model], knows, seed)
+
+    return seeded_runs(seeds, KNOWN, partial(_models, name, rig), felt, points, report)
+
+
+def _models(name: HandName, rig: RigParameters, seed: int, folder: Path) -> dict[str, LiveModel]:
+    if name == "impedance":
+        return fitted_models(rig, seed, folder)[0]
+    programs = starting_with(standard_programs(rig, model=False, seed=seed, device="single"), "sine")
+    settings = rig_settings(rig, programs, **_SINGLE)
+    frames = AcceleratedRun(settings, None, rig, seed=seed, locked=True, single=True).frames(_LOG_ROWS)[0]
+    return fitted_inverses(frames_dataset(frames, "single"), f"{seed}", folder)
+
+
+# --- impedance --------------------------------------------------------------------------------------------------------
+
+
+def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, Any]:
+    """Stiffness in N m/rad and damping in N m s/rad that a hand feels at each of `FREQUENCIES`."""
+    program = LoopProgram("spring", Mode.IMPEDANCE, motor_torque=0.2)
+    stages = {**KNOWS[knows], "observer_bandwidth": _OBSERVER}
+    settings = rig_settings(rig, [program], **stages, stiffness=STIFFNESS, damping=DAMPING)
+    felt: list[complex] = []
+    for frequency in FREQUENCIES:
+        omega = 2.0 * math.pi * frequency
+        rows = round(max(10.0, 2.0 * frequency) / frequency / PERIOD)
+        height = min(0.5, _TORQUE / abs(STIFFNESS + 1j * omega * DAMPING))
+        time: Array = PERIOD * np.arange(_SETTLING + rows, dtype=np.float64)
+        hand: Array = height * omega * np.cos(omega * time)
+        run = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=80.0, hand=hand)
+        torque: Array = run.frames(time.size)[0]["torque"][_SETTLING:]
+        later: Array = time[_SETTLING:]
+        turning: NDArray[np.complex128] = np.exp(-1j * omega * later)
+        moved: Array = height * np.sin(omega * later)
+        felt.append(complex(-np.mean(torque * turning) / np.mean(moved * turning)))
+    omegas = 2.0 * math.pi * np.array(FREQUENCIES)
+    return {"stiffness": np.real(felt).tolist(), "damping": (np.imag(felt) / omegas).tolist()}
+
+
+def describe_impedance(runs: Sequence[ControlRun]) -> Plot:
+    """Stiffness and damping by frequency over what was asked: means over the seeds."""
+    x = Axis("frequency", "Hz", log=True)
+    at: Array = np.array(FREQUENCIES)
+    panels: list[Panel] = []
+    names, columns = ["frequency"], [at]
+    for what, asked, most in (("stiffness", STIFFNESS, 10.0), ("damping", DAMPING, 40.0)):
+        kept = at <= most
+        for knows in KNOWN:
+            marks: list[Line | ReferenceLine] = [ReferenceLine(1.0)]
+            for number, model in enumerate(INVERSES):
+                felt = [run.figures[what] for run in runs if (run.model, run.knows) == (model, knows)]
+                share: Array = np.mean(np.array(felt, np.float64), axis=0) / asked
+                marks.append(Line(at[kept], share[kept], f"series{number}", model, marked=True))
+                names.append(f"{what} over asked, {model}, {knows}")
+                columns.append(share)
+            panels.append(Panel(x, Axis(f"{what} felt over asked", "", 0.0, 1.5), marks, title=knows))
+    table = PlotTable(names, np.column_stack(columns).tolist())
+    return Plot(panels, table, 4.4, PAGE, columns=2, badge="TWIN", legend="shared")
+
+
+# --- wall -------------------------------------------------------------------------------------------------------------
+
+
+def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, Any]:
+    """Step of the torque, drag, and the wall as a hand meets it.
+
+    Returns:
+        rise in s (10 to 90 %), overshoot as a share of the step, drag in N m with zero asked at 40 rad/s, the slowest
+        speed of the steps in rad/s; how deep the hand comes in rad by `WALLS` (deepest), the standard deviation of its
+        speed in rad/s from the middle of its push on (swing), and by which torque in N m it pulls when it comes out.
+    """
+    found: dict[str, Any] = _steps(rig, model, knows, seed)
+    deepest: list[float] = []
+    swing: list[float] = []
+    for stiffness in WALLS:
+        frames = _pushed(rig, model, knows, seed, stiffness)
+        push = frames[: _SWING // 2]
+        deepest.append(float(np.max(push["theta"])) - (float(frames["theta"][0]) + _AHEAD))
+        swing.append(float(np.std(push["theta_dot"][_SWING // 4 :])))
+        if stiffness == _FELT:
+            pull = frames[_SWING // 2 : _SWING]
+            out = pull["theta"] < np.max(push["theta"]) - 0.02
+            found["pull"] = float(-pull["motor_torque"][np.argmax(out)]) if out.any() else math.nan
+    return {**found, "deepest": deepest, "swing": swing}
+
+
+def _pushed(rig: RigParameters, model: LiveModel, knows: str, seed: int, stiffness: float) -> Any:
+    """A hand that pushes into a wall 0.1 rad ahead, and pulls back: a sine of torque."""
+    push: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
+    table = np.column_stack([np.full(_SWING, _AHEAD), np.zeros(_SWING), push])
+    program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)
+    damping = max(DAMPING, 0.5 * PERIOD * stiffness)
+    settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows], stiffness=stiffness, damping=damping)
+    return AcceleratedRun(settings, model.library, rig, seed=seed + 100, locked=True, single=True).frames(_SWING)[0]
+
+
+def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, float]:
+    """Torque of a turning brake: steps up and down, and zero asked for while the motor runs up."""
+
+    def run(wanted: Array, motor: float, speed: float) -> Any:
+        table = np.column_stack([wanted, np.zeros(wanted.size), np.full(wanted.size, motor)])
+        program = LoopProgram("steps", Mode.TORQUE, Waveform.TABLE, table=table)
+        settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows])
+        twin = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=speed, locked=True, single=True)
+        return twin.frames(wanted.size)[0]
+
+    frames = run(np.tile(np.repeat([_LOW, _HIGH], _EACH), _STEPS), 0.5 * (_LOW + _HIGH) + _FRICTION, 2.0 * _SPEED)
+    up: Array = frames["torque"].reshape(_STEPS, 2 * _EACH)[2:].mean(axis=0)
+    before, after = (float(up[part].mean()) for part in (slice(_EACH // 2, _EACH - 1), slice(3 * _EACH // 2, None)))
+    share: Array = (up[_EACH:] - before) / (after - before)
+    running_up = run(np.zeros(_SETTLING), 3.0 * _FRICTION, 0.0)
+    drag: Array = running_up["torque"][np.abs(running_up["theta_dot"] - _SPEED) < 0.1 * _SPEED]
+    rise = float(np.interp(0.9, *_first(share)) - np.interp(0.1, *_first(share)))
+    return {
+        "rise": PERIOD * rise,
+        "overshoot": max(0.0, float(share.max()) - 1.0),
+        "drag": float(np.mean(drag)),
+        "slowest": float(frames["theta_dot"][2 * _EACH :].min()),
+    }
+
+
+def _first(share: Array) -> tuple[Array, Array]:
+    """The rising part of a step, as shares and rows for interpolation."""
+    end = int(np.argmax(share >= 0.9)) + 1
+    return np.maximum.accumulate(share[:end]), np.arange(end, dtype=np.float64)
+
+
+def describe_wall(runs: Sequence[ControlRun]) -> Plot:
+    """How deep a hand comes, over what its push takes of the spring: means over the seeds."""
+    at: Array = np.array(WALLS)
+    marks: list[Line | ReferenceLine] = []
+    names, columns = ["stiffness"], [at]
+    for number, model in enumerate(INVERSES):
+        deep = [run.figures["deepest"] for run in runs if (run.model, run.knows) == (model, KNOWN[1])]
+        mean: Array = 1e3 * np.mean(np.array(deep, np.float64), axis=0)
+        marks.append(Line(at, mean, f"series{number}", model, marked=True))
+        names.append(f"deepest, {model}")
+        columns.append(mean)
+    asked: Array = 1e3 * _PUSH / at
+    marks.append(Line(at, asked, "ref", "push over stiffness", dashed=True))
+    x, y = Axis("stiffness", "N m/rad", log=True), Axis("deepest", "mrad", log=True)
+    table = PlotTable([*names, "push over stiffness"], np.column_stack([*columns, asked]).tolist())
+    return Plot([Panel(x, y, marks)], table, 2.8, badge="TWIN", legend="above")

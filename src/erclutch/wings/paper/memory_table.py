@@ -1,0 +1,85 @@
+"""The models of table II once more, as in the paper, with the sign of the slip, with memory and with past samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from erclutch.fit.comparison import Settings, compare, structures_for
+from erclutch.fit.data_check import steady_command
+from erclutch.fit.ladder import grown
+from erclutch.fit.one_thread import one_thread
+from erclutch.logs.dataset import Dataset, joined
+from erclutch.models.laws import PAPER
+from erclutch.models.networks import PAPER_NETWORKS
+from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.rig.twin.parameters import RigParameters
+
+#: How far back the past samples lie.
+PAST = ("1ms", "2ms", "4ms")
+
+#: Of a model: number of parameters, then for each run its mean squared error and the ends of the 95 % band.
+Figures = Mapping[str, Any]
+
+
+def memory_table(
+    runs: Mapping[str, Dataset], points: Points, seed: int, polish: bool, report: Callable[[int, int, str], None]
+) -> tuple[str, dict[str, dict[str, Figures]]]:
+    """Fit the models of table II in each variant to the first run, and score them on both.
+
+    Args:
+        runs: the training run, then the test run.
+        points: where finished variants are kept.
+        seed: of the networks' starts and of the bootstrap.
+        polish: whether networks get a last round over all rows.
+        report: called after each variant.
+
+    Returns:
+        The stages of the memory, and variant -> model -> figures. Models are called as in `PAPER` without ``/forward``.
+    """
+    train, test = runs
+    data = joined([replace(rows, sources=(name,)) for name, rows in runs.items()])
+    stages = str(points.get("stages", partial(_stages, runs[train])))
+    laws = tuple(name.removesuffix("/forward") for name in PAPER)
+    alone = data.device == "single"
+    plain = Settings((*laws, *PAPER_NETWORKS), lag="none", test=(test,), seed=seed, polish=polish)
+    asked = {
+        "as in the paper": plain if alone else replace(plain, models=(*PAPER, *PAPER_NETWORKS)),
+        "sign of the slip": replace(plain, models=laws),
+        "memory": replace(plain, lag=stages),
+        "past samples": replace(plain, models=PAPER_NETWORKS, past=PAST),
+        "memory and past": replace(plain, models=PAPER_NETWORKS, lag=stages, past=PAST),
+    }
+    if alone:
+        del asked["sign of the slip"]
+    found: dict[str, dict[str, Figures]] = {}
+    for done, (variant, settings) in enumerate(asked.items(), start=1):
+        found[variant] = points.get(variant, partial(_scored, data, settings))
+        report(done, len(asked), variant)
+    return stages, found
+
+
+def _stages(train: Dataset) -> str:
+    """The memory that the ladder gives to Bingham's law on the training rows."""
+    base = structures_for(train, Settings(models=("bingham",), lag="none" if steady_command(train) else "lag"))
+    with one_thread():
+        return grown(train, base[0])[-1].structure.dynamics
+
+
+def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
+    train, test = data.sources
+    return {
+        entry.outcome.model.structure.specification.removesuffix("/forward"): {
+            "parameters": entry.outcome.parameters,
+            train: [entry.train.mse.value, entry.train.mse.low, entry.train.mse.high],
+            test: [entry.test.mse.value, entry.test.mse.low, entry.test.mse.high],
+        }
+        for entry in compare(data, settings).entries
+    }
+
+
+def noise_floor(rig: RigParameters) -> float:
+    """Variance of what the twin's torque meter adds by itself, noise and quantisation: no model can do better."""
+    return rig.value("sensors.torque_noise") ** 2 + rig.value("sensors.torque_step") ** 2 / 12.0

@@ -1,0 +1,73 @@
+"""Figures 4 and 5 and the RBFM's kernels are drawn as PDF and PNG, with the numbers behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
+from erclutch.wings.paper.section_figures import kept
+
+_SHOWN = (10, 20, 50)
+_ERROR = Axis("MSE", "N² m²", log=True)
+
+
+def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
+    """Figure 4: (a) error against spread for some sizes, (b) error against neurons at the best spread of each."""
+    spreads, neurons, scan, train, test, best = (
+        np.asarray(sweep[k]) for k in ("spreads", "neurons", "scan", "train", "test", "best_spread")
+    )
+    sizes = [
+        Line(spreads, scan[:, list(neurons).index(n)], f"series{k}", f"{n} neurons", marked=True)
+        for k, n in enumerate(_SHOWN)
+    ]
+    panels = [
+        Panel(
+            Axis("spread (inputs normalised to 0 .. 1)", log=True), _ERROR, sizes, title=f"(a) RBFN, training, {label}"
+        ),
+        Panel(Axis("neurons (best spread of each)", log=True), _ERROR, _errors(neurons, train, test), title="(b)"),
+    ]
+    rows: list[tuple[object, ...]] = [
+        (float(spread), int(n), float(scan[i, j]), "", "")
+        for i, spread in enumerate(spreads)
+        for j, n in enumerate(neurons)
+    ]
+    rows += [(float(s), int(n), "", float(a), float(b)) for s, n, a, b in zip(best, neurons, train, test, strict=True)]
+    header = ["spread", "neurons", "train_mse_on_centroids", "train_mse", "test_mse"]
+    return kept(Plot(panels, PlotTable(header, rows), 3.9), folder, "fig4")
+
+
+def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
+    """Figure 5: error against neurons, every restart as a dot; the paper's printed training errors where it has any."""
+    neurons, train, test, restarts = (np.asarray(sweep[k]) for k in ("neurons", "train", "test", "restarts"))
+    dots = np.repeat(neurons, restarts.shape[1])
+    marks: list[Mark] = [Dots(dots, restarts.ravel(), "series7", "each restart, training", 1.3)]
+    marks += _errors(neurons, train, test, "best, ")
+    if printed:
+        paper = np.array(list(printed.items()), np.float64)
+        marks.append(Dots(paper[:, 0], paper[:, 1], "series6", "paper, training", 4.5))
+    header = ["neurons", "train_mse", "test_mse", *(f"restart_{k + 1}" for k in range(restarts.shape[1]))]
+    rows = np.column_stack([train, test, restarts]).tolist()
+    table = PlotTable(header, [(int(n), *row) for n, row in zip(neurons, rows, strict=True)])
+    panel = Panel(Axis("neurons of the hidden layer", whole=True), _ERROR, marks, title=f"FNN, {label}")
+    return kept(Plot([panel], table, 2.6), folder, "fig5")
+
+
+def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
+    """RBFM: error against kernels."""
+    kernels, train, test = (np.asarray(sweep[k]) for k in ("kernels", "train", "test"))
+    rows = [(int(k), float(a), float(b)) for k, a, b in zip(kernels, train, test, strict=True)]
+    error = Axis(_ERROR.label, _ERROR.unit)
+    panel = Panel(Axis("kernels", whole=True), error, _errors(kernels, train, test), title=f"RBFM, {label}")
+    return kept(Plot([panel], PlotTable(("kernels", "train_mse", "test_mse"), rows), 2.2), folder, "kernels")
+
+
+def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]:
+    return [
+        Line(x, train, "series0", f"{prefix}training", marked=True),
+        Line(x, test, "series1", f"{prefix}test", dashed=True, marked=True),
+    ]

@@ -1,0 +1,223 @@
+"""Figures 4 and 5 and the RBFM's kernels show error against spread, neurons and kernels.
+
+Networks are trained on centroids. What counts (the best spread of each size, the best restart) is scored on all rows;
+the scan over spreads on centroids, with the scatter inside their cells; each restart on every tenth training row.
+
+Each point is a task. A task gets the recipe of its runs, never their rows; a process that has made them keeps them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from erclutch.fit.centroids import Centroids, compress
+from erclutch.fit.networks.backprop import WeightedRows, tables_of
+from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
+from erclutch.fit.networks.fit_network import mean_squares, scaling_of, slips_for, spaced_by
+from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weights_for
+from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
+from erclutch.logs.dataset import Dataset
+from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
+from erclutch.runs.cluster import TaskPool
+from erclutch.signals.array import Array
+from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.paper.tables import law_fit
+
+Report = Callable[[int, int, str], None]
+
+#: Figure 4: spreads (inputs normalised to [0, 1]) and neurons.
+SPREADS = tuple(float(s) for s in np.geomspace(0.03, 3.0, 20))
+RBFN_NEURONS: tuple[int, ...] = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 100)
+#: Figure 5.
+FNN_NEURONS = tuple(range(1, 31))
+RESTARTS = 10
+KERNELS = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20)
+_COARSE_STEPS, _FINE_STEPS = 60, 40
+
+
+@dataclass(frozen=True)
+class RunsRecipe:
+    """How a training run and a test run are made, anywhere.
+
+    Attributes:
+        make: a function at the top of a module; gives both, in this order.
+        options: its arguments by name, small and hashable.
+    """
+
+    make: Callable[..., dict[str, Dataset]]
+    options: tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class SweepTask:
+    """One point of a sweep: the runs, the seed of starts, and what is swept."""
+
+    runs: RunsRecipe
+    seed: int
+    neurons: int = 0
+    spread: float = 0.0
+    restarts: int = 0
+
+
+@lru_cache(maxsize=2)
+def made(runs: RunsRecipe) -> tuple[Dataset, Dataset]:
+    """The training run and the test run; kept by this process."""
+    train, test = runs.make(**dict(runs.options)).values()
+    return train, test
+
+
+class UnitRows:
+    """Rows of two runs in a network's normalised units."""
+
+    def __init__(self, structure: NetworkStructure, train: Dataset, test: Dataset) -> None:
+        x, xt = (inputs_of(structure, d.elements, d.clock, d.extras, {}) for d in (train, test))
+        scaling = scaling_of(x, train.effort, structure.kind)
+        self.x, self.x_test = scaling.inputs(x), scaling.inputs(xt)
+        self.scale = scaling.effort_scale
+        self.y, self.y_test = ((d.effort - scaling.effort_offset) / self.scale for d in (train, test))
+        squares = mean_squares(structure, x)
+        self.spaced, self.slips = spaced_by(structure, x, squares), slips_for(structure, scaling, squares)
+
+    def cells(self, level: int) -> Centroids:
+        """Centroids of the training rows."""
+        return compress(self.x, self.y, level, self.spaced)
+
+    def errors(self, forward: Callable[[Array], Array]) -> list[float]:
+        """Mean squared errors in the data's units, on the training and on the test rows."""
+        return [
+            float(np.mean((y - _in_blocks(forward, x)) ** 2)) * self.scale**2
+            for x, y in ((self.x, self.y), (self.x_test, self.y_test))
+        ]
+
+    def thinned_error(self, tables: dict[str, Array]) -> float:
+        """Mean squared error of an FNN on every tenth training row."""
+        found = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
+        return float(np.mean((self.y[::10] - found) ** 2)) * self.scale**2
+
+
+def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
+    return np.concatenate([forward(x[:, at : at + 8192]) for at in range(0, x.shape[1], 8192)])
+
+
+@lru_cache(maxsize=2)
+def _unit(runs: RunsRecipe, kind: str) -> tuple[UnitRows, Centroids, Centroids]:
+    """The rows as a network of this kind takes them, and their centroids, coarse and fine."""
+    train, test = made(runs)
+    unit = UnitRows(network_from_name(f"{kind}-1", train.device), train, test)
+    return unit, unit.cells(1), unit.cells(2)
+
+
+@lru_cache(maxsize=len(SPREADS))
+def _centres(runs: RunsRecipe, seed: int, spread: float) -> Array:
+    """Centres that forward selection takes at a spread, the best first."""
+    _, cells, _ = _unit(runs, "rbfn")
+    pool = candidates(cells, seed)
+    return pool[forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]]
+
+
+def _spread_scan(task: SweepTask) -> list[float]:
+    """Training errors on centroids at one spread, by neurons."""
+    unit, _, fine = _unit(task.runs, "rbfn")
+    centres = _centres(task.runs, task.seed, task.spread)
+    left = [_tables(fine, centres[:n], task.spread)[1] + fine.scatter for n in RBFN_NEURONS]
+    return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
+
+
+def _rbfn_errors(task: SweepTask) -> list[float]:
+    """Errors on all rows of one size at one spread."""
+    unit, _, fine = _unit(task.runs, "rbfn")
+    tables, _ = _tables(fine, _centres(task.runs, task.seed, task.spread)[: task.neurons], task.spread)
+    return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
+
+
+def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
+    """Figure 4: errors over spread and neurons.
+
+    Returns:
+        ``spreads``; ``neurons``; ``scan``, training errors on centroids, shape (spreads, neurons); and at the best
+        spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
+    """
+    total = len(SPREADS) + len(RBFN_NEURONS)
+    scans = {f"spread {spread!r}": SweepTask(runs, seed, spread=spread) for spread in SPREADS}
+    scan = np.array(points.fill(pool, _spread_scan, scans, lambda i, key: report(i, total, key)))
+    best = np.array(SPREADS)[np.argmin(scan, axis=0)]
+    sizes = {
+        f"neurons {n!r}": SweepTask(runs, seed, n, spread)
+        for n, spread in zip(RBFN_NEURONS, best.tolist(), strict=True)
+    }
+    found = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
+    train_errors, test_errors = np.array(found).T
+    shown = {"spreads": SPREADS, "neurons": RBFN_NEURONS, "scan": scan, "best_spread": best}
+    return {**shown, "train": train_errors, "test": test_errors}
+
+
+def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
+    """An RBFN with output weights from centroids, and its weighted sum of squares there."""
+    spreads = np.full(len(centres), spread)
+    w, left = weights_for(cells.x, cells.y, cells.count, centres, spreads)
+    return {"centres": centres, "spreads": spreads, "w": w[:-1], "b": w[-1:]}, left
+
+
+def fnn_sweep(
+    runs: RunsRecipe,
+    pool: TaskPool,
+    points: Points,
+    seed: int,
+    report: Report,
+    neurons: Sequence[int] = FNN_NEURONS,
+    restarts: int = RESTARTS,
+) -> dict[str, Any]:
+    """Figure 5: errors over neurons, each with restarts.
+
+    Returns:
+        ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
+    """
+    tasks = {f"neurons {n!r}": SweepTask(runs, seed, n, restarts=restarts) for n in neurons}
+    found = points.fill(pool, _fnn_errors, tasks, lambda i, key: report(i, len(neurons), key))
+    train_errors, test_errors = np.array([f["best"] for f in found]).T
+    tried = np.array([f["all"] for f in found])
+    return {"neurons": tuple(neurons), "train": train_errors, "test": test_errors, "restarts": tried}
+
+
+def _fnn_errors(task: SweepTask) -> dict[str, Any]:
+    """Errors on all rows of the best restart, and of all restarts on every tenth training row."""
+    unit, coarse, fine = _unit(task.runs, "fnn")
+    n, sizes = task.neurons, (unit.x.shape[0], task.neurons, 1)
+    tries = [_trained(coarse, sizes, [task.seed, n, k], unit.slips) for k in range(task.restarts)]
+    best = min(tries, key=lambda t: t.cost)
+    rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
+    tables = tables_of(levenberg_marquardt(rows, best.theta, _FINE_STEPS).theta, sizes)
+    each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
+    return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
+
+
+def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips: Slips) -> Trained:
+    """One restart. Rows are weighted by count over mean count, so a cost over m rows is m times the mean error."""
+    rows = WeightedRows(cells.x, cells.y, cells.count, sizes, single=True)
+    first = first_weights(np.random.default_rng(list(seed)), sizes, slips)
+    return levenberg_marquardt(rows, with_best_output(rows, first), _COARSE_STEPS)
+
+
+def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
+    """RBFM: errors over the number of kernels.
+
+    Returns:
+        ``kernels``, ``train``, ``test``.
+    """
+    tasks = {f"kernels {n!r}": SweepTask(runs, seed, n) for n in KERNELS}
+    found = points.fill(pool, _kernel_errors, tasks, lambda i, key: report(i, len(KERNELS), key))
+    train_errors, test_errors = np.array(found).T
+    return {"kernels": KERNELS, "train": train_errors, "test": test_errors}
+
+
+def _kernel_errors(task: SweepTask) -> list[float]:
+    train, test = made(task.runs)
+    model = law_fit(train, f"rbfm-{task.neurons}" + ("/forward" if train.device == "coaxial" else "")).model
+    return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]

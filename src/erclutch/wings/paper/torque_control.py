@@ -1,0 +1,393 @@
+"""Torque control on the TWIN by the loop's own C core: each model with each way to know the torque, over many seeds.
+
+The output shaft is held, as on a test bench. Models are fitted to a log of the same TWIN and never see its parameters.
+Numbers of the controller and of the log were tuned on logs and runs of the seeds 1001 to 1008 alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tempfile
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import RunError, SettingError
+from erclutch.fit.comparison import Settings, compare
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import Recording
+from erclutch.signals.speed import Derivative
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.c_build import SOURCES
+from erclutch.wings.live.live_model import live_model
+from erclutch.wings.live.offered_programs import SOFT, field_table, rig_settings, shaft_angle
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
+from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.rig.twin.excitation import FieldSettings, torque_sequence
+from erclutch.wings.rig.twin.parameters import RigParameters
+from erclutch.wings.rig.twin.twin import LABEL, PERIOD
+
+#: Model of the inverse -> its law or network, and the memory that is fitted with it.
+INVERSES: Mapping[str, tuple[str, str]] = {
+    "Bingham": ("bingham", "none"),
+    "fnn-16": ("fnn-16", "none"),
+    "Bingham and fnn-16": ("bingham+fnn-16", "none"),
+    "law with memory": ("seo-seo", "rise-fall"),
+}
+_STAGES: Mapping[str, Any] = {"torque_lead": 1.5e-3, "least_slip": 5.0}
+#: What the controller knows of the torque -> its settings.
+KNOWS: Mapping[str, Mapping[str, Any]] = {
+    "inverse alone": {},
+    "stages": {**_STAGES, "observer": "none"},
+    "stages, motion": {**_STAGES, "observer": "motion", "observer_bandwidth": 20.0, "gain_rate": 0.2},
+    "stages, sensor": {**_STAGES, "observer": "sensor", "observer_bandwidth": 30.0, "torque_lag": 1e-3},
+}
+#: What a run is called -> what differs in the TWIN; the models do not know it.
+WITHHELD: Mapping[str, tuple[float, float]] = {"+20 K": (20.0, 1.0), "-20 K": (-20.0, 1.0)} | {
+    f"{100 * (share - 1):+.0f} % yield": (0.0, share) for share in (1.2, 0.8)
+}
+_AMPLITUDE, _MOTOR = 0.08, 0.2  # N m
+_ROWS = 10_000
+_SETTLING = 1000  # rows: the motor runs up
+_LOG_ROWS, _FREE_ROWS = 120_000, 12_000
+_PARTS = 4  # of the log, each with a held and a free output, so that each fold of a fit has both
+_PUSH = 0.05, 0.4  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
+_EACH = 500  # rows of one largest field
+_LOCK = 1000  # rows between two steps
+_FASTEST = 150.0  # Hz
+#: Edges of the frequencies in which errors of the chirp are counted, in Hz.
+EDGES = np.geomspace(0.1, 10.0, 9)
+
+Figures = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class ControlRun:
+    """Figures of one model with one controller and one seed.
+
+    Attributes:
+        seed, model, knows: which.
+        figures: of torque control RMS errors as shares of the reference's range (chirp, steps, random, and `WITHHELD`),
+            of the chirp by frequency (bands), what `reaches` finds (bandwidth, within 10 %), and whether the locked
+            regime is stable. Of the experiments with a hand see `impedance_figures` and `wall_figures`.
+    """
+
+    seed: int
+    model: str
+    knows: str
+    figures: Figures
+
+
+def kept_runs(
+    folder: Path, rig: RigParameters, name: str = "control", asked: Mapping[str, Any] | None = None
+) -> Points:
+    """Runs that are finished already, of the same TWIN and the same controllers.
+
+    Args:
+        folder: where they are kept; it is made.
+        rig: parameters of the TWIN.
+        name: of the experiment.
+        asked: what else its results depend on.
+
+    Raises:
+        RunError: the folder cannot be made, or the file not read.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
+    core = hashlib.sha256(b"\0".join(file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]")))).hexdigest()
+    runs = (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK)
+    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, "runs": runs}
+    about |= {"core": core, **(asked or {})}
+    return Points(folder / f"{name}.jsonl", about, f"file of {name} runs")
+
+
+def control_runs(
+    seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
+) -> list[ControlRun]:
+    """Torque control by all models with all controllers; see `seeded_runs`.
+
+    Raises:
+        SettingError: no seeds.
+    """
+    return seeded_runs(seeds, KNOWS, partial(fitted_models, rig), partial(_figures, rig), points, report)
+
+
+def seeded_runs(
+    seeds: int,
+    known: Collection[str],
+    fit: Callable[[int, Path], Any],
+    figures: Callable[[Any, str, str, int], Figures],
+    points: Points,
+    report: Callable[[float, float | None, str], None],
+) -> list[ControlRun]:
+    """Each model with each controller on the seeds 0, 1, ...; models are fitted where a run is not finished yet.
+
+    Args:
+        seeds: how many.
+        known: what the controllers know, of `KNOWS`.
+        fit: makes what ``figures`` needs of a seed's models, with a folder for files.
+        figures: of that, the model, what the controller knows, and the seed.
+        points: where finished runs are kept.
+        report: called after each run with (done, total, what).
+
+    Raises:
+        SettingError: no seeds.
+    """
+    if not 1 <= seeds <= 1000:
+        raise SettingError(f"--seeds {seeds}", remedy="Give 1 to 1000")
+    found: list[ControlRun] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(seeds):
+            fitted = cache(partial(fit, seed, Path(folder)))
+            for model, knows in product(INVERSES, known):
+                key = f"{seed}, {model}, {knows}"
+                made = points.get(key, lambda of=fitted, m=model, k=knows, s=seed: figures(of(), m, k, s))
+                found.append(ControlRun(seed, model, knows, made))
+                report(len(found), seeds * len(INVERSES) * len(known), key)
+    return found
+
+
+# --- models -----------------------------------------------------------------------------------------------------------
+
+
+def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str, LiveModel], dict[str, float]]:
+    """The models of a log of the TWIN, ready for the loop, and what the log says of the drive.
+
+    Args:
+        rig: parameters of the TWIN.
+        seed: of the log.
+        folder: for the models' files.
+    """
+    held, free = (_log(rig, seed, rows, held=rows == _LOG_ROWS) for rows in (_LOG_ROWS, _FREE_ROWS))
+    parts = zip(*(np.array_split(frames, _PARTS) for frames in (held, free)), strict=True)
+    data = joined([frames_dataset(frames) for pair in parts for frames in pair])
+    return fitted_inverses(data, f"{seed}", folder), drive_numbers(held)
+
+
+def fitted_inverses(data: Dataset, stem: str, folder: Path) -> dict[str, LiveModel]:
+    """The models of `INVERSES` on a log, ready for the loop; their files begin with ``stem``."""
+    models: dict[str, LiveModel] = {}
+    for name, (specification, lag) in INVERSES.items():
+        outcome = compare(data, Settings(models=(specification,), lag=lag)).entries[0].outcome
+        file = folder / f"{stem}-{specification}.json"
+        file.write_text(json.dumps(outcome.model.to_dict()), encoding="utf-8")
+        models[name] = live_model(file, data.device)
+    return models
+
+
+def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
+    """Frames of random fields and motor torques. A network needs an output that moves at times."""
+    rng = np.random.default_rng([seed, held])
+    table = field_table(rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
+    table[:, 2] = torque_sequence(rows, rng, *_PUSH, settings=FieldSettings(highest=20.0))
+    sizes = np.repeat(rng.uniform(0.2, 1.0, rows // _EACH + 1), _EACH)[:rows]
+    table[:, :2] *= (0.8 if held else 0.3) * sizes[:, None]
+    soft = 0.0 if held else shaft_angle(rig, SOFT)
+    program = LoopProgram("log", Mode.FIELDS, Waveform.TABLE, soft=soft, table=table)
+    settings = rig_settings(rig, [program])
+    return AcceleratedRun(settings, None, rig, seed=seed, speed=40.0, locked=held).frames(rows)[0]
+
+
+def frames_dataset(frames: Any, device: DeviceName = "coaxial") -> Dataset:
+    """Rows of the fields and angles of a period, and of the torque at its end."""
+    names = {"E1": "field1", "E2": "field2", "theta": "theta", "alpha": "alpha"}
+    signals = {name: np.ascontiguousarray(frames[column][:-1]) for name, column in names.items()}
+    units = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
+    if device == "single":
+        signals = {"field": signals["E1"], "slip": np.ascontiguousarray(frames["theta_dot"])[:-1]}
+        units = {"field": "", "slip": "rad/s", "effort": "N*m"}
+    signals["T" if device == "coaxial" else "effort"] = np.ascontiguousarray(frames["torque"][1:])
+    rows = len(frames) - 1
+    recording = Recording(
+        name="log",
+        signals=signals,
+        units=units,
+        time=np.arange(rows, dtype=np.float64) * PERIOD,
+        period=PERIOD,
+        segments=((0, rows),),
+        uniform=True,
+        digest="",
+        origin=LABEL,
+    )
+    return build_dataset([recording], device=device, derivative=Derivative("kalman"))
+
+
+def drive_numbers(frames: Any) -> dict[str, float]:
+    """Inertia, dry friction and drag of the drive out of a log with a held output, by least squares.
+
+    Args:
+        frames: dtype `erclutch.wings.live.layout.FRAME`, shape (n,).
+    """
+    window, before = 50, 20
+    side = np.sign(frames["field1"] - frames["field2"])
+    starts = range(before, len(frames) - window - 1, window)
+    kept = [k for k in starts if side[k] and np.ptp(side[k - before : k + window]) == 0]
+
+    def mean(values: Array) -> Array:
+        return np.array([values[k : k + window].mean() for k in kept])
+
+    speed, which, at = mean(frames["theta_dot"]), side[kept], np.array(kept)
+    gained = (frames["theta_dot"][at + window] - frames["theta_dot"][at]) / (window * PERIOD)
+    turning = speed > 20.0
+    columns = [gained, np.ones(len(kept)), speed * (which > 0), speed * (which < 0)]
+    rest: Array = mean(frames["motor_torque"]) - which * mean(frames["torque"])
+    known: Array = np.column_stack(columns)[turning]
+    found = np.linalg.lstsq(known, rest[turning], rcond=None)[0]
+    names = ("drive_inertia", "drive_friction", "drive_drag_1", "drive_drag_2")
+    return dict(zip(names, found.tolist(), strict=True))
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
+
+
+def _chirp(low: float, high: float, rows: int = _ROWS) -> tuple[Array, Array]:
+    """Phase and frequency of a chirp with as much time in each decade; in rad and rad/s."""
+    growth = math.log(high / low) / (rows * PERIOD)
+    omega = 2.0 * math.pi * low * np.exp(growth * np.arange(rows) * PERIOD)
+    return (omega - omega[0]) / growth, omega
+
+
+def _sine(phase: Array, omega: Array, motor: float) -> Array:
+    reference = _AMPLITUDE * np.sin(phase), _AMPLITUDE * omega * np.cos(phase)
+    return np.column_stack([*reference, np.full(phase.size, motor)])
+
+
+def _steps(rng: np.random.Generator, motor: float) -> Array:
+    value = np.repeat(rng.uniform(-_AMPLITUDE, _AMPLITUDE, _ROWS // 500), 250)
+    return np.column_stack([value, np.zeros(value.size), np.full(value.size, motor)])
+
+
+def _random(rng: np.random.Generator, motor: float) -> Array:
+    """A sum of sines up to 10 Hz with random phases."""
+    time, omega = np.arange(_ROWS) * PERIOD, 2.0 * math.pi * rng.uniform(0.1, 10.0, 24)
+    phase = np.outer(time, omega) + rng.uniform(0.0, 2.0 * math.pi, omega.size)
+    value, rate = np.sin(phase).sum(axis=1), np.cos(phase) @ omega
+    scale = _AMPLITUDE / float(np.max(np.abs(value)))
+    return np.column_stack([scale * value, scale * rate, np.full(_ROWS, motor)])
+
+
+def _beyond_the_motor() -> Array:
+    """Steps that the motor cannot hold: it stalls, and both sides stand."""
+    value = np.where(np.arange(8 * _LOCK) // _LOCK % 2 == 0, 0.12, -0.12)
+    return np.column_stack([value, np.zeros(value.size), np.full(value.size, 0.06)])
+
+
+def _figures(
+    rig: RigParameters, fitted: tuple[dict[str, LiveModel], dict[str, float]], model: str, knows: str, seed: int
+) -> Figures:
+    models, drive = fitted
+    settings = {**KNOWS[knows], **(drive if KNOWS[knows].get("observer") == "motion" else {})}
+    rng = np.random.default_rng([seed, 7])
+    motor, speed = rng.uniform(0.18, 0.22), rng.uniform(50.0, 150.0)
+
+    def run(table: Array, on: RigParameters = rig) -> Any:
+        program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
+        own = rig_settings(rig, [program], **settings)
+        return AcceleratedRun(own, models[model].library, on, seed=seed + 100, speed=speed, locked=True).frames(
+            len(table)
+        )[0]
+
+    slow, fast = _chirp(0.1, 10.0), _chirp(0.5, _FASTEST)
+    chirp = run(_sine(*slow, motor))
+    off, band = chirp["torque"] - chirp["reference"], np.digitize(slow[1] / (2.0 * math.pi), EDGES[1:-1])
+    width, near = reaches(run(_sine(*fast, motor)), *fast)
+    found: dict[str, Any] = {
+        "chirp": error_share(chirp),
+        "bands": [_rms(off[(band == b) & (np.arange(_ROWS) >= _SETTLING)]) for b in range(EDGES.size - 1)],
+        "steps": error_share(run(_steps(rng, motor))),
+        "random": error_share(run(_random(rng, motor))),
+        "bandwidth": width,
+        "within 10 %": near,
+        "locked": stands_still(run(_beyond_the_motor())),
+    }
+    for name, (warmer, share) in WITHHELD.items():
+        changes = {f"clutch.rated_torque_{n}": share * rig.value(f"clutch.rated_torque_{n}") for n in (1, 2)}
+        found[name] = error_share(run(_sine(*slow, motor), rig.changed({**changes, "thermal.room": warmer})))
+    return found
+
+
+def _rms(off: Array) -> float:
+    return math.sqrt(float(np.mean(off * off))) / (2.0 * _AMPLITUDE) if off.size else math.nan
+
+
+def error_share(frames: Any) -> float:
+    """RMS of torque less reference, as a share of the range of all references; the first second does not count."""
+    return _rms((frames["torque"] - frames["reference"])[_SETTLING:])
+
+
+def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
+    """Frequencies in Hz up to which a chirp's torque keeps its amplitude (-3 dB), and is off by less than 10 % of it.
+
+    Args:
+        frames: of a chirp.
+        phase: of the chirp in rad, shape (n,).
+        omega: its rate in rad/s, shape (n,).
+
+    Returns:
+        Both; the chirp's highest frequency where the torque never leaves the limit.
+    """
+    turning, cycles = np.exp(-1j * phase), 4
+    edges = np.searchsorted(phase, np.arange(0.0, phase[-1], 2.0 * math.pi * cycles))
+    spans = [slice(a, b) for a, b in pairwise(edges.tolist()) if a >= _SETTLING]
+
+    def amplitude(name: str) -> NDArray[np.complex128]:
+        values: Array = frames[name]
+        return np.array([complex(np.mean(values[at] * turning[at])) for at in spans])
+
+    got, wanted = amplitude("torque"), amplitude("reference")
+    at = np.array([omega[span.start] for span in spans]) / (2.0 * math.pi)
+
+    def first(beyond: NDArray[np.bool_]) -> float:
+        return float(at[np.argmax(beyond)]) if beyond.any() else float(omega[-1] / (2.0 * math.pi))
+
+    return first(abs(got) < abs(wanted) * math.sqrt(0.5)), first(abs(got - wanted) > 0.1 * abs(wanted))
+
+
+def describe_control(runs: Sequence[ControlRun]) -> Plot:
+    """RMS error of the chirp by frequency: a panel for each model, a line for each controller, means over the seeds."""
+    middle: Array = np.sqrt(EDGES[1:] * EDGES[:-1])
+    keep = slice(2, None)  # the motor runs up in the first second
+    panels: list[Panel] = []
+    columns: list[Array] = [middle[keep]]
+    names = ["frequency"]
+    for model in INVERSES:
+        marks: list[Line] = []
+        for style, knows in zip(("series3", "series1", "series2", "series0"), KNOWS, strict=True):
+            bands = [run.figures["bands"] for run in runs if (run.model, run.knows) == (model, knows)]
+            mean: Array = 100.0 * np.mean(np.array(bands, np.float64), axis=0)[keep]
+            marks.append(Line(middle[keep], mean, style, knows, marked=True))
+            columns.append(mean)
+            names.append(f"{model}, {knows}")
+        x, y = Axis("frequency", "Hz", 0.0, 10.0), Axis("RMS error", "% of range", 0.0, 4.0)
+        panels.append(Panel(x, y, marks, title=model))
+    table = PlotTable(names, np.column_stack(columns).tolist())
+    return Plot(panels, table, 2.6, PAGE, columns=3, badge="TWIN", legend="shared")
+
+
+def stands_still(frames: Any) -> bool:
+    """Whether a stalled motor is held without chatter.
+
+    The clutches change as often as the reference does, and neither field nor torque swings in the second half of each
+    step.
+    """
+    field = frames["field1"] - frames["field2"]
+    sides = field[field != 0.0]
+    changes = int(np.count_nonzero(np.diff(np.sign(sides))))
+    steps = [slice(k + _LOCK // 2, k + _LOCK) for k in range(0, len(frames), _LOCK)]
+    swing = max(float(np.std(field[at])) for at in steps), max(float(np.std(frames["torque"][at])) for at in steps)
+    calm = swing[0] < 0.01 * 0.5 and swing[1] < 0.02 * 2.0 * _AMPLITUDE
+    return calm and changes <= len(steps) - 1

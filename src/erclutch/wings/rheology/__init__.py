@@ -1,0 +1,1 @@
+"""Laws of shear stress are fitted to flow curves of a rheometer."""

@@ -1,0 +1,166 @@
+"""``erclutch demo`` goes the whole road, with the digital twin as the rig."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.errors import RunError, require
+
+if TYPE_CHECKING:
+    from erclutch.fit.comparison import Comparison
+    from erclutch.report.numbers.run_material import Material
+    from erclutch.signals.recording import Recording
+
+COMMAND = {
+    "help": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
+    "panel": "The road of a log",
+    "place": 1,
+}
+
+_WHAT = (
+    "A clutch with an electrorheological fluid passes a torque on that a voltage sets. To control it without a torque "
+    "sensor one needs a model of that torque. This demo makes one from a log, as you would from yours."
+)
+_TWIN = (
+    "The log comes from a digital twin of the rig of Huang and Ishikawa: two such clutches on a ball screw. It is a "
+    "computer's, no measurement, and none of the models below is what it is made of."
+)
+_MEANINGS = {
+    "bingham/forward": "a yield torque and a viscous one, the textbook law",
+    "seo-seo/forward": "a yield torque that dips with speed",
+    "hem/forward": "viscosity that follows the field",
+    "rbfm-5/forward": "viscosity as five bumps over the field",
+    "rbfm-10/forward": "viscosity as ten bumps over the field",
+    "rbfn-10": "a network of ten radial neurons, no physics inside",
+    "rbfn-50": "the same with fifty",
+    "fnn-6": "a network of six neurons",
+    "fnn-16": "the same with sixteen",
+    "fnn-10-6": "a network of two layers",
+}
+
+
+def demo(
+    *,
+    seconds: float = 290.0,
+    seed: int = 0,
+    out: Path = Path("erclutch-demo"),
+    open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
+) -> None:
+    """Let the digital TWIN collect a log, fit every model of the paper's table II, write a report.
+
+    Args:
+        seconds: Rig time of the log; the paper's log has 290.
+        seed: Seed of the commands and the noise.
+        out: Folder for the log, the run and the report; the folder of an earlier demo is replaced.
+        open_: Open the report.
+    """
+    require(10, 3600, " s", seconds=seconds)
+    require(0, seed=seed)
+    _may_write(out)
+    screen = terminal.console()
+    began = time.perf_counter()
+    screen.print(_WHAT, soft_wrap=not screen.is_terminal)
+    screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
+    _run(out, seconds, seed)
+    terminal.tell(f"{time.perf_counter() - began:.0f} s in all.")
+    if open_:
+        from erclutch.cli.commands.report import open_file
+
+        open_file(out / "report.html")
+
+
+def _may_write(folder: Path) -> None:
+    """The folder of an earlier demo may be replaced, nothing else."""
+    import os
+
+    if not folder.parent.is_dir() or not os.access(folder.parent, os.W_OK):
+        raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
+    if not folder.exists():
+        return
+    ours = {"report.html", "run", "twin.parquet"}
+    if not folder.is_dir() or {path.name for path in folder.iterdir()} != ours:
+        raise RunError("exists and is not the folder of a demo", where=str(folder), remedy="Give another --out")
+
+
+def _run(out: Path, seconds: float, seed: int) -> None:
+    """Collect, fit, report: in a folder that gets its name once all is there."""
+    from erclutch.files import whole_folder
+    from erclutch.logs import read
+    from erclutch.report.html.report_page import write_report
+    from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_folder import read_run, unwritable, write_run
+    from erclutch.wings.rig.commands.simulate import collect
+    from erclutch.wings.rig.twin.scenarios import prepare
+
+    with whole_folder(out, unwritable) as folder:
+        with _step("1 of 3  Collecting", "random fields on one clutch at a time, random motor torque (section III-B)"):
+            log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
+            recording = read(log, device="coaxial")
+        held = round(0.3 * recording.rows)
+        why = f"10 models on {recording.rows - held:,} rows; the last {held:,} are held out to judge them"
+        with _step("2 of 3  Fitting", why):
+            comparison = _fit(recording)
+            reading = {"device": "coaxial", "derivative": "difference"}
+            write_run(folder / "run", comparison, [recording], reading=reading)
+        with _step("3 of 3  Writing the report", "one file to look at and to forward"):
+            material = material_of(read_run(folder / "run"))
+            write_report(material, folder / "report.html")
+        _sum_up(material, comparison)
+    terminal.say(f"Report: {(out / 'report.html').resolve()}")
+    words = "Next, your own log: erclutch inspect LOG, then erclutch fit LOG --out RUN and erclutch report RUN."
+    terminal.tell(words)
+
+
+@contextmanager
+def _step(name: str, why: str) -> Generator[None, None, None]:
+    """A line that says what happens and why, and how long it took."""
+    terminal.tell(f"\n{name}: {why}")
+    began = time.perf_counter()
+    yield
+    terminal.tell(f"  done in {time.perf_counter() - began:.1f} s", style="dim")
+
+
+def _fit(recording: Recording) -> Comparison:
+    """Fit the models; a line for each as it is done, and a step of the bar."""
+    from erclutch.fit.comparison import Settings, compare
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.signals.speed import Derivative
+
+    data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
+    count = itertools.count(1)
+    with terminal.progress("laws first, then networks") as bar:
+
+        def fitted(done: int, total: int, name: str) -> None:
+            terminal.tell(f"  {name:<16} {_MEANINGS.get(name, '')}")
+            bar(next(count), len(_MEANINGS), f"fitted {name}")
+
+        return compare(data, Settings(models=("paper",), lag="none"), fitted)
+
+
+def _sum_up(material: Material, comparison: Comparison) -> None:
+    """The ranking, and what it means in plain words."""
+    from erclutch.cli import ranking_table
+    from erclutch.report.numbers.number_text import percent, plain
+
+    screen = terminal.console()
+    screen.print()
+    screen.print(ranking_table.ranking(comparison, screen.width))
+    chosen = material.run.entry(material.recommended)
+    textbook = next((name for name, role in material.shown.items() if role == "baseline"), material.recommended)
+    error = material.effort.of(chosen["test"]["rmse"][0])
+    words = (
+        f"Recommended: {chosen['name']}. On rows that it has not seen it errs by {error}, "
+        f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
+    )
+    if textbook != chosen["name"]:
+        theirs = material.run.entry(textbook)["test"]["rmse"][0]
+        words += f"; the textbook law {textbook} by {material.effort.of(theirs)}"
+    screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)

@@ -1,0 +1,71 @@
+"""``erclutch simulate`` writes logs of the digital twin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from erclutch.cli import terminal
+from erclutch.errors import SettingError
+from erclutch.files import may_write_file
+
+if TYPE_CHECKING:
+    from erclutch.wings.rig.twin.scenarios import TwinRun
+
+COMMAND = {
+    "help": "Run one of the paper's scenarios on the digital TWIN and write the log.",
+    "panel": "The digital TWIN and the paper",
+    "place": 1,
+}
+
+
+def simulate(
+    scenario: Annotated[str | None, Parameter(name="SCENARIO")] = None,
+    *,
+    out: Path | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    rig: Path | None = None,
+    force: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Run one of the paper's scenarios on the digital TWIN and write the log. Without a scenario: list them.
+
+    Args:
+        scenario: Which run.
+        out: Log to write: .parquet, .csv or .mat. Default: SCENARIO.parquet.
+        seconds: Rig time; default: the scenario's own.
+        seed: Seed of the commands and the noise.
+        rig: A rig file (TOML) with what differs from the default rig.
+        force: Replace a file that is there.
+    """
+    from erclutch.wings.rig.twin.parameters import load_rig
+    from erclutch.wings.rig.twin.scenarios import SCENARIOS, prepare
+
+    if scenario is None:
+        rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
+        terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
+        if out or seconds or seed or rig:
+            raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
+        return
+    run = prepare(scenario, rig=load_rig(rig), seconds=seconds, seed=seed)
+    path = out or Path(f"{scenario}.parquet")
+    may_write_file(path, force)
+    collect(run, path)
+    size = path.stat().st_size / 1e6
+    terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
+    terminal.say(f"{path}: {size:.1f} MB")
+    device = "" if run.scenario.single else " --device coaxial"
+    terminal.say(f"Next: erclutch fit {path}{device}")
+
+
+def collect(run: TwinRun, path: Path) -> Path:
+    """Let the twin run and write its log, with a progress bar on a terminal's standard error."""
+    from erclutch.logs.log_writer import write_log
+
+    what = "TWIN: compiling once, then running"
+    with terminal.progress(what) as bar:
+        return write_log(
+            path, run.names, run.chunks(), run.about(), rows=run.rows, progress=lambda s: bar(s, 1.0, what)
+        )

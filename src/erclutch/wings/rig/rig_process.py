@@ -1,0 +1,115 @@
+"""A rig runs in a process of its own: ``python -m erclutch.wings.rig.rig_process SPEC``, SPEC in JSON; see `start_rig`.
+
+It prints ``port N`` once it can be spoken to, and at its end what it counted. It ends with its parent, when told to
+(SIGTERM), or when a replay is over; at zero field in any case.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import ErclutchError
+from erclutch.wings.rig.interface import RigCommand, SteppedRig
+from erclutch.wings.rig.rig_server import RigServer
+
+_PRIORITY = 70
+
+
+class RigStartError(ErclutchError):
+    """A rig's process did not come up."""
+
+
+def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subprocess.Popen[str], int]:
+    """Start a rig's process.
+
+    Args:
+        spec: ``kind`` "twin" (``rig_file``, ``seed``, ``locked``, ``single``, ``speed``) or "replay" (``angles``: a
+            .npy file of shape (n, 3), ``period``); ``session``, ``device``, ``port`` (0: any).
+        timeout: how long the twin may compile, in s.
+
+    Returns:
+        The process and its UDP port on loopback.
+
+    Raises:
+        RigStartError: it ended, or said nothing in time.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "erclutch.wings.rig.rig_process", json.dumps(dict(spec))],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,  # Ctrl-C is for the loop first: the rig ends with its parent or when told to
+    )
+    assert process.stdout is not None
+    ready = select.select([process.stdout], [], [], timeout)[0]
+    line = process.stdout.readline() if ready else ""
+    if not line.startswith("port "):
+        process.kill()
+        process.wait()
+        raise RigStartError(
+            f"the rig's process did not start within {timeout:g} s", where=str(spec["kind"]), remedy="See its message"
+        )
+    return process, int(line.split()[1])
+
+
+def rig_of(spec: Mapping[str, Any]) -> tuple[SteppedRig, float]:
+    """The rig of a specification, ready to be stepped, and its lead in m."""
+    if spec["kind"] == "replay":
+        from erclutch.wings.rig.playback import Playback
+
+        return Playback(np.load(Path(spec["angles"]), allow_pickle=False), float(spec["period"])), 2.0 * np.pi
+    from erclutch.wings.rig.twin.parameters import load_rig
+    from erclutch.wings.rig.twin.twin import Twin
+
+    rig = load_rig(spec.get("rig_file") or None)
+
+    seed, speed = int(spec.get("seed", 0)), float(spec.get("speed", 0.0))
+    locked, single = bool(spec.get("locked", False)), bool(spec.get("single", False))
+    warm = Twin(rig)
+    warm.command(RigCommand(0.1, 0.0, 0.1))
+    for _ in range(3):  # compiled now, not in the first step
+        warm.step()
+    return Twin(rig, seed=seed, locked=locked, single=single, speed=speed), rig.value("screw.lead")
+
+
+def main(text: str) -> int:
+    """Serve until told to stop."""
+    spec = json.loads(text)
+    parent = os.getppid()
+    told: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, lambda number, _frame: told.append(number))
+    rig, lead = rig_of(spec)
+    device = spec.get("device", "coaxial")
+    server = RigServer(rig, session=int(spec["session"]), lead=lead, device=device, port=int(spec.get("port", 0)))
+    sys.stdout.write(f"port {server.port}\n")
+    sys.stdout.flush()
+    # Ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either.
+    with contextlib.suppress(AttributeError, OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    server.run(lambda: bool(told) or os.getppid() != parent)
+    counts = {**server.counts, **getattr(rig, "events", {})}
+    try:
+        sys.stdout.write(json.dumps(counts) + "\n")
+    except BrokenPipeError:  # nobody is left to read it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

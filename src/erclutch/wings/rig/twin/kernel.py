@@ -1,0 +1,232 @@
+"""One internal step moves the whole rig: forces, then speeds half a step later, then positions and states.
+
+Leapfrog: speeds live half a step behind positions and internal states. Elastic forces are explicit, viscous ones
+implicit by the mean of the old and the new speed, internal states move under the speed in the middle of their step.
+So the scheme is of second order, and the friction of sliding chains, seals and screw needs no special case at zero
+speed.
+
+Sign: + is the direction in which CH1 drives. Slips: w1 = omega - omega_r, w2 = -omega - omega_r.
+"""
+
+from __future__ import annotations
+
+import math
+
+from erclutch.signals.array import Array
+from erclutch.wings.rig.twin.dry_friction import bristle_after, stribeck
+from erclutch.wings.rig.twin.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
+from erclutch.wings.rig.twin.integrate import decay
+from erclutch.wings.rig.twin.jit import compiled
+from erclutch.wings.rig.twin.part_parameters import POINTS, Drive, Parts, Screw
+from erclutch.wings.rig.twin.supply import voltage_after
+
+# The state vector. Angles in rad, speeds in rad/s half a step behind them, the rest as named.
+THETA, OMEGA, PHI_R, OMEGA_R, PHI_L, OMEGA_L = 0, 1, 2, 3, 4, 5
+MOTOR, VOLT_1, VOLT_2, FIELD_1, FIELD_2 = 6, 7, 8, 9, 10
+BRISTLE_IN, SEAL_1, SEAL_2, BRISTLE_L = 11, 12, 13, 14
+WARMTH, METER_A, METER_B, TABLE = 15, 16, 17, 18
+# The ledger of energy in J: motor's work, field's work on strained chains, dissipation; and its smallest single term.
+WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
+TORQUE = 23  # torque of the fluid and seals on the rotors, N m
+PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27  # fields by the supply alone, and what stays of them, V/m
+STRUCTURE = 28  # of the chains, and their strain, at the points of gap 1, then of gap 2
+STRAIN = STRUCTURE + 2 * POINTS
+STIFF_1 = STRAIN + 2 * POINTS  # stiffness of fully built chains at the present fields, Pa
+STIFF_2 = STIFF_1 + 1
+SCRATCH = STIFF_2 + 1  # a number a point, twice
+SIZE = SCRATCH + 4 * POINTS
+
+# Loops over the points of both gaps write no sums, so that the compiler does several points at once; the sums follow in
+# a fixed order, so that every machine gets the same ones.
+
+
+@compiled
+def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Parts) -> tuple[float, ...]:
+    """Torque of the strained chains of gap 1 and 2, and of viscosity per slip."""
+    gaps, fluid = parts.gaps, parts.fluid
+    residual = fluid.residual_yield * (1.0 / fluid.yield_strain)
+    field_1, field_2, stiff_1, stiff_2 = x[FIELD_1], x[FIELD_2], x[STIFF_1], x[STIFF_2]
+    for i in range(gaps.arm.size):
+        stiffness = stiff_1 if i < POINTS else stiff_2
+        s = x[STRUCTURE + i]
+        shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
+        eta = viscosity(shear, s, field_1 if i < POINTS else field_2, warm, fluid)
+        x[SCRATCH + i] = gaps.weight[i] * (stiffness * s + residual) * x[STRAIN + i]
+        x[SCRATCH + 2 * POINTS + i] = gaps.thick[i] * eta
+    chains_1, chains_2, thick_1, thick_2 = 0.0, 0.0, 0.0, 0.0
+    for i in range(SCRATCH, SCRATCH + POINTS):
+        chains_1 += x[i]
+        chains_2 += x[i + POINTS]
+        thick_1 += x[i + 2 * POINTS]
+        thick_2 += x[i + 3 * POINTS]
+    return chains_1, chains_2, thick_1, thick_2
+
+
+@compiled
+def _gaps_after(
+    x: Array, omega: float, omega_r: float, before_1: float, before_2: float, firm: float, parts: Parts, dt: float
+) -> None:
+    """Structure and strain one step later, and their entries in the ledger."""
+    gaps, fluid = parts.gaps, parts.fluid
+    rate_1, halving_1 = structure_rates(0.5 * (before_1 + x[FIELD_1]), fluid)
+    rate_2, halving_2 = structure_rates(0.5 * (before_2 + x[FIELD_2]), fluid)
+    per_strain = 1.0 / fluid.yield_strain
+    full = firm * per_strain
+    soft_1, soft_2 = x[STIFF_1], x[STIFF_2]
+    stiff_1 = yield_stress(x[FIELD_1], parts.clutch_1.strength, fluid) * full
+    stiff_2 = yield_stress(x[FIELD_2], parts.clutch_2.strength, fluid) * full
+    x[STIFF_1], x[STIFF_2] = stiff_1, stiff_2
+    residual = fluid.residual_yield * per_strain
+    for i in range(gaps.arm.size):
+        first = i < POINTS
+        shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
+        s, z = x[STRUCTURE + i], x[STRAIN + i]
+        s_new = structure_after(s, rate_1 if first else rate_2, halving_1 if first else halving_2, shear, fluid, dt)
+        z_new = strain_after(z, shear, fluid, dt)
+        x[STRUCTURE + i], x[STRAIN + i] = s_new, z_new
+        soft = (soft_1 if first else soft_2) * s + residual
+        stiff = (stiff_1 if first else stiff_2) * s_new + residual
+        squared = 0.5 * gaps.volume[i] * (z * z + z_new * z_new)
+        x[SCRATCH + i] = 0.5 * squared * (stiff - soft)
+        x[SCRATCH + 2 * POINTS + i] = 0.5 * (soft + stiff) * squared * abs(shear) * per_strain * dt
+    gained, lost, smallest = 0.0, 0.0, x[SMALLEST]
+    for i in range(SCRATCH, SCRATCH + 2 * POINTS):
+        gained += x[i]
+        lost += x[i + 2 * POINTS]
+        smallest = min(smallest, x[i + 2 * POINTS])
+    x[FIELD_WORK] += gained
+    x[DISSIPATED] += lost
+    x[SMALLEST] = smallest
+
+
+@compiled
+def _dry(x: Array, at: int, speed: float, limit: float, stiffness: float, dt: float) -> None:
+    """A bristle one step later, and its entry in the ledger."""
+    x[at], lost = bristle_after(x[at], speed, limit, dt)
+    x[DISSIPATED] += stiffness * lost
+    x[SMALLEST] = min(x[SMALLEST], stiffness * lost)
+
+
+@compiled
+def _screw_limit(x: Array, screw: Screw, speed: float) -> float:
+    """Deflection of the screw's bristles in steady sliding: Stribeck, direction and place."""
+    limit = screw.presliding * stribeck(speed, screw.breakaway, screw.stribeck_speed)
+    place = 1.0 + screw.waviness * (math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7))
+    way = 1.0 + screw.asymmetry if speed > 0.0 else 1.0 - screw.asymmetry
+    return limit * place * way
+
+
+@compiled
+def _motor_torque(x: Array, drive: Drive) -> float:
+    """Torque on the input shaft, with its ripple."""
+    ripple = math.sin(8.0 * x[THETA]) + 0.4 * math.sin(24.0 * x[THETA] + 1.0)
+    return x[MOTOR] * (1.0 + drive.ripple * ripple)
+
+
+@compiled
+def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: float) -> None:
+    """Voltages and fields in the gaps one step later."""
+    share = 1.0 - decay(dt / parts.fluid.polarisation)
+    stays = 1.0 - decay(dt / parts.fluid.residual_time)
+    for channel in range(2):
+        command = first if channel == 0 else second
+        voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
+        middle = 0.5 * (voltage + x[VOLT_1 + channel])
+        x[VOLT_1 + channel] = voltage
+        prompt = x[PROMPT_1 + channel] + share * (middle / parts.clutch_1.gap - x[PROMPT_1 + channel])
+        prompt = prompt if prompt > 1.0 else 0.0  # below 1 V/m it is off
+        x[PROMPT_1 + channel] = prompt
+        x[RESIDUE_1 + channel] += stays * (prompt - x[RESIDUE_1 + channel])
+        field = prompt + parts.fluid.residual_field * (x[RESIDUE_1 + channel] - prompt)
+        x[FIELD_1 + channel] = field if field > 1.0 else 0.0
+
+
+@compiled
+def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) -> None:
+    """New speeds from the forces at this time; work and viscous losses into the ledger."""
+    drive, screw = parts.drive, parts.screw
+    chains_1, chains_2, thick_1, thick_2 = _gap_torques(x, x[OMEGA], x[OMEGA_R], warm, parts)
+    pull_1 = chains_1 + parts.clutch_1.seal / parts.clutch_1.seal_slip * x[SEAL_1]
+    pull_2 = chains_2 + parts.clutch_2.seal / parts.clutch_2.seal_slip * x[SEAL_2]
+    twist = screw.stiffness * (x[PHI_R] - x[PHI_L])
+    limit = screw.half_stroke / screw.lead * 2.0 * math.pi
+    beyond = max(abs(x[PHI_L]) - limit, 0.0)
+    stop = math.copysign(screw.stop_stiffness * beyond, x[PHI_L])
+    drag = screw.viscous + (screw.stop_damping if beyond > 0.0 else 0.0)
+    motor = _motor_torque(x, drive)
+    # (2 J / dt + K) v = force + 2 J / dt v_old for the mean speeds v, K tridiagonal and symmetric.
+    j_in, j_r, j_l = 2.0 * drive.inertia / dt, 2.0 * screw.rotor_inertia / dt, 2.0 * screw.load_inertia / dt
+    f_in = motor - drive.coulomb / drive.presliding * x[BRISTLE_IN] - pull_1 + pull_2 + j_in * x[OMEGA]
+    f_r = pull_1 + pull_2 - twist + j_r * x[OMEGA_R]
+    f_l = twist - screw.coulomb / screw.presliding * x[BRISTLE_L] - stop + j_l * x[OMEGA_L]
+    across = thick_2 - thick_1
+    d_in = j_in + drive.viscous + thick_1 + thick_2
+    d_r = j_r + thick_1 + thick_2 + screw.damping
+    d_l = j_l + screw.damping + drag
+    d_r -= across * across / d_in
+    f_r -= across / d_in * f_in
+    if locked:  # the output keeps the speed that it has: 0, or what a hand gives it
+        v_l = x[OMEGA_L]
+        v_r = (f_r + screw.damping * v_l) / d_r
+    else:
+        d_l -= screw.damping * screw.damping / d_r
+        v_l = (f_l + screw.damping / d_r * f_r) / d_l
+        v_r = (f_r + screw.damping * v_l) / d_r
+    v_in = (f_in - across * v_r) / d_in
+    x[OMEGA], x[OMEGA_R] = 2.0 * v_in - x[OMEGA], 2.0 * v_r - x[OMEGA_R]
+    x[OMEGA_L] = v_l if locked else 2.0 * v_l - x[OMEGA_L]
+    w_1, w_2 = v_in - v_r, -v_in - v_r
+    x[TORQUE] = pull_1 + pull_2 + thick_1 * w_1 + thick_2 * w_2
+    x[WORK] += motor * v_in * dt
+    lost = thick_1 * w_1 * w_1 + thick_2 * w_2 * w_2 + drive.viscous * v_in * v_in
+    lost += screw.damping * (v_r - v_l) * (v_r - v_l) + drag * v_l * v_l
+    x[DISSIPATED] += lost * dt
+    _meter_after(x, twist + screw.damping * (v_r - v_l), parts, dt)
+
+
+@compiled
+def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
+    """The torque meter: two first-order stages."""
+    share = 1.0 - decay(2.0 * math.pi * parts.sensors.torque_bandwidth * dt)
+    x[METER_A] += share * (torque - x[METER_A])
+    x[METER_B] += share * (x[METER_A] - x[METER_B])
+
+
+@compiled
+def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, firm: float, dt: float) -> None:
+    """Positions and internal states under the new speeds."""
+    drive, screw = parts.drive, parts.screw
+    omega, omega_r, omega_l = x[OMEGA], x[OMEGA_R], x[OMEGA_L]
+    lost = x[DISSIPATED]
+    field_1, field_2 = x[FIELD_1], x[FIELD_2]
+    _electric_after(x, parts, first, second, dt)
+    _gaps_after(x, omega, omega_r, field_1, field_2, firm, parts, dt)
+    for channel in range(2):
+        clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
+        slip = (omega if channel == 0 else -omega) - omega_r
+        _dry(x, SEAL_1 + channel, slip, clutch.seal_slip, clutch.seal / clutch.seal_slip, dt)
+    electric = x[VOLT_1] ** 2 / parts.supply.leakage_1 + x[VOLT_2] ** 2 / parts.supply.leakage_2
+    heat = (x[DISSIPATED] - lost) / dt + electric
+    x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
+    limit = drive.presliding * stribeck(omega, drive.breakaway, drive.stribeck_speed)
+    _dry(x, BRISTLE_IN, omega, limit, drive.coulomb / drive.presliding, dt)
+    _dry(x, BRISTLE_L, omega_l, _screw_limit(x, screw, omega_l), screw.coulomb / screw.presliding, dt)
+    wanted = min(max(motor, -drive.torque_limit), drive.torque_limit)
+    x[MOTOR] += (wanted - x[MOTOR]) * (1.0 - decay(dt / drive.torque_time))
+    x[THETA] += dt * omega
+    x[PHI_R] += dt * omega_r
+    x[PHI_L] += dt * omega_l
+    place = x[PHI_L] * screw.lead / (2.0 * math.pi)
+    x[TABLE] = min(max(x[TABLE], place - 0.5 * screw.backlash), place + 0.5 * screw.backlash)
+
+
+@compiled
+def advance(
+    x: Array, parts: Parts, first: float, second: float, motor: float, locked: bool, dt: float, steps: int
+) -> None:
+    """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
+    above = parts.thermal.room + x[WARMTH]  # the reference temperature; slow: once a call will do
+    warm, firm = math.exp(-parts.thermal.thinning * above), math.exp(-parts.thermal.softening * above)
+    for _ in range(steps):
+        _speeds_after(x, parts, warm, locked, dt)
+        _states_after(x, parts, first, second, motor, firm, dt)

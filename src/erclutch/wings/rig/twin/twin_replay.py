@@ -1,0 +1,64 @@
+"""The twin follows the commands of a log from a measured start."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from erclutch.signals.array import Array
+from erclutch.wings.rig.twin import kernel as k
+from erclutch.wings.rig.twin.fluid import structure_rates
+from erclutch.wings.rig.twin.jit import compiled
+from erclutch.wings.rig.twin.part_parameters import POINTS, Parts
+
+
+@compiled
+def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) -> None:
+    """Inner states as after a while under constant commands and speeds: a guess that the first rows wash out."""
+    for channel in range(2):
+        wanted = max(field, 0.0) if channel == 0 else max(-field, 0.0)
+        voltage = min(wanted, parts.supply.command_limit) / parts.supply.command_limit * parts.supply.voltage_limit
+        x[k.VOLT_1 + channel] = voltage
+        for at in (k.FIELD_1, k.PROMPT_1, k.RESIDUE_1):
+            x[at + channel] = voltage / parts.clutch_1.gap
+        _, halving = structure_rates(x[k.FIELD_1 + channel], parts.fluid)
+        for i in range(channel * POINTS, channel * POINTS + POINTS):
+            slip = parts.gaps.way[i] * x[k.OMEGA] - x[k.OMEGA_R]
+            shear = slip * parts.gaps.arm[i]
+            x[k.STRUCTURE + i] = halving / (halving + abs(shear))
+            x[k.STRAIN + i] = math.copysign(parts.fluid.yield_strain, shear) if abs(slip) > 1.0 else 0.0
+    x[k.MOTOR] = motor
+    x[k.METER_A] = torque
+    x[k.METER_B] = torque
+
+
+@compiled
+def follow(parts: Parts, field: Array, motor: Array, start: Array, dt: float, steps: int) -> Array:
+    """Run the twin under a log's commands.
+
+    Args:
+        parts: of the rig.
+        field: signed field commands E1 - E2, shape (n,).
+        motor: motor torque in N m, shape (n,).
+        start: what was measured at the start: angles of the motor and the output in rad, their speeds in rad/s, and the
+            torque in N m, shape (5,).
+        dt: internal step in s.
+        steps: how many make a row.
+
+    Returns:
+        theta, alpha and the metered torque without noise, as sampled, shape (n, 3).
+    """
+    theta, alpha, theta_dot, alpha_dot, torque = start
+    x = np.zeros(k.SIZE)
+    x[k.THETA], x[k.OMEGA] = theta, theta_dot
+    x[k.PHI_L], x[k.OMEGA_L], x[k.OMEGA_R] = alpha, alpha_dot, alpha_dot
+    x[k.TABLE] = alpha * parts.screw.lead / 6.283185307179586
+    x[k.PHI_R] = alpha + torque / parts.screw.stiffness
+    _settled(x, parts, field[0], motor[0], torque)
+    out = np.empty((field.size, 3))
+    turn = 2.0 * math.pi / parts.screw.lead
+    for i in range(field.size):
+        out[i, 0], out[i, 1], out[i, 2] = x[k.THETA], x[k.TABLE] * turn, x[k.METER_B]
+        k.advance(x, parts, max(field[i], 0.0), max(-field[i], 0.0), motor[i], False, dt, steps)
+    return out

@@ -1,0 +1,442 @@
+"""The page of `erclutch app`: who gets an answer, what a form becomes, and the whole road in a real browser."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import closing, suppress
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.wings.app import actions
+from erclutch.wings.app.jobs import Job, Jobs
+from erclutch.wings.app.workspace import Workspace, WorkspaceError, plain_name
+
+CHROMIUM = Path("/usr/bin/chromium")
+NEES = Path(__file__).parents[3] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
+
+# --- forms ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_form_becomes_the_choices_that_somebody_made() -> None:
+    guessed = {"column.time": "t", "was.time": "t", "column.effort": "F", "unit.effort": "N", "was.effort": "F [N]"}
+    assert actions.chosen_of(guessed).words() == []
+    given = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "", "turn.slip": "on", "rate": "1 kHz"}
+    words = actions.chosen_of({**guessed, **given}).words()
+    assert words == ["--slip=-V [cm/s]", "--rate", "1 kHz"]
+    kept = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "V [cm/s]", "given.slip": "V [cm/s]"}
+    assert actions.chosen_of({**guessed, **kept}).words() == ["--slip", "V [cm/s]"]
+    taken_away = {"column.field": "", "was.field": "I [A]"}
+    assert actions.chosen_of({**guessed, **taken_away}).words() == ["--field", "none"]
+    run = {"device": "single", "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None}}
+    again = actions.chosen_of(dict(parse_qsl(actions.query_of(run)))).words()
+    assert again == ["--slip", "V [cm/s]", "--constant", "field=1 A", "--from", "2s"]
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        (
+            'Give it, such as --slip "V [cm/s]", or --field none if',
+            'Give it, such as “slip”: "V [cm/s]", or “field”: not logged if',
+        ),
+        ("cut the log there with --invalid drop.", "cut the log there with “invalid”: drop."),
+        ("Give --time or --rate HZ", "Give “time” or “rate”: HZ"),
+        ("such as --lag lag+dahl/field", "such as “Lags and memory”: lag+dahl/field"),
+        ('these: erclutch inspect \'a b.csv\' --E1 "x" --theta-dot "y"', 'these: “E1”: "x", “theta_dot”: "y"'),
+        ("Use --derivative central, without --lag", "Use --derivative central, without “Lags and memory”"),
+    ],
+)
+def test_a_message_names_the_fields_of_the_page(said: str, shown: str) -> None:
+    assert actions.on_page(said) == shown
+
+
+def test_a_fit_as_words_and_in_python() -> None:
+    form = {
+        "model.bingham": "on",
+        "models": "hem/square",
+        "lag": "none",
+        "test": "0.3",
+        "constant": "field=1 A",
+        "invalid": "drop",
+    }
+    words = actions.fit_words(form, ["a.csv", "b.csv"], "run")
+    assert words[:3] == ["fit", "a.csv", "b.csv"]
+    assert words[3:] == [
+        *("--constant", "field=1 A", "--invalid", "drop", "--models", "bingham", "hem/square", "--lag", "none"),
+        *("--out", "run"),
+    ]
+    script = actions.fit_in_python(form, ["a.csv"], "run")
+    compile(script, "script", "exec")
+    assert "{'columns': {}, 'constants': {'field': '1 A'}}, invalid='drop'" in script
+
+
+@given(st.text(max_size=130))
+def test_a_name_is_refused_or_stays_in_the_folder(name: str) -> None:
+    with suppress(WorkspaceError):
+        kept = Path("/there") / plain_name(name)
+        assert kept.parent == Path("/there")
+        assert not kept.name.startswith(("-", "."))
+
+
+@given(st.dictionaries(st.sampled_from(["models", "lag", "test", "seed", "rate", "column.slip"]), st.text(max_size=30)))
+def test_no_text_of_a_form_becomes_an_option(form: dict[str, str]) -> None:
+    with suppress(WorkspaceError):
+        words = actions.fit_words(form, ["log.csv"], "run")
+        known = {"--models", "--lag", "--test", "--seed", "--rate", "--slip", "--out"}
+        assert {word.split("=")[0] for word in words if word.startswith("-")} <= known
+
+
+def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
+    async def pieces(*parts: bytes, broken: bool = False) -> AsyncIterator[bytes]:
+        for part in parts:
+            yield part
+        if broken:
+            raise ConnectionError
+
+    space = Workspace(tmp_path)
+    assert asyncio.run(space.take("a.csv", pieces(b"1,", b"2\n"))) == ("a.csv", False)
+    assert asyncio.run(space.take("a.csv", pieces(b"3\n"))) == ("a-2.csv", False)
+    assert asyncio.run(space.take("a.csv", pieces(b"3", b"\n"))) == ("a-2.csv", True)
+    assert (tmp_path / "a.csv").read_bytes() == b"1,2\n"
+    for content in (pieces(b"1", broken=True), pieces()):
+        with pytest.raises(WorkspaceError):
+            asyncio.run(space.take("b.csv", content))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a-2.csv", "a.csv"]
+    (tmp_path / "a-run-estimate-2.csv").write_text("1")
+    assert [entry.name for entry in space.logs()] == ["a-2.csv", "a.csv"]
+    assert [entry.name for entry in space.results()] == ["a-run-estimate-2.csv"]
+
+
+def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:
+    outside, inside = tmp_path / "outside", tmp_path / "space"
+    for folder in (outside / "run", inside):
+        folder.mkdir(parents=True)
+    for path in (outside / "a.csv", outside / "a.html", outside / "a.toml", outside / "run" / "run.json"):
+        path.write_text("1")
+    (inside / "own.csv").write_text("1")
+    for path in outside.iterdir():
+        (inside / f"link-{path.name}").symlink_to(path)
+    (inside / "twin.csv").symlink_to(inside / "own.csv")
+    (inside / "loop.csv").symlink_to(inside / "loop.csv")
+    space = Workspace(inside)
+    assert {entry.name for entry in space.logs()} == {"own.csv", "twin.csv"}
+    assert (space.runs(), space.results(), space.mappings()) == ([], [], [])
+    assert space.path("twin.csv").read_text() == "1"
+    for name in ("link-a.csv", "link-run", "loop.csv"):
+        with pytest.raises(WorkspaceError, match="no such file or folder"):
+            space.path(name)
+
+
+def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
+    job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
+    while not job.lines and job.code is None and job.seconds < 3.0:
+        time.sleep(0.05)
+    job.cancel()
+    job.join(20.0)
+    assert job.state == "cancelled"
+    assert job.code == 130
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_log_is_looked_at_once_until_something_changes(tmp_path: Path) -> None:
+    jobs, space = Jobs(tmp_path), Workspace(tmp_path)
+    german(tmp_path / "log.csv")
+
+    def look() -> Job:
+        job = jobs.look("look", ["inspect", "log.csv", "--json"], space.state("log.csv"), "/log/log.csv")
+        job.join(30.0)
+        return job
+
+    first = look()
+    assert (first.state, json.loads(first.output)["choices"]["effort"]["unit"]) == ("done", "N m")
+    assert look() is first
+    (tmp_path / "log.csv.toml").write_text('[columns]\neffort = "-Drehmoment [mN*m]"\n')
+    second = look()
+    assert json.loads(second.output)["choices"]["effort"]["unit"] == "mN*m"
+    assert not jobs.full
+
+
+# --- the server -------------------------------------------------------------------------------------------------------
+
+
+class Served:
+    """A running `erclutch app`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "erclutch", "app", str(folder)]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.url = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=(\S+)", self.url)
+        assert found
+        self.port, token = int(found[1]), found[2]
+        self.cookie = f"erclutch-{self.port}={token}"
+
+    def ask(self, method: str, path: str, body: bytes = b"", **headers: str) -> tuple[int, str]:
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        origin = {} if method == "GET" else {"Origin": f"http://127.0.0.1:{self.port}"}
+        connection.request(method, path, body, {"Cookie": self.cookie, **origin, **headers})
+        with closing(connection), connection.getresponse() as answer:
+            return answer.status, answer.read().decode("utf-8", "replace")
+
+    def close(self) -> int:
+        self.process.send_signal(signal.SIGINT)
+        with self.process:
+            return self.process.wait(20.0)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    server = Served(tmp_path_factory.mktemp("space"))
+    yield server
+    assert server.close() == 0
+
+
+@pytest.mark.slow
+def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served) -> None:
+    assert served.ask("GET", "/")[0] == 200
+    assert served.ask("GET", "/", Cookie="")[0] == 403
+    assert served.ask("GET", "/", Cookie=f"erclutch-{served.port}=x")[0] == 403
+    assert served.ask("GET", "/", Host="evil.example")[0] == 403
+    assert served.ask("POST", "/twin", b"what=log", Origin="http://evil.example")[0] == 403
+    assert served.ask("POST", "/twin", b"what=log", Origin="null")[0] == 403
+    assert served.ask("PUT", "/upload/a.csv", b"1", Origin="http://evil.example")[0] == 403
+    assert list(served.folder.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_run_that_cannot_be_read_stops_nobody(served: Served) -> None:
+    """It is named in the overview; a page of it is one sentence, whatever it is."""
+    bodies = {"deep": "[" * 100_000, "wrong": '{"kind": "erclutch run", "recommended": "nope", "ranking": []}'}
+    for name, text in bodies.items():
+        (served.folder / name).mkdir()
+        (served.folder / name / "run.json").write_text(text)
+    (served.folder / "empty").mkdir()
+    (served.folder / "page.html").mkdir()
+    (served.folder / "file.csv").write_text("1")
+    (served.folder / "link.csv").symlink_to("/etc/passwd")
+    try:
+        status, home = served.ask("GET", "/")
+        assert (status, home.count("not readable")) == (200, 2)
+        assert "link.csv" not in home
+        assert [served.ask("GET", f"/run/{name}")[0] for name in bodies] == [400, 400]
+        for path in ("run/file.csv/report", "run/empty/report", "run/file.csv", "alone/page.html", "file/link.csv"):
+            status, text = served.ask("GET", f"/{path}")
+            assert (path, status, text.count('role="alert"')) == (path, 404, 1)
+    finally:
+        for path in served.folder.iterdir():
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("GET", "/log/none.csv", b""),
+        ("GET", "/file/..", b""),
+        ("GET", "/file/%2e%2e", b""),
+        ("GET", "/shown/%2Fetc%2Fpasswd", b""),
+        ("GET", "/run/none", b""),
+        ("GET", "/job/7", b""),
+        ("GET", "/static/..%2F..%2Fjobs.py", b""),
+        ("GET", "/log/a.csv?device=three", b""),
+        ("POST", "/fit/none.csv", b"run=r"),
+        ("POST", "/run/none/rename", b"to=x"),
+        ("POST", "/compare", b""),
+        ("POST", "/compare", b"&".join(b"a%d=1" % i for i in range(600))),
+        ("POST", "/compare", b"a" * 200_000),
+        ("PUT", "/upload/.hidden", b"1"),
+        ("PUT", "/upload/--out", b"1"),
+        ("PUT", "/upload/a%0A.csv", b"1"),
+        ("PUT", "/upload/empty.csv", b""),
+    ],
+)
+def test_what_cannot_be_is_told(served: Served, method: str, path: str, body: bytes) -> None:
+    status, text = served.ask(method, path, body)
+    assert status in (400, 404)
+    assert "Traceback" not in text
+
+
+@pytest.mark.slow
+def test_a_killed_server_takes_its_commands_with_it(tmp_path: Path) -> None:
+    server = Served(tmp_path)
+    server.ask("POST", "/twin", b"what=live")
+    children = Path(f"/proc/{server.process.pid}/task/{server.process.pid}/children")
+    until = time.monotonic() + 20.0
+    pids: list[str] = []
+    while not pids and time.monotonic() < until:
+        pids = children.read_text().split()
+    assert pids
+    server.process.kill()
+    with server.process:
+        server.process.wait()
+    while time.monotonic() < until + 20.0 and any(Path(f"/proc/{pid}").exists() for pid in pids):
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+# --- the browser ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def open_page(served: Served) -> Iterator[Callable[..., Any]]:
+    if not CHROMIUM.exists():
+        pytest.skip(f"needs {CHROMIUM}")
+    sync: Any = import_module("playwright.sync_api")
+    wrong: list[str] = []
+    with sync.sync_playwright() as playwright:
+        flags = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*flags, "--disable-component-update"])
+
+        def hear(message: Any) -> None:
+            if message.type == "error" and not re.search(
+                "status of 40[04]", message.text
+            ):  # a page that tells a problem
+                wrong.append(message.text)
+
+        def opened(width: int = 1440, scheme: str = "light") -> Any:
+            page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page.on("pageerror", lambda error: wrong.append(str(error)))
+            page.on("console", hear)
+            page.goto(served.url)
+            return page
+
+        yield opened
+        browser.close()
+    assert wrong == []
+
+
+def german(path: Path) -> Path:
+    """A SYNTHETIC brake with decimal commas, revolutions a minute and a column in °C."""
+    random = np.random.default_rng(3)
+    time_, rows = np.arange(4000) / 500, ["Zeit [s];Strom [A];Drehzahl [1/min];Drehmoment [N m];Temperatur [°C]"]
+    current = 1.0 + np.sin(2 * time_) * np.sign(np.sin(0.5 * time_))
+    speed = 200 * np.sin(5 * time_)
+    torque = (0.3 + current**2) * np.tanh(speed / 10) + 0.002 * speed + random.normal(0, 0.02, time_.size)
+    for row in zip(time_, current, speed, torque, 25 + 0.1 * time_, strict=True):
+        rows.append(";".join(f"{value:.6f}".replace(".", ",") for value in row))
+    path.write_text("\n".join(rows), encoding="latin-1")
+    return path
+
+
+def accessible(page: Any) -> None:
+    axe: Any = import_module("axe_playwright_python.sync_playwright")
+    found = axe.Axe().run(page).response["violations"]
+    assert [(each["id"], [node["html"][:120] for node in each["nodes"][:3]]) for each in found] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("log", ["german", "NEES"])
+def test_from_a_dropped_file_to_exported_c(
+    log: str, served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    if log == "NEES" and not NEES.exists():
+        pytest.skip(f"needs the measured data beside the project: {NEES}")
+    page = open_page()
+    page.set_input_files("#file", str(NEES if log == "NEES" else german(tmp_path / "Prüfstand 1.csv")))
+    page.wait_for_url("**/log/**")
+    if log == "german":
+        assert page.locator("[name='column.effort']").input_value() == "Drehmoment"
+        page.select_option("[name='column.temperature']", "Temperatur")
+        page.click("text=Read it so")
+        page.wait_for_load_state()
+        assert "--temperature Temperatur" in page.locator("code").first.inner_text()
+        assert "the file says 1/min: check" in page.locator(".check").inner_text()
+    else:
+        assert "2 things are missing" in page.locator("[role=alert]").inner_text()
+        assert page.locator(".check").count() == 2  # time and effort are guessed by a name without a unit
+        signals = (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N"))
+        for signal_, column, unit in signals:
+            page.select_option(f"[name='column.{signal_}']", column)
+            page.fill(f"[name='unit.{signal_}']", unit)
+        assert "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()  # it follows the form
+        page.click("text=Read it so")
+        page.wait_for_load_state()
+        assert "understood" in page.locator(".good").inner_text()
+        assert "-48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
+    page.check("[name='model.bingham']")
+    page.fill("[name=lag]", "none")
+    page.fill("[name=run]", f"run-{log}")
+    page.click("button:has-text('Fit')")
+    page.wait_for_url("**/job/**")
+    page.get_by_text("Read the report").click(timeout=120_000)
+    report = page.frame_locator("iframe")
+    report.locator("h1").wait_for(timeout=60_000)
+    assert "bingham" in report.locator("body").inner_text()
+    page.click("button:has-text('Export')")
+    with page.expect_download(timeout=60_000) as download:
+        page.get_by_text("Download").click(timeout=60_000)
+    assert download.value.suggested_filename.endswith(".zip")
+    made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-bingham-c"))
+    assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
+    page.click("text=Back to the run")
+    page.click(f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
+    assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")
+    run = json.loads((served.folder / f"run-{log}" / "run.json").read_text())
+    assert run["recommended"] == "bingham"
+
+
+@pytest.mark.slow
+def test_a_broken_log_a_cancelled_fit_and_two_tabs(
+    served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    page, other = open_page(390, "dark"), open_page()
+    (tmp_path / "broken.parquet").write_bytes(b"PAR1" + os.urandom(500))
+    page.set_input_files("#file", str(tmp_path / "broken.parquet"))
+    page.wait_for_url("**/log/**")
+    assert "broken.parquet" in page.locator("[role=alert]").inner_text()
+    for tab, log in ((page, "one.csv"), (other, "two.csv")):
+        tab.goto(f"http://127.0.0.1:{served.port}/")
+        tab.set_input_files("#file", str(german(tmp_path / log)))
+        tab.wait_for_url("**/log/**")
+        tab.fill("[name=run]", f"run-{log}")
+        tab.focus("button:has-text('Fit')")
+        tab.keyboard.press("Enter")
+        tab.wait_for_url("**/job/**")
+    assert page.url != other.url
+    body = b"run=run-two.csv&models=bingham"
+    status, text = served.ask("POST", "/fit/two.csv", body)
+    assert (status, "there is such a run already" in text) == (400, True)
+    page.click("text=Cancel")
+    page.locator("#state.cancelled").wait_for(timeout=20_000)
+    page.click("text=Back to the log")
+    assert page.locator("[name=run]").input_value() == "run-one.csv"
+    assert not (served.folder / "run-one.csv").exists()
+    other.click("text=Cancel")
+    for width in (1440, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        for place in ("", "log/two.csv", "job/1"):
+            page.goto(f"http://127.0.0.1:{served.port}/{place}")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
+def test_accessible(width: int, scheme: str, served: Served, open_page: Callable[..., Any], tmp_path: Path) -> None:
+    page = open_page(width, scheme)
+    accessible(page)
+    page.set_input_files("#file", str(german(tmp_path / "look.csv")))
+    page.wait_for_url("**/log/**")
+    page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
+    accessible(page)
+    page.goto(f"http://127.0.0.1:{served.port}/log/none.csv")
+    accessible(page)

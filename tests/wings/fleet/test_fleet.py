@@ -1,0 +1,217 @@
+"""A fleet: planted outliers and drifts are found; logs that fail are rows; a second start fits what is missing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.cli import main
+from erclutch.errors import ErclutchError, RunError, SettingError
+from erclutch.fit.comparison import Settings
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.plots.plot_description import Line
+from erclutch.runs.cluster import WorkerLostError
+from erclutch.wings.fleet.fleet import Fleet, fit_many
+from erclutch.wings.fleet.fleet_page import fleet_panels
+from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
+
+FAST = Settings(lag="none")
+MODELS = ("quadratic",)
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fleet") / "logs"
+    folder.mkdir()
+    for i in range(5):
+        write_synthetic_log(folder / f"unit{2 * i + 1}.csv", 1.0, i)
+    (folder / "unit20.csv").write_text("")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fleet(logs: Path) -> Fleet:
+    return fit_many(logs, MODELS, out=logs.parent / "run", settings=FAST)
+
+
+def rows_of(fleet: Fleet, table: str) -> Any:
+    import pyarrow.parquet as pq
+
+    read: Any = pq.read_table
+    return read(fleet.folder / f"{table}.parquet").to_pylist()
+
+
+def test_statistics_find_what_was_planted() -> None:
+    noise = np.random.default_rng(1).normal(0.0, 1.0, 60)
+    x = np.arange(60.0)
+    planted = 10.0 + noise
+    planted[17] += 15.0
+    score = outlier_scores(planted, planted - 1.96, planted + 1.96)
+    assert np.flatnonzero(np.abs(score) > OUTLYING).tolist() == [17]
+    wide = outlier_scores(planted, planted - 30.0, planted + 30.0)
+    assert np.abs(wide).max() < OUTLYING, "an interval as wide as the distance explains it"
+    found, none = trend(x, 0.1 * x + noise), trend(x, noise)
+    assert found is not None
+    assert none is not None
+    assert found.low < 0.1 < found.high
+    assert found.chance < 1e-6
+    assert none.chance > 0.01
+    chart = control_chart(np.where(x < 40, noise, noise + 12.0), 40)
+    assert chart is not None
+    assert chart.out[40:].all()
+    assert chart.out[:40].sum() <= 1
+    assert outlier_scores(np.ones(6), np.ones(6), np.ones(6)).tolist() == [0.0] * 6
+    assert trend(x[:4], x[:4]) is None
+
+
+def test_a_failed_log_is_a_row(fleet: Fleet) -> None:
+    assert list(fleet.failed) == ["unit20.csv"]
+    assert "empty" in fleet.failed["unit20.csv"]
+    fits = rows_of(fleet, "fits")
+    assert [row["device"] for row in fits] == [f"unit{n}.csv" for n in (1, 3, 5, 7, 9, 20)]
+    rows = rows_of(fleet, "parameters")
+    assert {row["parameter"] for row in rows} >= {"T_y", "eta", "rmse"}
+    assert all(row["low"] <= row["value"] <= row["high"] for row in rows if row["parameter"] == "T_y")
+
+
+def test_a_second_start_fits_what_is_missing(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(fleet.folder, tmp_path / "run")
+    done = sorted((copy / "devices").iterdir())
+    done[0].unlink()
+    done[1].write_text(done[1].read_text()[:-9])
+    seen: list[str] = []
+    again = fit_many(logs, MODELS, out=copy, settings=FAST, workers=1, progress=lambda n, of, name: seen.append(name))
+    assert (len(seen), again.taken, again.digest) == (2, 4, fleet.digest)
+    with pytest.raises(RunError, match="other settings"):
+        fit_many(logs, MODELS, out=copy, settings=Settings(lag="none", seed=1))
+
+
+def test_a_changed_log_is_fitted_again(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
+    copy, changed = shutil.copytree(fleet.folder, tmp_path / "run"), shutil.copytree(logs, tmp_path / "logs")
+    write_synthetic_log(changed / "unit3.csv", 1.0, 77)
+    again = fit_many(changed, MODELS, out=copy, settings=FAST)
+    assert again.taken == 5
+    assert again.digest != fleet.digest
+
+
+def test_a_changed_mapping_beside_the_logs_fits_them_again(logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    shutil.copy(logs / "unit1.csv", tmp_path / "logs")
+    mapping = tmp_path / "logs" / "erclutch.toml"
+    mapping.write_text("this is no mapping\n")
+    assert fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST).failed
+    mapping.write_text("[columns]\n")
+    again = fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST)
+    assert (again.taken, again.failed) == (0, {})
+
+
+def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
+    for name, log in (("b/1.csv", "unit1.csv"), ("b/2.csv", "unit3.csv"), ("a/1.csv", "unit5.csv")):
+        (tmp_path / "logs" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(logs / log, tmp_path / "logs" / name)
+    found = fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST, by="folder")
+    assert [(row["device"], row["logs"]) for row in found.fits] == [("a", "1.csv"), ("b", "1.csv; 2.csv")]
+
+
+def test_folders_of_one_name_below_different_ones_are_told_apart(logs: Path, tmp_path: Path) -> None:
+    for place in ("one/logs", "two/logs"):
+        (tmp_path / place).mkdir(parents=True)
+        shutil.copy(logs / "unit20.csv", tmp_path / place / "1.csv")  # empty: a row with the reason
+    found = fit_many([tmp_path / "one", tmp_path / "two"], MODELS, out=tmp_path / "run", settings=FAST)
+    assert [row["device"] for row in found.fits] == ["one/logs/1.csv", "two/logs/1.csv"]
+
+
+def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    with pytest.raises(ErclutchError, match="not a run"):
+        fit_many(logs, MODELS, out=tmp_path / "other", settings=FAST)
+    with pytest.raises(SettingError, match="--name-pattern"):
+        fit_many(logs, MODELS, out=tmp_path / "run", settings=FAST, by="serial")
+    with pytest.raises(SettingError, match="no log"):
+        fit_many(tmp_path / "other", MODELS, out=tmp_path / "run", settings=FAST)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
+def test_the_command_writes_a_report(
+    logs: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    words = ["fit-many", str(logs), "--models", "quadratic", "--lag", "none", "--out", str(tmp_path / "run")]
+    monkeypatch.setattr("sys.argv", ["erclutch", *words])
+    assert main() == 0
+    said = capsys.readouterr().out
+    assert "SYNTHETIC" in said
+    assert f"table digest {json.loads((tmp_path / 'run/fleet.json').read_text())['digest']}" in said
+    page = (tmp_path / "run/report.html").read_text()
+    assert "5 of 6 were fitted" in page
+    assert "unit20.csv" in page
+
+
+def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> None:
+    few = replace(fleet, series=tuple(replace(s, chart=None) for s in fleet.series))
+    assert all("Grey" in panel.caption for panel in fleet_panels(fleet))
+    for panel in fleet_panels(few):
+        assert "Grey" not in panel.caption
+        assert panel.x.whole
+        bars = next(m for m in panel.marks if isinstance(m, Line)).y
+        assert panel.y.low is not None
+        assert panel.y.high is not None
+        assert panel.y.low < np.nanmin(bars) < np.nanmax(bars) < panel.y.high
+        assert 1e-2 < np.nanmax(np.abs(bars)) < 1e5
+
+
+@pytest.fixture(scope="module")
+def study() -> Any:
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    spec = spec_from_file_location("fleet_study", Path(__file__).parents[2] / "studies/fleet.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_later(
+    study: Any, fleet: Fleet, logs: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "d"
+    with study.dask_cluster(tmp_path, 1) as (address, scheduler):
+
+        def kill(done: int, total: int, name: str) -> None:
+            if done == 2:
+                os.kill(scheduler, signal.SIGKILL)
+
+        with pytest.raises(WorkerLostError) as caught:
+            fit_many(logs, MODELS, out=out, settings=FAST, cluster=address, progress=kill)
+    made = fit_many(logs, MODELS, out=out, settings=FAST)
+    said = f"the cluster went away; {made.taken} of 6 logs are done and kept in {out}."
+    assert str(caught.value) == f"{said} Start the cluster again, then the same command."
+    assert made.taken >= 2
+    assert made.digest == fleet.digest
+
+
+@pytest.mark.slow
+def test_the_same_tables_on_processes_and_on_dask(study: Any, fleet: Fleet, logs: Path, tmp_path: Path) -> None:
+    """A real scheduler and real workers; one is killed with -9 on the way."""
+    made = fit_many(logs, MODELS, out=tmp_path / "p", settings=FAST, cluster="processes")
+    assert made.digest == fleet.digest
+    with study.dask_cluster(tmp_path, 2) as (address, scheduler):
+
+        def kill(done: int, total: int, name: str) -> None:
+            if done == 1:
+                study.kill_a_worker(address)
+
+        made = fit_many(logs, MODELS, out=tmp_path / "d", settings=FAST, cluster=address, progress=kill)
+        assert study.peak(scheduler) < 200.0
+        assert os.path.exists(f"/proc/{scheduler}"), "a cluster that was running goes on"
+    assert made.digest == fleet.digest

@@ -1,0 +1,295 @@
+"""The exported controller: the loop's bits, everywhere the same bits, proved, and refused where it cannot be."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.errors import ExportError
+from erclutch.export import ExportOptions, export_model, step_of, verify_export
+from erclutch.export.c.compilers import EXACT, STRICT, native
+from erclutch.export.targets.python import build
+from erclutch.wings.live.c_core import Core
+from erclutch.wings.live.layout import FRAME, SAMPLE
+from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.live.targets import controller
+from studies import proof
+
+FLOAT32 = ExportOptions("m", "float32", 1e-3)
+FLOAT64 = ExportOptions("m", "float64", 1e-3)
+#: Advisory rules that tests/export/test_c_rules.py names for the model, and those that the loop's style does not keep.
+ADVISORY = {"2.5", "8.7", "8.9", "12.1", "12.3", "13.4", "15.5", "17.8", "19.2"}
+
+
+def numbers(members: list[str]) -> type[ctypes.Structure]:
+    fields = [(name, ctypes.c_uint32 if name == "observer" else ctypes.c_double) for name in members]
+    fields = [(name, ctypes.c_uint64 if name == "period_ns" else kind) for name, kind in fields]
+    return type("Numbers", (ctypes.Structure,), {"_fields_": fields})
+
+
+def compiled(model: Any, folder: Path) -> ctypes.CDLL:
+    files = controller.write_core(step_of(model, FLOAT64), folder)
+    size = '#include "m.h"\nunsigned size(void) { return (unsigned)sizeof(m_controller); }\n'
+    (folder / "size.c").write_text(size)
+    native().build([*files, folder / "size.c"], folder / "m.so", "-O2", "-shared", "-fPIC", f"-I{folder}")
+    return ctypes.CDLL(str(folder / "m.so"))
+
+
+def steady(lib: ctypes.CDLL, program: Any, share: float, speed: float) -> float:
+    """Effort at rest under a share of the largest field; below zero that of clutch 2."""
+    field, effort = share * program.field.range[1], ctypes.c_double()
+    fields = (max(field, 0.0), max(-field, 0.0))[: program.elements]
+    lib.m_steady((ctypes.c_double * 5)(*fields, speed), ctypes.byref(effort))
+    return effort.value
+
+
+@pytest.mark.parametrize("observer", ["none", "sensor", "motion"])
+@pytest.mark.parametrize("label", ["bingham+rise-fall, coaxial", "casson+lag, single"])
+def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping[str, Any], tmp_path: Path) -> None:
+    """Fields and estimate of the loop, fed with what the loop saw, but for the last digits of libm's exp and tanh."""
+    model = models[label]
+    program = step_of(model, FLOAT64)
+    device = model.structure.device
+    rows, speed = 900, 0.3 * max(abs(x) for x in program.slip.range)
+    lib = compiled(model, tmp_path)
+    low, high = (steady(lib, program, share, speed) for share in (0.2 if device == "single" else -0.7, 0.7))
+    middle, top = 0.5 * (low + high), 0.5 * (high - low)
+    asked = LoopProgram("torque", Mode.TORQUE, Waveform.SINE, top, 4.0, middle, motor_torque=0.1)
+    start = controller.defaults(program)
+    given = {
+        "observer_bandwidth": 10.0,
+        "gain_rate": 2.0,
+        "integral_rate": 5.0,
+        "drive_inertia": 2e-4,
+        "torque_lag": 1e-3,
+    }
+    own: Any = {name: value for name, value in start.items() if name != "period_ns"} | given
+    settings = LoopSettings(device=device, observer=observer, programs=(asked,), **own)
+    samples = np.zeros(rows, SAMPLE)
+    k = np.arange(rows)
+    samples["seq"], samples["time_ns"] = k + 1, (k + 1) * np.uint64(1_000_000)
+    samples["theta"] = 1e-3 * speed * k
+    samples["torque"] = 0.9 * middle + 0.9 * top * np.sin(2.0 * np.pi * 4e-3 * (k - 2))
+    (tmp_path / "live").mkdir()
+    library = build(step_of(model, ExportOptions("live", "float64", 1e-3)), tmp_path / "live")
+    core, frames = Core(settings, library), np.zeros(rows, FRAME)
+    for i in range(rows):
+        frames[i] = core.step(samples[i : i + 1], i)[1]
+    names = [*controller.settings_of()]
+    knows = 1 + ["none", "sensor", "motion"].index(observer)
+    config = numbers(names)(**{**own, "period_ns": 1_000_000, "observer": knows})
+    memory = ctypes.create_string_buffer(lib.size())
+    assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+    out = (ctypes.c_double * 3)()
+    found = np.zeros((rows, 3))
+    phase = 2.0 * np.pi * 4e-3 * k
+    for i in range(rows):
+        wanted, rate = frames["reference"][i], top * 2.0 * np.pi * 4.0 * np.cos(phase[i])
+        speeds = (frames["theta_dot"][i], frames["alpha_dot"][i])
+        sample = (ctypes.c_double * 7)(wanted, rate, *speeds, 0.0, samples["torque"][i], 0.1)
+        lib.m_control_step(memory, sample, out)
+        found[i] = out
+    assert np.ptp(found[:, 0]) > 0.3 * program.field.range[1]
+    for column, name in enumerate(controller.OUTPUTS):
+        scale = np.max(np.abs(frames[name])) + 1e-9
+        off = np.abs(found[:, column] - frames[name]) / scale
+        assert np.max(off) <= 1e-6, (name, np.flatnonzero(off > 1e-9)[:5], off[off > 1e-9][:5])
+
+
+@pytest.mark.parametrize("label", ["fnn-16, coaxial", "hem, coaxial", "bingham, single"])
+def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
+    label: str, models: Mapping[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a model without a memory the controller does not compute the effort of the same field twice."""
+    program = step_of(models[label], FLOAT64)
+    rows = controller.sample_rows(program)
+    rows[40::50, 2:4] = (1.7e308, -1.7e308)  # both are finite, their difference is not
+    wide = {**controller.defaults(program), "field_limit": 1.4 * program.field.range[1]}  # beyond what the log has
+    printed: list[bytes] = []
+    for again in (False, True):
+        if again:
+            monkeypatch.setattr(controller, "_known_at_rest", lambda program: False)
+        (tmp_path / str(again)).mkdir()
+        lib = compiled(models[label], tmp_path / str(again))
+        assert ("step_known" in (tmp_path / str(again) / "m.c").read_text()) is not again
+        for observer in (1, 2, 3):
+            config = numbers([*controller.settings_of()])(**{**wide, "period_ns": 1_000_000, "observer": observer})
+            memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+            assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+            told = [(lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out), bytes(out)) for row in rows]
+            printed.append(repr(told).encode())
+    assert printed[:3] == printed[3:]
+
+
+def test_a_single_device_may_turn_fast_while_it_hardly_slips(models: Mapping[str, Any], tmp_path: Path) -> None:
+    """A clutch between two shafts: the log's slip says nothing of how fast both turn."""
+    program = step_of(models["bingham, single"], FLOAT64)
+    lib = compiled(models["bingham, single"], tmp_path)
+    fastest = max(abs(end) for end in program.slip.range)
+    told: list[list[float]] = []
+    for output in (0.0, 40.0 * fastest):
+        config = numbers([*controller.settings_of()])(
+            **{**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
+        )
+        memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+        assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+        for _ in range(100):
+            row = [steady(lib, program, 0.5, 20.0), 0.0, output + 20.0, output, 0.0, np.nan, 0.0]
+            lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
+        told.append(list(out))
+    assert told[0][0] > 0.0
+    assert told[1] == pytest.approx(told[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("observer", [1, 2, 3])
+@pytest.mark.parametrize("column", [0, 1, 2, 5, 6])
+def test_a_sample_that_cannot_be_does_no_harm_for_long(
+    observer: int, column: int, models: Mapping[str, Any], tmp_path: Path
+) -> None:
+    """1e30 is finite. Four seconds later fields are what they were on a device that is as its model."""
+    program = step_of(models["bingham, single"], FLOAT64)
+    lib = compiled(models["bingham, single"], tmp_path)
+    wanted = steady(lib, program, 0.5, 20.0)
+    given = {"period_ns": 1_000_000, "observer": observer, "integral_rate": 5.0, "gain_rate": 2.0}
+    config = numbers([*controller.settings_of()])(**{**controller.defaults(program), **given, "drive_inertia": 2e-4})
+    fields: list[float] = []
+    for spike in (1e30, -1e30):
+        memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+        assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+        for k in range(7000):
+            motor = out[2] if observer == 3 else 0.0  # the drive is held at its speed
+            row = [wanted, 0.0, 20.0, 0.0, 0.0, out[2], motor]
+            if k == 3000:
+                fields.append(out[0])
+                row[column] = spike
+            lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
+            assert np.all(np.isfinite(out))
+        fields.append(out[0])
+    assert fields[0] > 0.0
+    assert fields == pytest.approx([fields[0]] * 4, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial", "fnn-16, coaxial"])
+@pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])
+def test_the_same_bits_everywhere(
+    label: str, options: ExportOptions, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("gcc", "make")
+    folder = export_model(models[label], tmp_path / "out", "controller", options)
+    checks = verify_export(folder)
+    assert all(check.passed for check in checks)
+    assert sum(check.where.startswith("controller") for check in checks) >= 2
+    said = subprocess.run(["make", "-C", str(folder), "check"], capture_output=True, text=True, check=True).stdout
+    assert "512 samples through the controller, 0 not to the bit" in said
+    bench = folder / "m_control_check.c"
+    text = bench.read_text()
+    first = re.search(r"answers\[512\]\[4\] = \{\n    \{(0x[0-9a-f]+)", text)
+    assert first is not None
+    bench.write_text(f"{text[: first.start(1)]}0x3f000001{text[first.end(1) :]}")
+    failed = subprocess.run(["make", "-C", str(folder), "check"], capture_output=True, text=True, check=False)
+    assert failed.returncode != 0
+    assert "1 not to the bit" in failed.stdout
+    with pytest.raises(ExportError, match="was changed after the export"):
+        verify_export(folder)
+
+
+def test_settings_that_cannot_be_leave_the_field_at_zero(models: Mapping[str, Any], tmp_path: Path) -> None:
+    lib = compiled(models["bingham, single"], tmp_path)
+    program = step_of(models["bingham, single"], FLOAT64)
+    good = {**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
+    memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+    sample = (ctypes.c_double * 7)(steady(lib, program, 0.5, 20.0), 0.0, 20.0, 0.0, 0.0, np.nan, 0.0)
+    spoilt = [("period_ns", 99_999), ("observer", 4), ("drive_drag_2", np.nan), ("torque_scale", 0.0)]
+    spoilt += [(name, -1.0) for name in ("field_limit", "torque_lead", "rise_rate", "stroke")] + [("fall_rate", np.inf)]
+    for name, value in [("", 0.0), *spoilt]:
+        config = numbers([*controller.settings_of()])(**({**good, name: value} if name else good))
+        assert lib.m_control_reset(memory, ctypes.byref(config)) == (not name), name
+        for _ in range(50):
+            lib.m_control_step(memory, sample, out)
+        assert (out[0] > 0.0) == (not name), name
+
+
+def test_a_model_with_further_inputs_is_refused(models: Mapping[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="gives its model fields and speeds, and nothing else"):
+        export_model(models["bingham, single"], tmp_path / "out", "controller", replace(FLOAT64, inputs="angles"))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_no_warning(
+    compiler: str, precision: Any, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need(compiler)
+    more = ("-Wshadow", "-Wcast-qual", "-Wstrict-prototypes", "-Wdouble-promotion")
+    for label in ("bingham+rise-fall, coaxial", "fnn-3+rise-fall, single"):
+        (file,) = controller.write_core(step_of(models[label], ExportOptions("m", precision, 1e-3)), tmp_path)
+        words = [compiler, *EXACT, *STRICT, *more, "-c", str(file), "-o", str(tmp_path / "m.o")]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        calls = subprocess.run(["nm", "-u", str(tmp_path / "m.o")], capture_output=True, text=True, check=True).stdout
+        assert set(re.findall(r"U (\w+)", calls)) <= {"memcpy", "memset", "_GLOBAL_OFFSET_TABLE_"}, "no libm"
+
+
+@pytest.mark.slow
+def test_no_required_rule_of_misra_is_broken(
+    models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("cppcheck")
+    controller.write_core(step_of(models["hem+rise-fall, coaxial"], FLOAT32), tmp_path)
+    words = ["cppcheck", "--std=c99", "--addon=misra", "--enable=warning,portability", "-q"]
+    words += ["--suppress=incorrectLogicOperator", "--suppress=missingIncludeSystem", str(tmp_path / "m.c")]
+    said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
+    found = set(re.findall(r"\[misra-c2012-([\d.]+)\]$", said, re.MULTILINE))
+    assert "19.2" in found, "the addon ran"
+    assert found <= ADVISORY, said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", proof.CONTROLLED)
+def test_no_alarm_and_all_within_limits_for_any_bits(
+    label: str, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    need("frama-c")
+    said = proof.proved_controller(step_of(models[label], FLOAT32), tmp_path)
+    assert said.alarms == 0
+    assert set(said.shown) == {"step", "never_both", "first", "second"}
+    assert all(all(shown) for shown in said.shown.values()), said.shown
+    source = (tmp_path / "m.c").read_text(encoding="ascii")
+    assert source.count("assert \\is_finite(value);") == 1, (
+        "the one fact more than of the model, behind the test of bits"
+    )
+    (tmp_path / "m.c").write_text(source.replace("return value < low ? low : high;", "return value;"), encoding="ascii")
+    spoilt = proof.analysed(tmp_path, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2")
+    assert not all(spoilt.shown["first"])
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("own_machine")
+@pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])
+def test_the_controller_in_an_fmu(options: ExportOptions, models: Mapping[str, Any], tmp_path: Path) -> None:
+    """The C's bits through FMPy; a setting is a parameter, and a setting that cannot be leaves the fields at zero."""
+    fmpy = pytest.importorskip("fmpy", reason="pip install fmpy")
+    folder = export_model(models["bingham+rise-fall, coaxial"], tmp_path / "out", "controller-fmu", options)
+    (check,) = verify_export(folder)
+    assert check.passed
+    assert check.count == 512
+    program = step_of(models["bingham+rise-fall, coaxial"], options)
+    wanted = np.array([(t, 0.5 * program.scale) for t in (0.0, 1.0)], [("time", float), ("wanted", float)])
+    for limit, most in ((None, program.field.range[1]), (0.25, 0.25), (-1.0, 0.0)):
+        given = {} if limit is None else {"field_limit": limit}
+        given |= {"theta_dot": 10.0}
+        found = fmpy.simulate_fmu(str(folder / "m_fmi3.fmu"), stop_time=0.1, start_values=given, input=wanted)
+        top = float(np.max(np.maximum(found["field1"], found["field2"])))
+        assert top == pytest.approx(min(most, top), rel=1e-6), limit
+        assert (top > 0.0) == (limit is None or limit > 0.0), limit

@@ -1,0 +1,62 @@
+"""The failsafe from the C itself: every pair of a state and an event, then random sequences (`failsafe.c`)."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from erclutch.wings.live.c_build import CORE, SOURCES
+
+HERE = Path(__file__).parent
+
+
+def went_through(folder: Path, sources: Path = SOURCES) -> tuple[str, list[int]]:
+    """What the harness prints, and its counts: pairs, steps, promises that were broken."""
+    if shutil.which("gcc") is None:
+        pytest.skip("apt install gcc libc6-dev")
+    files = [HERE / "failsafe.c", *(sources / name for name in CORE)]
+    words = ["gcc", "-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror", "-I", str(sources)]
+    subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / "failsafe")], check=True)
+    said = subprocess.run([str(folder / "failsafe")], capture_output=True, text=True, check=False).stdout
+    counts = re.search(r"pairs (\d+), steps (\d+), broken (\d+)", said)
+    assert counts is not None, said
+    return said, [int(count) for count in counts.groups()]
+
+
+@pytest.mark.slow
+def test_every_state_and_event_keeps_the_promises(tmp_path: Path) -> None:
+    said, (pairs, steps, broken) = went_through(tmp_path)
+    assert broken == 0, said
+    assert pairs > 1_000_000
+    assert steps > 50_000_000
+    # A step leads from each state to these: 0 starting, 1 running, 2 tripped, 4 ready; orders lead from 2 to 4 to 1.
+    rows = re.findall(r"from \d: (.*)", said)
+    changes = [{to for to, n in enumerate(row.split()) if int(n)} for row in rows]
+    assert changes == [{0, 1, 2}, {1, 2}, {2}, set(), {2, 4}]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [
+        ("core", "late_ns > core->config.late_trip_ns", "late_ns > 2 * core->config.late_trip_ns"),
+        ("core", "core->missing >= core->config.trip_samples) {", "core->missing > core->config.trip_samples) {"),
+        ("core", "core->state != ERC_TRIPPED || core->missing > 0u", "core->state != ERC_TRIPPED"),
+        ("core", "core->state == ERC_RUNNING && core->stopping == 0u", "core->state == ERC_RUNNING"),
+        ("core", "core->state = ERC_READY;", "core->state = ERC_RUNNING;"),
+        ("core", "(core->state == ERC_READY && core->missing > 0u)", "0"),
+        ("interlock", "return value < low ? low : high;", "return value < low ? low : value;"),
+    ],
+)
+def test_a_core_that_breaks_a_promise_is_seen(name: str, good: str, bad: str, tmp_path: Path) -> None:
+    for source in SOURCES.glob("erc_*.[ch]"):
+        text = source.read_text(encoding="utf-8")
+        if source.name == f"erc_{name}.c":
+            assert good in text
+            text = text.replace(good, bad)
+        (tmp_path / source.name).write_text(text, encoding="utf-8")
+    assert went_through(tmp_path, tmp_path)[1][2] > 0

@@ -1,0 +1,114 @@
+"""Calibration of the twin: a known rig is found again, a search resumes, and bad requests are refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
+from erclutch.wings.paper.calibration.calibrate import calibrate
+from erclutch.wings.paper.calibration.log_trace import LogTrace
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
+from erclutch.wings.rig.twin.parameters_file import rig_text, write_rig
+from erclutch.wings.rig.twin.scenarios import prepare
+
+Array = NDArray[np.float64]
+
+
+class Bowl:
+    """A target whose minimum is known: the logarithms of two parameters."""
+
+    name = "bowl"
+    ordered: ClassVar[bool] = False
+
+    def __init__(self) -> None:
+        self.seen = 0
+
+    def residuals(self, rig: RigParameters) -> Array:
+        self.seen += 1
+        x, y = np.log(rig.value("fluid.viscosity") / 0.1), np.log(rig.value("drive.inertia") / 5e-4)
+        return np.array([20.0 * x, 20.0 * y, 5.0 * x * y])
+
+
+PATHS = ("fluid.viscosity", "drive.inertia")
+
+
+@pytest.mark.parametrize("evaluations", [0, 480])
+def test_both_searches_find_the_minimum(evaluations: int) -> None:
+    found = calibrate(default_rig(), PATHS, Bowl(), evaluations=evaluations, workers=1)
+    assert found.rig.value("fluid.viscosity") == pytest.approx(0.1, rel=0.02)
+    assert found.rig.value("drive.inertia") == pytest.approx(5e-4, rel=0.02)
+    assert found.after < found.before
+    for one in found.parameters:
+        assert one.low < one.value < one.high
+        # The residual is 20 x the logarithm: a standard deviation of 5 %.
+        assert np.log(one.high / one.low) == pytest.approx(4 * 0.05 * 0.98, rel=0.1)
+        assert found.rig.entry(one.path).source == "calibrated"
+        assert found.rig.entry(one.path).interval == (one.low, one.high)
+
+
+def test_a_calibrated_rig_starts_where_its_calibration_did() -> None:
+    once = calibrate(default_rig(), PATHS, Bowl(), workers=1)
+    again = calibrate(once.rig, PATHS, Bowl(), workers=1)
+    assert [c.start for c in again.parameters] == [c.start for c in once.parameters]
+    assert again.rig.entries == once.rig.entries
+
+
+def test_a_wide_search_resumes_from_its_journal(tmp_path: Path) -> None:
+    journal = tmp_path / "rig.journal"
+    whole = calibrate(default_rig(), PATHS, Bowl(), evaluations=96, workers=1)
+    calibrate(default_rig(), PATHS, Bowl(), evaluations=48, workers=1, journal=journal)
+    journal.write_text(journal.read_text() + '{"search": "cut of')  # as after a power cut
+    target = Bowl()
+    resumed = calibrate(default_rig(), PATHS, target, evaluations=96, workers=1, journal=journal)
+    assert resumed.rig.entries == whole.rig.entries
+    assert target.seen < 48 + 8
+    with pytest.raises(RunError, match="other settings"):
+        calibrate(default_rig(), PATHS, Bowl(), seed=2, evaluations=96, workers=1, journal=journal)
+    journal.write_text('{"nothing": 1}\n')
+    with pytest.raises(RunError, match="no journal"):
+        calibrate(default_rig(), PATHS, Bowl(), evaluations=96, workers=1, journal=journal)
+
+
+@pytest.mark.parametrize("paths", [(), ("fluid.viscosity", "fluid.viscosity"), ("fluid.viscosty",)])
+def test_parameters_that_cannot_be(paths: tuple[str, ...]) -> None:
+    with pytest.raises(SettingError):
+        calibrate(default_rig(), paths, Bowl(), workers=1)
+
+
+def test_a_start_outside_its_range_is_refused() -> None:
+    with pytest.raises(SettingError, match="outside its range"):
+        calibrate(default_rig().changed({"drive.ripple": 0.5}), ("drive.ripple",), Bowl(), workers=1)
+
+
+def test_a_log_that_cannot_calibrate() -> None:
+    log = prepare("training", seconds=2.0).recording()
+    without = {name: values for name, values in log.signals.items() if name != "motor_torque"}
+    from dataclasses import replace
+
+    with pytest.raises(MappingError, match="motor_torque is missing"):
+        LogTrace(replace(log, signals=without))
+    with pytest.raises(CheckError, match="Resample"):
+        LogTrace(replace(log, period=2e-3))
+    with pytest.raises(CheckError, match="Give a longer log"):
+        LogTrace(prepare("training", seconds=0.3).recording())
+
+
+def test_a_rig_file_holds_all_of_a_rig(tmp_path: Path) -> None:
+    rig = calibrate(default_rig(), PATHS, Bowl(), workers=1).rig
+    path = write_rig(tmp_path / "rig.toml", rig, {"target": 'a "log"', "figures": {"ratio a/b": [1.0, 2.0]}, "seed": 1})
+    assert load_rig(path).entries == rig.entries
+    import tomllib
+
+    assert tomllib.loads(path.read_text())["calibration"]["figures"]["ratio a/b"] == [1.0, 2.0]
+    assert rig_text(load_rig(path)) == rig_text(rig)
+    assert json.dumps(load_rig(path).to_dict()) == json.dumps(rig.to_dict())
+    with pytest.raises(ErclutchError, match="cannot end in"):
+        write_rig(tmp_path / "rig.json", rig)
+    with pytest.raises(ErclutchError, match="cannot be written"):
+        write_rig(tmp_path / "none" / "rig.toml", rig)

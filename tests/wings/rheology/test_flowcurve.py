@@ -1,0 +1,332 @@
+"""Laws of shear stress: known truths come back with intervals that hold them; files in both layouts; bad input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from erclutch.errors import CheckError, LogError, SettingError
+from erclutch.fit.outcome import Estimate
+from erclutch.wings.rheology.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, fit_flow_curve, ranked
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+
+Array = NDArray[np.float64]
+RATES = np.logspace(-2, 3, 40)
+
+#: The laws as their sources print them, apart from the code under test, with parameters in 1/s and Pa.
+LAWS: dict[str, tuple[Callable[..., Array], dict[str, float]]] = {
+    "bingham": (lambda g, T_y, eta: T_y + eta * g, {"T_y": 12.0, "eta": 0.3}),
+    "casson": (lambda g, T_y, r: (np.sqrt(T_y) + np.sqrt(r * T_y * g)) ** 2, {"T_y": 12.0, "r": 0.02}),
+    "herschel-bulkley": (lambda g, T_y, K, m: T_y + K * g**m, {"T_y": 12.0, "K": 3.0, "m": 0.45}),
+    "seo-seo": (
+        lambda g, T_sy, eta, a, b: T_sy * (1 - (1 - np.exp(-a * g)) / (1 + (a * g) ** b)) + eta * g,
+        {"T_sy": 30.0, "eta": 0.2, "a": 1.5, "b": 0.6},
+    ),
+    "cho-choi-jhon": (
+        lambda g, T_y, eta, t_1, a, t_2, b: T_y / (1 + (t_1 * g) ** a) + eta * (1 + (t_2 * g) ** -b) * g,
+        {"T_y": 40.0, "eta": 0.2, "t_1": 3.0, "a": 1.2, "t_2": 0.02, "b": 0.7},
+    ),
+}
+
+
+def curve_of(name: str, noise: float = 0.0, seed: int = 0, rates: Array = RATES) -> FlowCurve:
+    law, parameters = LAWS[name]
+    stress = law(rates, **parameters) * np.exp(noise * np.random.default_rng(seed).normal(size=rates.size))
+    return FlowCurve(name, rates, stress)
+
+
+def estimates_of(fit: FlowFit) -> dict[str, Estimate]:
+    return {e.name: e for e in fit.estimates}
+
+
+def test_the_laws_here_are_all_there_are() -> None:
+    assert set(LAWS) == set(FLOW_LAWS)
+
+
+@pytest.mark.parametrize("name", FLOW_LAWS)
+def test_a_truth_without_noise_comes_back(name: str) -> None:
+    fit = fit_flow_curve(curve_of(name), name)
+    assert fit.log_rmse < 1e-6
+    found = estimates_of(fit)
+    assert set(found) == set(LAWS[name][1])
+    for parameter, true in LAWS[name][1].items():
+        assert np.isclose(found[parameter].value, true, rtol=1e-3), parameter
+        assert found[parameter].at_bound is None
+    assert np.allclose(fit.predicted, curve_of(name).stress, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "cho-choi-jhon" else n for n in FLOW_LAWS]
+)
+def test_intervals_hold_the_truth(name: str) -> None:
+    """95 % intervals of noisy curves: few misses."""
+    hits = count = 0
+    for seed in range(10):
+        fit = fit_flow_curve(curve_of(name, noise=0.01, seed=seed), name)
+        assert fit.stop == "converged"
+        assert np.isclose(fit.log_rmse, 0.01 / np.log(10), rtol=0.5)
+        for parameter, true in LAWS[name][1].items():
+            estimate = estimates_of(fit)[parameter]
+            assert 0.0 < estimate.low <= estimate.value <= estimate.high
+            hits += int(estimate.low <= true <= estimate.high)
+            count += 1
+    assert hits / count >= 0.85
+
+
+def test_intervals_are_no_wider_than_they_must_be() -> None:
+    """The width of Bingham's yield stress against the spread of its estimate over 200 curves."""
+    values, halves = [], []
+    for seed in range(200):
+        estimate = estimates_of(fit_flow_curve(curve_of("bingham", 0.02, seed, RATES[::2]), "bingham"))["T_y"]
+        values.append(np.log(estimate.value))
+        halves.append(0.5 * np.log(estimate.high / estimate.low))
+    assert np.isclose(np.mean(halves), 2.1 * np.std(values), rtol=0.2)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-3, 3), st.floats(-3, 3))
+def test_units_of_rate_and_stress_only_scale(log_rate: float, log_stress: float) -> None:
+    rate, stress = 10.0**log_rate, 10.0**log_stress
+    curve = curve_of("bingham", noise=0.05, seed=1)
+    one = fit_flow_curve(curve, "bingham")
+    two = fit_flow_curve(FlowCurve("scaled", curve.rate * rate, curve.stress * stress), "bingham")
+    assert np.isclose(one.log_rmse, two.log_rmse, rtol=1e-5)
+    for name, factor in (("T_y", stress), ("eta", stress / rate)):
+        assert np.isclose(estimates_of(two)[name].value, estimates_of(one)[name].value * factor, rtol=1e-4)
+
+
+def test_consistency_is_that_at_one_per_second() -> None:
+    """K in Pa s^m does not depend on where the rates begin, and neither does its interval."""
+    law, parameters = LAWS["herschel-bulkley"]
+    rates = np.logspace(1.5, 4, 40)
+    stress = law(rates, **parameters) * np.exp(0.003 * np.random.default_rng(2).normal(size=40))
+    K = estimates_of(fit_flow_curve(FlowCurve("fast", rates, stress), "herschel-bulkley"))["K"]
+    assert K.unit == "Pa*s^m"
+    assert K.low < 3.0 < K.high
+    assert np.isclose(K.value, 3.0, rtol=0.2)
+    # The delta method by hand: the same fit with K at 1 1/s as the parameter.
+    fit = fit_flow_curve(FlowCurve("fast", rates, stress), "herschel-bulkley")
+    found = {name: e.value for name, e in estimates_of(fit).items()}
+    model = found["T_y"] + found["K"] * rates ** found["m"]
+    slopes = np.column_stack(
+        [
+            found["T_y"] / model,
+            found["K"] * rates ** found["m"] / model,
+            found["K"] * rates ** found["m"] * np.log(rates) / model,
+        ]
+    )
+    residual = np.log(stress / model)
+    spread = np.sqrt(np.linalg.inv(slopes.T @ slopes)[1, 1] * (residual @ residual) / 37)
+    half = 0.5 * np.log(K.high / K.low)
+    assert np.isclose(half, 2.026 * spread, rtol=0.08)  # Student's 97.5 % for 37
+
+
+def test_units_of_the_parameters() -> None:
+    units = {name: e.unit for name, e in estimates_of(fit_flow_curve(curve_of("seo-seo"), "seo-seo")).items()}
+    assert units == {"T_sy": "Pa", "eta": "Pa*s", "a": "s", "b": "1"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bingham", "casson", "herschel-bulkley"])
+def test_the_law_that_made_a_curve_wins_mostly(name: str) -> None:
+    """Herschel-Bulkley holds Bingham, so by luck it wins now and then."""
+    wins = 0
+    for seed in range(10):
+        fits = ranked(curve_of(name, noise=0.01, seed=seed), ("bingham", "casson", "herschel-bulkley"))
+        assert [f.aicc for f in fits] == sorted(f.aicc for f in fits)
+        wins += int(fits[0].law == name)
+    assert wins >= 6
+
+
+@pytest.mark.slow
+def test_richer_laws_never_fit_worse() -> None:
+    curve = curve_of("herschel-bulkley", noise=0.03, seed=4)
+    errors = {fit.law: fit.log_rmse for fit in ranked(curve)}
+    assert errors["herschel-bulkley"] <= errors["bingham"] * (1 + 1e-6)
+
+
+@pytest.mark.slow
+def test_few_points_have_no_criterion_but_a_rank() -> None:
+    curve = curve_of("bingham", noise=0.01, rates=np.logspace(0, 2, 4))
+    fits = ranked(curve)
+    assert {fit.law for fit in fits} == set(FLOW_LAWS)
+    rich = next(fit for fit in fits if fit.law == "cho-choi-jhon")
+    assert rich.aicc == np.inf
+    assert rich.to_dict()["aicc"] is None
+
+
+def test_a_curve_in_any_order() -> None:
+    curve, shuffle = curve_of("bingham", 0.01), np.random.default_rng(0).permutation(RATES.size)
+    other = FlowCurve("shuffled", curve.rate[shuffle], curve.stress[shuffle])
+    assert np.isclose(fit_flow_curve(curve, "bingham").log_rmse, fit_flow_curve(other, "bingham").log_rmse, rtol=1e-8)
+
+
+# --- bad curves -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("which", ["rate", "stress"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_what_has_no_logarithm_is_refused(which: str, value: float) -> None:
+    columns = {"rate": RATES.copy(), "stress": 5 + RATES}
+    columns[which][7] = value
+    with pytest.raises(CheckError, match=rf"sample: the shear {which} of point 8 is {value:g}"):
+        fit_flow_curve(FlowCurve("sample", columns["rate"], columns["stress"]), "bingham")
+
+
+def test_too_few_points_and_other_laws_are_refused() -> None:
+    with pytest.raises(CheckError, match="3 points, at least 4"):
+        fit_flow_curve(FlowCurve("sample", RATES[:3], RATES[:3]), "bingham")
+    for name in ("hem", "rbfm-5", "on-off"):
+        with pytest.raises(SettingError):
+            fit_flow_curve(curve_of("bingham"), name)
+
+
+@pytest.mark.parametrize("name", ["on-off", "quadratic"])
+def test_laws_without_a_flow_curve_are_named_as_such(name: str) -> None:
+    with pytest.raises(SettingError, match="no law of shear stress"):
+        fit_flow_curve(curve_of("bingham"), name)
+
+
+def test_rates_that_are_all_the_same_end_somewhere() -> None:
+    """One rate cannot tell yield from flow: no crash, and no certainty."""
+    curve = FlowCurve("same", np.full(8, 3.0), 5 + 0.1 * np.arange(8.0))
+    found = estimates_of(fit_flow_curve(curve, "bingham"))
+    assert any(e.at_bound or np.isinf(e.high - e.low) or e.high > 100 * e.low for e in found.values())
+
+
+def test_a_curve_without_noise_at_all() -> None:
+    """A residual of exactly zero has no logarithm."""
+    curve = FlowCurve("flat", np.array([1.0, 2.0, 4.0, 8.0, 16.0]), np.full(5, 3.0))
+    assert estimates_of(fit_flow_curve(curve, "bingham"))["T_y"].value == pytest.approx(3.0, rel=1e-3)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def test_pairs_of_columns_of_different_length(tmp_path: Path) -> None:
+    path = tmp_path / "pairs.csv"
+    path.write_text("0.68,,0.70,\n1,10,1,20\n2,11,3,21\n,,5,22\n,,7,23\n")
+    assert read_flow_curves(path) == [
+        ("0.68", [1.0, 2.0], [10.0, 11.0]),
+        ("0.70", [1.0, 3.0, 5.0, 7.0], [20.0, 21.0, 22.0, 23.0]),
+    ]
+
+
+def test_one_column_of_rates(tmp_path: Path) -> None:
+    path = tmp_path / "shared.csv"
+    path.write_text("rate,A,B\n1,10,20\n2,11,21\n3,12,22\n")
+    assert read_flow_curves(path) == [
+        ("A", [1.0, 2.0, 3.0], [10.0, 11.0, 12.0]),
+        ("B", [1.0, 2.0, 3.0], [20.0, 21.0, 22.0]),
+    ]
+
+
+@pytest.mark.parametrize(("delimiter", "ending"), [(",", "\n"), (";", "\r\n"), ("\t", "\n")])
+def test_delimiters_a_byte_order_mark_and_blank_lines(tmp_path: Path, delimiter: str, ending: str) -> None:
+    path = tmp_path / "curve.csv"
+    rows = [["s", ""], ["1", "2e-1"], ["", ""], ["3", "4"]]
+    path.write_bytes(b"\xef\xbb\xbf" + ending.join(delimiter.join(row) for row in rows).encode())
+    assert read_flow_curves(path) == [("s", [1.0, 3.0], [0.2, 4.0])]
+
+
+def test_curves_without_a_label_are_numbered(tmp_path: Path) -> None:
+    path = tmp_path / "curve.csv"
+    path.write_text(",,,\n1,2,3,4\n")
+    with pytest.raises(LogError):  # a header of blanks is no header
+        read_flow_curves(path)
+    path.write_text("a,,,\n1,2,3,4\n")
+    assert [label for label, *_ in read_flow_curves(path)] == ["a", "curve 2"]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "no table of numbers"),
+        (b"\n\n,,,\n", "no table of numbers"),
+        (b"rate,stress\n", "1 rows of 2 columns"),
+        (b"rate\n1\n2\n", "3 rows of 1 columns"),
+        (b"A,\n1,2\n3,high\n", "row 3, column 2 holds 'high'"),
+        (b"A,\n1,2\n3,\n", "row 3 of curve A has only one of rate and stress"),
+        (b"A,\n1,2\n,4\n", "row 3 of curve A has only one of rate and stress"),
+        (bytes(range(128, 256)) * 10, "not a text file"),
+        (b"A,\n1,2\x00\n", "no table of numbers"),
+    ],
+)
+def test_bad_files(tmp_path: Path, content: bytes, words: str) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_bytes(content)
+    with pytest.raises(LogError) as caught:
+        read_flow_curves(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert words in str(caught.value)
+
+
+def test_no_file_and_a_folder(tmp_path: Path) -> None:
+    for path in (tmp_path / "gone.csv", tmp_path):
+        with pytest.raises(LogError, match="cannot be read"):
+            read_flow_curves(path)
+
+
+def test_the_row_named_is_that_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_text("A,\n1,2\n\n\n3,high\n")
+    with pytest.raises(LogError, match="row 5"):
+        read_flow_curves(path)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.binary(max_size=200))
+def test_any_bytes_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(content)
+    _curves_or_an_error(path)
+
+
+def _curves_or_an_error(path: Path) -> None:
+    """Whatever is read is a table of numbers that stand in the file, a rate and a stress each."""
+    try:
+        curves = read_flow_curves(path)
+    except LogError:
+        return
+    assert curves
+    for label, rates, stresses in curves:
+        assert label
+        assert len(rates) == len(stresses)
+        assert all(np.isfinite([*rates, *stresses]))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.text("0123456789.,;eE-+\t\n\r\"'ab ", max_size=120))
+def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    path = tmp_path_factory.getbasetemp() / "almost.csv"
+    path.write_text(text)
+    _curves_or_an_error(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("1,10\n2,20\n3,30\n", "row 1 holds the numbers 1 and 10 where labels are expected"),
+        ("1,10,1,11\n2,20,2,21\n", "row 1 holds the numbers 1 and 10 where labels are expected"),
+        ("stress [Pa],rate [1/s]\n10,1\n20,2\n", "stresses come ahead of their rates"),
+    ],
+)
+def test_a_file_that_would_be_misread_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "curves.csv"
+    path.write_text(text)
+    with pytest.raises(LogError, match=problem):
+        read_flow_curves(path)
+
+
+def test_labels_that_are_numbers_are_labels(tmp_path: Path) -> None:
+    path = tmp_path / "curves.csv"
+    path.write_text("0.5,,1,\n1,10,1,20\n2,20,2,30\n")
+    assert [label for label, _, _ in read_flow_curves(path)] == ["0.5", "1"]
+    path.write_text("rate [1/s],0.5,1\n1,10,20\n2,20,30\n")
+    assert [label for label, _, _ in read_flow_curves(path)] == ["0.5", "1"]
