@@ -206,10 +206,10 @@ class House:
 
     @cached_property
     def shared_stems(self) -> dict[str, list[str]]:
-        """Names of modules that stand more than once; a command may be named as the module that does its work."""
+        """Names of modules that stand more than once; a command's file is named as users call the command."""
         at: dict[str, list[str]] = defaultdict(list)
         for module in self.modules:
-            if not module.path.stem.startswith("_"):
+            if not module.path.stem.startswith("_") and module.path.parent.name != "commands":
                 at[module.path.stem].append(str(module.path))
         return {name: places for name, places in sorted(at.items()) if len(places) > 1}
 

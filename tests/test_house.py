@@ -17,7 +17,7 @@ TRICKS = {
     "__init__.py",
     "registry.py",
     "signals/shown.py",
-    "export/targets/mujoco.py",
+    "wings/exporters/targets/mujoco.py",
     "logs/readers/found_recordings.py",
 }
 

@@ -55,7 +55,9 @@ def test_every_module_named_in_the_architecture_exists() -> None:
     package = ROOT / "src" / "erclutch"
     rooms = {folder.name for folder in package.iterdir() if (folder / "__init__.py").exists()}
     named = [name for name in re.findall(r"`([a-z_]+(?:/[\w.]+)*)`", text) if name.split("/")[0] in rooms]
+    wings = {f"wings/{folder.name}" for folder in (package / "wings").iterdir() if (folder / "__init__.py").exists()}
     assert {name for name in named if "/" not in name} == rooms
+    assert wings <= set(named)
     for name in named:
         assert (package / name).exists() or (package / f"{name}.py").exists(), name
 

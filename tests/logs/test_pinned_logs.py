@@ -18,7 +18,7 @@ import pytest
 from scipy.signal import lfilter
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import ColumnMap, align, read, read_table, timing
+from erclutch.logs import ColumnMap, read, read_table, timing
 from erclutch.logs.assemble import assemble
 from erclutch.logs.dataset import build_dataset, hold_out, time_folds
 from erclutch.logs.labels import header_pairs, sample_period, split_label
@@ -29,6 +29,7 @@ from erclutch.logs.time_window import seconds_of, within
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
+from erclutch.wings.align.aligned_logs import align
 from erclutch.wings.align.clock_match import _overlap, _search, _width, match_clocks, track_of
 
 Pinned = Callable[..., None]

@@ -29,7 +29,7 @@ from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.workspace import Workspace, WorkspaceError, plain_name
 
 CHROMIUM = Path("/usr/bin/chromium")
-NEES = Path(__file__).parents[3] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
+NEES = Path(__file__).parents[4] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
 
 # --- forms ------------------------------------------------------------------------------------------------------------
 

@@ -172,7 +172,7 @@ def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> No
 def study() -> Any:
     from importlib.util import module_from_spec, spec_from_file_location
 
-    spec = spec_from_file_location("fleet_study", Path(__file__).parents[2] / "studies/fleet.py")
+    spec = spec_from_file_location("fleet_study", Path(__file__).parents[3] / "studies/fleet.py")
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)

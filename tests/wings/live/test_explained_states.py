@@ -11,7 +11,7 @@ from erclutch.wings.live.explained_states import transitions
 from erclutch.wings.live.ring import State
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode
 
-PICTURE = Path(__file__).parents[2] / "docs" / "images" / "states.svg"
+PICTURE = Path(__file__).parents[3] / "docs" / "images" / "states.svg"
 
 
 def test_only_an_order_to_run_leads_out_of_ready_and_nothing_but_a_reset_out_of_a_trip() -> None:

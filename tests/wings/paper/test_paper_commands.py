@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from erclutch.cli.commands.cite import AUTHORS, PAPER, PAPER_AUTHORS, cite
-from erclutch.cli.commands.table import table_for_paper
+from erclutch.cli.commands.table import table
 from erclutch.errors import RunError, SettingError
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_a_citation_says_what_the_file_says(capsys: pytest.CaptureFixture[str]) -> None:
@@ -28,6 +28,6 @@ def test_a_citation_says_what_the_file_says(capsys: pytest.CaptureFixture[str]) 
 
 def test_what_a_table_cannot_be(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="not a run"):
-        table_for_paper(tmp_path)
+        table(tmp_path)
     with pytest.raises(SettingError, match="--most 0"):
-        table_for_paper(tmp_path, most=0)
+        table(tmp_path, most=0)

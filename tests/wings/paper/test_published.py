@@ -9,7 +9,7 @@ import pytest
 
 from erclutch.wings.paper.published import APPROACHES, WARMING
 
-TEXT = Path(__file__).resolve().parents[2].parent / "shared" / "paper" / "huang-ishikawa-er-clutch-torque.txt"
+TEXT = Path(__file__).resolve().parents[3].parent / "shared" / "paper" / "huang-ishikawa-er-clutch-torque.txt"
 
 
 @pytest.fixture(scope="module")

@@ -243,7 +243,7 @@ def test_a_place_that_cannot_be(tmp_path: Path, name: str) -> None:
 
 
 def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.cli.commands.table import table_for_paper
+    from erclutch.cli.commands.table import table
     from erclutch.wings.live.commands.tune import tune
     from erclutch.wings.paper.commands.calibrate_twin import calibrate_twin
     from erclutch.wings.rig.commands.excite import excite
@@ -252,7 +252,7 @@ def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     mine = tmp_path / "control.toml"
     mine.write_text("mine")
-    commands = partial(simulate, "test"), partial(table_for_paper, tmp_path), calibrate_twin, excite
+    commands = partial(simulate, "test"), partial(table, tmp_path), calibrate_twin, excite
     for command in (*(partial(each, out=mine) for each in commands), partial(tune, tmp_path, out=tmp_path)):
         with pytest.raises(RunError, match="there is a file already"):
             command()

@@ -489,7 +489,7 @@ def test_uplot_is_what_its_origin_says() -> None:
 def test_no_text_becomes_markup_or_code_in_the_page() -> None:
     """Names of rigs, models and programs are put into the page as text."""
     package = files("erclutch")
-    for folder in ("live/page/static", "report/assets"):
+    for folder in ("wings/live/page/static", "report/assets"):
         for file in package.joinpath(folder).iterdir():
             if file.name.endswith(".js"):
                 found = re.findall(

@@ -31,7 +31,7 @@ from erclutch.wings.live.settings import LoopSettings
 
 TITLE = "torque control, interlock and model in one C99 file, with test vectors and make check"
 ALARMS = True
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).parents[1]
 _ROWS = 512
 #: What a sample holds, and what comes out, in the order of the C.
 INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_torque")
