@@ -1,4 +1,4 @@
-"""What the code costs whoever takes it over: rooms, lines, functions, import tricks, circles, the files of a change.
+"""What the code costs whoever takes it over: rooms and wings, arrows, circles, density, a log's way, a change's files.
 
     python studies/house.py [FOLDER ...]
 
@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 HERE = Path(__file__).resolve().parents[1]
 PACKAGE = "erclutch"
@@ -50,6 +51,9 @@ REPEATED = {
     "base inputs of a network": r"fields\[0\] - fields\[1\]|fluids\[0\] - fluids\[1\]|x\[0\] - x\[1\]",
     "1 % outside of what was trained on": r"0\.01 \* \((?:high - low|b - a)\)",
 }
+
+#: Where a log's way begins: the module and its function.
+LOG = ("erclutch.logs", "read")
 
 #: Nodes with nothing below them that is counted.
 _LEAVES = (ast.Name, ast.Constant, ast.expr_context, ast.operator)
@@ -140,15 +144,54 @@ class House:
         return sorted(p.parent.name for p in self.source.glob("*/__init__.py"))
 
     @cached_property
+    def wings(self) -> list[str]:
+        """Packages that stand on the core."""
+        return sorted(p.parent.name for p in self.source.glob("wings/*/__init__.py"))
+
+    @cached_property
     def ground_floor(self) -> list[str]:
         """Modules beside the rooms."""
         return sorted(p.stem for p in self.source.glob("*.py") if not p.stem.startswith("_"))
 
     @cached_property
-    def contract_lines(self) -> int:
-        """Lines of the layer contracts in pyproject.toml."""
+    def contracts(self) -> list[dict[str, Any]]:
+        """The layer contracts in pyproject.toml."""
         tools = tomllib.loads((self.folder / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-        return sum(len(contract.get("layers", ())) for contract in tools["importlinter"]["contracts"])
+        return tools["importlinter"]["contracts"]
+
+    @property
+    def contract_lines(self) -> int:
+        """Lines of the layer contracts."""
+        return sum(len(contract.get("layers", ())) for contract in self.contracts)
+
+    @cached_property
+    def arrows_up(self) -> list[str]:
+        """Imports, those inside of functions and those by a name in a string too, of what stands above or beside."""
+        floor: dict[str, int] = {}
+        for contract in self.contracts:
+            for container in contract.get("containers", [PACKAGE]):
+                for height, layer in enumerate(reversed(contract["layers"])):
+                    floor |= dict.fromkeys((f"{container}.{room.strip()}" for room in layer.split("|")), height)
+        names = {module.name for module in self.modules}
+        climbs: list[str] = []
+        for module in self.modules:
+            for target in [*_imports(module, names, lazy=True), *_imports_by_text(module)]:
+                for here, there in zip(_parents(module.name), _parents(target), strict=False):
+                    if here != there:
+                        if here in floor and floor[here] <= floor.get(there, -1):
+                            climbs.append(f"{module.path} -> {target}")
+                        break
+        return sorted(set(climbs))
+
+    @cached_property
+    def density(self) -> Density:
+        """How dense the Python code is."""
+        return Density.of(self.modules)
+
+    @cached_property
+    def way_of_a_log(self) -> list[str]:
+        """Files in which one stays on the way of `read`, in the order in which its functions are first called."""
+        return Calls(self.modules).way(*LOG)
 
     def lines(self, endings: Sequence[str]) -> int:
         """Lines of all files with such an ending."""
@@ -271,6 +314,135 @@ class House:
         return _circles(needs)
 
 
+@dataclass(frozen=True)
+class Density:
+    """What makes code slow to read.
+
+    Attributes:
+        tokens: of code, a line of code; docstrings and comments are no code.
+        comments: a line of code.
+        called_once: share of a module's private functions that are named once at most in it.
+        longest: lines of the longest file, and its place.
+    """
+
+    tokens: float
+    comments: float
+    called_once: float
+    longest: tuple[int, str]
+
+    @staticmethod
+    def of(modules: Sequence[Module]) -> Density:
+        """Counts of all modules together."""
+        silent = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+        tokens = comments = lines = private = once = 0
+        for module in modules:
+            code_lines: set[int] = set()
+            for token in tokenize.generate_tokens(io.StringIO(module.text).readline):
+                if token.type == tokenize.COMMENT:
+                    comments += 1
+                elif token.type not in silent and token.start[0] not in module.said:
+                    tokens += 1
+                    code_lines.add(token.start[0])
+            lines += len(code_lines)
+            named = Counter(node.id for node in ast.walk(module.tree) if isinstance(node, ast.Name))
+            for node in module.tree.body:
+                if isinstance(node, ast.FunctionDef) and node.name.startswith("_"):
+                    private += 1
+                    once += named[node.name] <= 1
+        longest = max((module.text.count("\n"), str(module.path)) for module in modules)
+        return Density(tokens / max(lines, 1), comments / max(lines, 1), once / max(private, 1), longest)
+
+
+@dataclass(frozen=True)
+class Calls:
+    """Which function of the package calls which, as far as the names in a file tell."""
+
+    modules: Sequence[Module]
+
+    @cached_property
+    def _homes(self) -> dict[str, tuple[str, ast.FunctionDef]]:
+        """Functions and methods by their full name, each with its file."""
+        homes: dict[str, tuple[str, ast.FunctionDef]] = {}
+        for module in self.modules:
+            for node in module.tree.body:
+                if isinstance(node, ast.FunctionDef):
+                    homes[f"{module.name}.{node.name}"] = (str(module.path), node)
+                elif isinstance(node, ast.ClassDef):
+                    for method in node.body:
+                        if isinstance(method, ast.FunctionDef):
+                            homes[f"{module.name}.{node.name}.{method.name}"] = (str(module.path), method)
+        return homes
+
+    def _method(self, name: str, file: str) -> str:
+        """The only method of that name among the classes that a file has or imports, or nothing."""
+        holders = set(self._names[file].values())
+        homes = [home for home in self._homes if home.endswith(f".{name}") and home.rpartition(".")[0] in holders]
+        return homes[0] if len(homes) == 1 else ""
+
+    @cached_property
+    def _names(self) -> dict[str, dict[str, str]]:
+        """By file: what a name in it stands for."""
+        meaning: dict[str, dict[str, str]] = {}
+        for module in self.modules:
+            own = {f.rpartition(".")[2]: f for f in self._homes if f.rpartition(".")[0] == module.name}
+            classes = {n.name: f"{module.name}.{n.name}" for n in module.tree.body if isinstance(n, ast.ClassDef)}
+            imported = {
+                alias.asname or alias.name: f"{node.module}.{alias.name}"
+                for node in module.nodes
+                if isinstance(node, ast.ImportFrom) and node.module
+                for alias in node.names
+            }
+            meaning[str(module.path)] = {**imported, **own, **classes}
+        return meaning
+
+    def way(self, module: str, function: str) -> list[str]:
+        """Files of the functions that one enters, each function once, in the order of the calls; runs of one file."""
+        seen: set[str] = set()
+        files: list[str] = []
+
+        def enter(name: str) -> None:
+            if name in seen or name not in self._homes:
+                return
+            seen.add(name)
+            file, body = self._homes[name]
+            if not files or files[-1] != file:
+                files.append(file)
+            holder = name.rpartition(".")[0]
+            for call in _in_order(body):
+                text = ast.unparse(call.func)
+                head, _, tail = text.partition(".")
+                meant = f"{holder}.{tail}" if head in ("self", "cls") else self._names[file].get(head, "")
+                if head not in ("self", "cls") and tail:
+                    meant = f"{meant}.{tail}"
+                enter(meant if meant in self._homes else self._method(text.rpartition(".")[2], file))
+
+        enter(f"{module}.{function}")
+        return files
+
+
+def _in_order(node: ast.AST) -> Iterator[ast.Call]:
+    """Calls in the order in which they run: arguments before the call."""
+    for child in ast.iter_child_nodes(node):
+        yield from _in_order(child)
+    if isinstance(node, ast.Call):
+        yield node
+
+
+def _parents(name: str) -> list[str]:
+    """A module's packages from the outermost, and itself."""
+    parts = name.split(".")
+    return [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
+
+
+def _imports_by_text(module: Module) -> Iterator[str]:
+    """Modules of the package that a string in a call of `import_module` names."""
+    for node in module.nodes:
+        if isinstance(node, ast.Call) and _called(node) in ("import_module", "__import__"):
+            for word in node.args:
+                if isinstance(word, ast.Constant) and str(word.value).startswith(f"{PACKAGE}."):
+                    yield str(word.value)
+
+
 def _bodies(text: str) -> str:
     """The inside of a C file's functions, without comments."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -322,11 +494,22 @@ def counts(house: House) -> dict[str, str]:
     """What is counted, each with its figure."""
     lengths = [length for length, _ in house.functions]
     longest, where = house.functions[-1]
+    density = house.density
+    stays = house.way_of_a_log
     lines = {name: house.lines(endings) for name, endings in LANGUAGES.items()}
     return {
         "rooms": f"{len(house.rooms)}",
+        "wings": f"{len(house.wings)}",
         "modules on the ground floor": f"{len(house.ground_floor)}",
         "lines of the layer contract": f"{house.contract_lines}",
+        "arrows up or aside": f"{len(house.arrows_up)}",
+        "tokens a line of code": f"{density.tokens:.1f}",
+        "comments a line of code": f"{density.comments:.1%}",
+        "private functions named once in their file": f"{density.called_once:.0%}",
+        "longest file": f"{density.longest[0]} ({density.longest[1]})",
+        "a log's way: stays": f"{len(stays)}",
+        "  files": f"{len(set(stays))}",
+        "  returns": f"{len(stays) - len(set(stays))}",
         "source lines": f"{sum(lines.values()):,}",
         **{f"  {name}": f"{count:,}" for name, count in lines.items()},
         "functions": f"{len(lengths):,}",
@@ -374,6 +557,9 @@ def _details(house: House) -> None:
         print(f"  shared: {name} in {', '.join(places)}")
     for name, places in house.shared_stems.items():
         print(f"  shared: {name}.py in {', '.join(places)}")
+    for climb in house.arrows_up:
+        print(f"  up: {climb}")
+    print(f"  a log's way: {' > '.join(house.way_of_a_log)}")
     print(f"  import tricks: {', '.join(house.import_tricks) or '-'}")
     kinds = Counter(place.rpartition(":")[0] for place in house.model_kinds)
     print(f"  a model's kind is asked for in: {', '.join(f'{n} x {path}' for path, n in kinds.items()) or '-'}")
