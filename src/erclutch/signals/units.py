@@ -25,6 +25,8 @@ _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
 _SPELLINGS = (
     (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
+    (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|umdr|Umdr)(?=\s*/)"), "turn"),
     (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),
     (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),

@@ -27,6 +27,9 @@ from erclutch.signals.shown import Shown
 FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
 _STIFF = 1e-9
 _FAINTEST = 1e-6
+_STRETCHES = 5  # of rates, each held out once
+_NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
+_FLAT = 0.15  # slope of ln(stress) over ln(rate) on a plateau
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,6 +53,10 @@ class FlowFit(Shown):
 
     Attributes:
         law: name of the law.
+        validated: root mean square residual of log10(stress) at rates that were held out, a stretch of rates at a time;
+            inf where the curve has too few points for that.
+        yield_shown: whether the interval of the law's yield stress holds what the curve shows at low rates; None for
+            a curve without a plateau there, which shows none.
         stop: how the solver ended.
         estimates: parameters with 95 % intervals (of their logarithms, so never below zero).
         log_rmse: root mean square residual of log10(stress).
@@ -65,6 +72,8 @@ class FlowFit(Shown):
     rmse: float
     aicc: float
     predicted: Array
+    validated: float = np.inf
+    yield_shown: bool | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
@@ -74,6 +83,8 @@ class FlowFit(Shown):
             "log_rmse": self.log_rmse,
             "rmse_Pa": self.rmse,
             "aicc": as_json(self.aicc),
+            "validated_log_rmse": as_json(self.validated),
+            "yield_stress_is_what_the_curve_shows": self.yield_shown,
             "parameters": [e.to_dict() for e in self.estimates],
         }
 
@@ -179,8 +190,13 @@ def _problem(law: Law, shapes: tuple[ShapeParameter, ...], x: Array, target: Arr
     return Problem(cost, linearise, lower, upper)
 
 
-def _starts(law: Law, shapes: tuple[ShapeParameter, ...], x: Array, stress: Array) -> list[Array]:
-    """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
+def _starts(
+    law: Law, shapes: tuple[ShapeParameter, ...], x: Array, stress: Array, *, least: bool = False
+) -> list[Array]:
+    """The best points of a scan of the shape, with the gains that minimise the relative residual there.
+
+    ``least`` takes a tenth of the points: for the fits of the validation, whose minimum lies near that of all points.
+    """
 
     def columns(q: Sequence[Any]) -> list[Any]:
         return [c / stress for c in law.columns(np.ones_like(x), x, _STIFF, *q)]
@@ -188,6 +204,8 @@ def _starts(law: Law, shapes: tuple[ShapeParameter, ...], x: Array, stress: Arra
     relative = Separable(columns, np.ones_like(x), shapes, law.gains)
     lower, upper = relative.bounds
     scan, starts = _effort(len(shapes))
+    if least:
+        scan, starts = max(scan // 10, 20), max(starts // 6, 2)
     points = list(scan_points(lower, upper, scan)) if shapes else [np.zeros(0)]
     costed = sorted(
         ((project(relative, parameters(shapes, u)), tuple(u)) for u in points), key=lambda pair: pair[0].cost
@@ -277,6 +295,103 @@ def _unit(dimension: Dimension, reference: float) -> tuple[str, float]:
 
 
 def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
-    """All laws on a curve, best corrected criterion first (by log-RMSE where there are too few points for it)."""
+    """All laws on a curve, the chosen one first, the others by what they miss at rates that were held out.
+
+    A curve is cut into stretches of rates. Each law is fitted without a stretch and judged on it, so that a law with
+    many parameters gains nothing by following noise. Chosen is the law with the fewest parameters that is as good as
+    the best within the standard error of the difference. Too few points for that: the corrected criterion ranks.
+
+    Raises:
+        SettingError, CheckError: see `fit_flow_curve`.
+    """
     fits = [fit_flow_curve(curve, name) for name in laws]
-    return sorted(fits, key=lambda f: (f.aicc, f.log_rmse))
+    residuals = [_held_out(curve, fit) for fit in fits]
+    plateau = plateau_of(curve)
+    judged: list[tuple[FlowFit, Array | None]] = []
+    for fit, residual in zip(fits, residuals, strict=True):
+        error = np.inf if residual is None else float(np.sqrt(np.mean(residual**2)) / np.log(10.0))
+        judged.append((replace(fit, validated=error, yield_shown=_shows(fit, plateau)), residual))
+    judged.sort(key=lambda pair: (pair[0].validated, pair[0].aicc, pair[0].log_rmse))
+    best, reference = judged[0]
+    if reference is None:
+        return [fit for fit, _ in judged]
+    as_good: list[FlowFit] = [best]
+    for fit, residual in judged[1:]:
+        if residual is None:
+            continue
+        # Squared residuals of the same points, so that what is hard for all laws cancels.
+        difference = residual**2 - reference**2
+        if difference.mean() <= difference.std(ddof=1) / np.sqrt(difference.size) + _NO_DIFFERENCE:
+            as_good.append(fit)
+    chosen = min(as_good, key=lambda fit: (len(fit.estimates), fit.validated))
+    return [chosen, *(fit for fit, _ in judged if fit is not chosen)]
+
+
+def _held_out(curve: FlowCurve, fit: FlowFit) -> Array | None:
+    """Residuals of ln(stress) at each rate by a fit without the stretch of rates around it; None: too few points."""
+    law = _law(fit.law)
+    unknowns = len(law.shape) - 1 + len(law.gains)
+    points = curve.rate.size
+    stretches = min(_STRETCHES, points // 3)
+    if stretches < 2 or points - -(-points // stretches) < unknowns + 1:
+        return None
+    reference = float(curve.rate.min())
+    x = curve.rate / reference
+    shapes = _bounded(law, float(x.max()))
+    residuals = np.empty(points)
+    for held in np.array_split(np.argsort(curve.rate, kind="stable"), stretches):
+        train = np.setdiff1d(np.arange(points), held)
+        problem = _problem(law, shapes, x[train], np.log(curve.stress[train]))
+        starts = _starts(law, shapes, x[train], curve.stress[train], least=True)
+        found = min((minimise(problem, u, tolerance=1e-10, max_iterations=200) for u in starts), key=lambda m: m.cost)
+        k = len(shapes)
+        gains = np.exp(found.point[k:]).tolist()
+        predicted = _stress(law, x[held], parameters(shapes, found.point[:k]), gains)
+        residuals[held] = np.log(curve.stress[held]) - np.log(predicted)
+    return residuals
+
+
+def plateau_of(curve: FlowCurve) -> tuple[float, float] | None:
+    """Between which stresses in Pa a curve levels off at its lowest rates; None where it does not.
+
+    A curve shows a yield stress where the stress hardly falls with the rate: over the lowest decade of rates, and over
+    four points at least, by a slope of ln(stress) over ln(rate) below 0.15. The stress at rest is then below the lowest
+    stress there by no more than the fall over two more decades.
+    """
+    order = np.argsort(curve.rate, kind="stable")
+    rate, stress = curve.rate[order], curve.stress[order]
+    low = rate <= 10.0 * rate[0]
+    if low.sum() < 4:
+        low = np.arange(rate.size) < 4
+    x, y = np.log(rate[low]), np.log(stress[low])
+    if np.ptp(x) == 0.0:
+        return None
+    slope = float(np.polyfit(x, y, 1)[0])
+    if slope > _FLAT:
+        return None
+    fall = float(np.exp(-2.0 * np.log(10.0) * max(slope, 0.0)))
+    return float(stress[low].min()) * fall, float(stress[low].max())
+
+
+def yield_text(fit: FlowFit) -> str:
+    """The yield stress of a fit with its interval in Pa, where the curve shows it; else that it is not identified."""
+    if not fit.yield_shown:
+        return "not identified"
+    stress = yield_stress_of(fit)
+    if not np.isfinite([stress.low, stress.high]).all():
+        return f"{stress.value:.4g}"
+    return f"{stress.value:.4g} ({stress.low:.4g} - {stress.high:.4g})"
+
+
+def yield_stress_of(fit: FlowFit) -> Estimate:
+    """The law's yield stress."""
+    return next(estimate for estimate in fit.estimates if estimate.name in ("T_y", "T_sy"))
+
+
+def _shows(fit: FlowFit, plateau: tuple[float, float] | None) -> bool | None:
+    """Whether the interval of a fit's yield stress meets the plateau of the curve."""
+    if plateau is None:
+        return None
+    stress = yield_stress_of(fit)
+    low, high = (stress.value if np.isnan(end) else end for end in (stress.low, stress.high))
+    return low <= plateau[1] and high >= plateau[0]

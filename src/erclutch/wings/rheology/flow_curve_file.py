@@ -1,97 +1,167 @@
-"""Files of flow curves hold shear rate and shear stress.
+"""Files of flow curves take the road of logs: a reader gives tables, a plan names the columns, and rows become curves.
 
-Either pairs of columns, rate [1/s] and stress [Pa], with a label over the first of each pair and pairs of any
-length; or one column of rates and a column of stresses for each curve, named by its header.
+One file may hold several curves: pairs of columns with a label over each pair, one column of rates beside several
+columns of stresses, sheets of a workbook, or tests of a rheometer's export.
 """
 
 from __future__ import annotations
 
-import csv
-import math
-import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from erclutch.errors import LogError, placed
+import numpy as np
 
-_LARGEST = 50_000_000
-_STRESS, _RATE = re.compile(r"stress|tau|\bk?pa\b|τ"), re.compile(r"rate|gamma|1/s|s\^?-1|γ")
+from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
+from erclutch.logs import read_table, recordings_in
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array
+from erclutch.wings.rheology.flow_curve import FlowCurve
+from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
+
+#: What instruments write for a point that they could not measure.
+_SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 
 
-def read_flow_curves(path: str | Path) -> list[tuple[str, list[float], list[float]]]:
-    """Label, shear rates and shear stresses of each curve in a file.
+@dataclass(frozen=True)
+class FlowFile:
+    """Flow curves of a file.
+
+    Attributes:
+        curves: with rates in 1/s and stresses in Pa, both above 0.
+        notes: what each column was taken for, and which rows were left out, one sentence each.
+    """
+
+    curves: tuple[FlowCurve, ...]
+    notes: tuple[str, ...]
+
+
+def read_flow_curves(
+    path: str | Path, *, rate: str | None = None, stress: Sequence[str] = (), tests: Sequence[str] = ()
+) -> FlowFile:
+    """Read all flow curves of a file.
+
+    Args:
+        path: a log file of any format that `erclutch.read` knows.
+        rate: the column of shear rates, with its unit; None: by name and unit.
+        stress: the columns of shear stresses or viscosities; none: by name and unit.
+        tests: which sheets or tests of the file, by name or by number from 1; none: all that hold a flow curve.
 
     Raises:
-        LogError: missing, empty, not text, or a cell that is no number.
+        LogError: the file cannot be read, or holds no flow curve.
+        MappingError: a column cannot be told (UnitError: or its unit).
+        SettingError: no such test.
     """
     with placed(str(path)):
-        (_, header), *body = _rows(Path(path))
-        wide = len(header)
-        if wide < 2 or not body:
-            problem = f"{len(body) + 1} rows of {wide} columns"
-            raise LogError(problem, remedy="Give a header and rate, stress pairs")
-        _refuse_unlabelled(header)
-        paired = wide % 2 == 0 and not any(cell.strip() for cell in header[1::2])
-        curves: list[tuple[str, list[float], list[float]]] = []
-        for stress in range(1, wide, 2 if paired else 1):
-            rate = stress - 1 if paired else 0
-            label = header[rate if paired else stress].strip() or f"curve {len(curves) + 1}"
-            points = [point for line, row in body for point in _point(line, row, rate, stress, label)]
-            curves.append((label, [r for r, _ in points], [s for _, s in points]))
-        return curves
+        names = recordings_in(path)
+        chosen = _chosen(names, tests)
+        curves: list[FlowCurve] = []
+        notes: list[str] = []
+        refused: list[ErclutchError] = []
+        for name in chosen:
+            try:
+                table = read_table(path, variable=name or None)
+                plan = plan_of(table, rate, stress)
+            except (LogError, MappingError) as error:
+                # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
+                if len(chosen) == 1 or tests:
+                    raise
+                refused.append(error)
+                notes.append(f"{name}: no flow curve ({error.problem})")
+                continue
+            found, told = curves_of(plan, table, name)
+            curves += found
+            notes += [f"{name}: {note}" if name else note for note in (*table.notes, *plan.notes, *told)]
+        if not curves:
+            if refused:
+                raise refused[0]
+            raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
+        return FlowFile(tuple(curves), tuple(notes))
 
 
-def _refuse_unlabelled(header: list[str]) -> None:
-    """Without a row of labels, and with stresses ahead of rates, numbers would be taken for something else."""
-    labels = [cell.strip().lower() for cell in header[:2]]
-    if all(_is_number(label) for label in labels):
-        problem = f"row 1 holds the numbers {labels[0]} and {labels[1]} where labels are expected"
-        raise LogError(problem, remedy="Put a row of labels above: one over the rates of each pair, or one a column")
-    if _STRESS.search(labels[0]) and _RATE.search(labels[1]):
-        problem = f"the columns are {header[0].strip()!r}, {header[1].strip()!r}: stresses come ahead of their rates"
-        raise LogError(problem, remedy="Put the rates into the first column")
+def _chosen(names: Sequence[str], tests: Sequence[str]) -> list[str]:
+    """Names of the recordings to read; "" for a file that is one recording."""
+    if not tests:
+        return list(names) or [""]
+    chosen: list[str] = []
+    for test in tests:
+        numbered = test.isdecimal() and test not in names and 1 <= int(test) <= len(names)
+        name = names[int(test) - 1] if numbered else test
+        if name not in names:
+            listed = ", ".join(f"{i} {name}" for i, name in enumerate(names, start=1)) or "none: leave --test out"
+            raise SettingError(f"there is no test {test!r}", where="--test", remedy=f"Choose from {listed}")
+        chosen.append(name)
+    return chosen
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
+def curves_of(plan: FlowPlan, table: Table, test: str = "") -> tuple[list[FlowCurve], list[str]]:
+    """The curves that a plan names, in SI units, and what was left out.
+
+    Args:
+        plan: made for this table.
+        table: its columns.
+        test: the sheet or test, for the labels.
+
+    Raises:
+        LogError: a curve has no points, or rates and stresses of opposite signs.
+    """
+    curves: list[FlowCurve] = []
+    notes: list[str] = []
+    for curve in plan.curves:
+        label = _label(curve, plan, table, test)
+        rate, stress, told = _points(curve, table, label)
+        curves.append(FlowCurve(label, rate, stress))
+        notes += [f"{label}: {note}" for note in told]
+    return curves, notes
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and cells of each line that is not blank, all of one width."""
-    table = "Give a CSV file of shear rates and stresses"
-    try:
-        if path.stat().st_size > _LARGEST:
-            raise LogError(f"{path.stat().st_size} bytes, at most {_LARGEST}", remedy="Give a flow-curve table")
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise LogError("not a text file", remedy=table) from error
-    except OSError as error:
-        raise LogError(f"cannot be read: {error.strerror}", remedy="Check the path") from error
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip(" ,;\t")]
-    if not lines or "\0" in text:
-        raise LogError("no table of numbers", remedy=table)
-    delimiter = max(",;\t", key=lambda mark: sum(line.count(mark) for _, line in lines[:20]))
-    rows = [next(csv.reader([line], delimiter=delimiter)) for _, line in lines]
-    width = max(len(row) for row in rows[1:] or rows)
-    if width % 2 and all(not (row[width - 1 :] and row[width - 1].strip()) for row in rows):
-        width -= 1  # a trailing delimiter
-    return [(i, (row + [""] * width)[:width]) for (i, _), row in zip(lines, rows, strict=True)]
+def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
+    """A test's only curve is named after the test, other curves after their column."""
+    alone = len(plan.curves) == 1 and curve.label == curve.stress.name
+    if test:
+        return test if alone else f"{test}: {curve.label}"
+    return Path(table.name).stem if alone else curve.label
 
 
-def _point(line: int, row: list[str], rate: int, stress: int, label: str) -> list[tuple[float, float]]:
-    """Rate and stress of a row, or nothing where both cells are empty."""
-    pair = [_number(line, row[column].strip(), column) for column in (rate, stress) if row[column].strip()]
-    if len(pair) == 1:
-        problem = f"row {line} of curve {label} has only one of rate and stress"
-        raise LogError(problem, remedy="Complete the pair or remove it")
-    return [(pair[0], pair[1])] if pair else []
-
-
-def _number(line: int, cell: str, column: int) -> float:
-    try:
-        return float(cell)
-    except ValueError as error:
-        problem = f"row {line}, column {column + 1} holds {cell!r}, a number is needed"
-        raise LogError(problem, remedy="Correct the cell") from error
+def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, list[str]]:
+    rate = table.columns[curve.rate.name]
+    stress = table.columns[curve.stress.name]
+    notes: list[str] = []
+    # The labels of pairs that are numbers stand in the first row, without a stress.
+    empty = np.isnan(rate) & np.isnan(stress)
+    half = np.isnan(rate) ^ np.isnan(stress)
+    if half.any() and curve.rate.reason.startswith("a label") and curve.label == f"{rate[0]:g}":
+        half[0] = False
+        empty[0] = True
+    never = np.isin(rate, _SENTINELS) | np.isin(stress, _SENTINELS)
+    at_rest = (rate == 0) & ~never
+    for rows, why in (
+        (half, "without a rate or without a stress"),
+        (never, "of a value that instruments write for no measurement"),
+        (at_rest & ~half, "at rest, which a logarithm has no place for"),
+    ):
+        if rows.any():
+            notes.append(f"{int(rows.sum())} of {int((~empty).sum())} points left out: {why}")
+    kept = ~(empty | half | never | at_rest)
+    if not kept.any():
+        raise LogError(
+            "no point has a shear rate and a shear stress", where=f"{table.name}, {label}", remedy="Check the columns"
+        )
+    x = rate[kept] * curve.rate.factor
+    y = stress[kept] * curve.stress.factor
+    if curve.times_rate:
+        y = y * np.abs(x) if (y > 0).all() else y * x
+    turned = (x < 0) & (y < 0)
+    if turned.any():
+        notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
+        x, y = np.where(turned, -x, x), np.where(turned, -y, y)
+    if curve.times_rate:
+        x = np.abs(x)
+    against = np.sign(x) != np.sign(y)
+    if against.any():
+        first = int(np.flatnonzero(kept)[np.argmax(against)]) + 1
+        at = f"row {first} of the table has the shear rate {x[against][0]:g} 1/s and the stress {y[against][0]:g} Pa"
+        raise LogError(at, where=f"{table.name}, {label}", remedy="Remove the point, or give magnitudes")
+    if np.any(np.diff(x) > 0) and np.any(np.diff(x) < 0):
+        notes.append("the rate rises and falls: both sweeps are fitted as one curve")
+    return x, y, notes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from json import dumps
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -17,53 +18,67 @@ COMMAND = {
 }
 
 
+_Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())]
+
+
 def flowcurve(
     files: Annotated[tuple[Path, ...], Parameter(name="FILE", negative=())],
     *,
-    laws: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=())] = (),
+    laws: _Names = (),
+    rate: str | None = None,
+    stress: _Names = (),
+    test: _Names = (),
     parameters: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
-    """Fit laws of shear stress to flow curves (shear rate [1/s] and shear stress [Pa]) and say which wins where.
+    """Fit laws of shear stress to flow curves (shear stress against shear rate) and say which law holds for which.
+
+    Columns are recognised by name and unit; viscosities become stresses. Laws are ranked by what they miss at rates
+    that were held out. A yield stress that the curve does not show is called not identified.
 
     Args:
-        files: CSV: pairs of columns with a label over each pair, or one column of rates and one of stresses a curve.
+        files: Any log format, workbooks with several sheets, exports of rheometers with several tests; or pairs of
+            columns with a label over each pair.
         laws: Which laws to fit. Default: all laws that have a meaning at one field.
-        parameters: Also print the best law's parameters with intervals.
+        rate: The column of shear rates with its unit, such as "D [1/min]". Default: by name and unit.
+        stress: Columns of shear stress or viscosity with their units, such as "tau [kPa]". Default: by name and unit.
+        test: Sheets or tests of the file, by name or number. Default: all that hold a flow curve.
+        parameters: Also print the chosen law's parameters with intervals.
         json: Print everything as JSON.
     """
     from collections import Counter
 
-    import numpy as np
-
-    from erclutch.wings.rheology.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, ranked
+    from erclutch.wings.rheology.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, ranked, yield_text
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
     chosen = laws or FLOW_LAWS
-    curves = [(path.name, *curve) for path in files for curve in read_flow_curves(path)]
-    found: list[tuple[str, str, int, list[FlowFit]]] = []
+    read = [(path.name, read_flow_curves(path, rate=rate, stress=stress, tests=test)) for path in files]
+    curves = [(name, curve) for name, file in read for curve in file.curves]
+    fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:
-        for done, (file, label, rates, stresses) in enumerate(curves, start=1):
-            curve = FlowCurve(label, np.array(rates), np.array(stresses))
-            found.append((file, label, len(rates), ranked(curve, chosen)))
+        for done, (name, curve) in enumerate(curves, start=1):
+            fitted.append((name, curve, ranked(curve, chosen)))
             bar(done, len(curves), "fitting flow curves")
     if json:
         body = [
-            {"file": file, "curve": label, "points": n, "fits": [fit.to_dict() for fit in fits]}
-            for file, label, n, fits in found
+            {"file": name, "curve": curve.label, "points": curve.rate.size, "fits": [fit.to_dict() for fit in fits]}
+            for name, curve, fits in fitted
         ]
         print(dumps(body, indent=1, allow_nan=False))
         return
-    names = sorted({fit.law for *_, fits in found for fit in fits}, key=FLOW_LAWS.index)
+    for name, file in read:
+        terminal.tell(*(f"{name}: {note}" for note in file.notes))
+    names = sorted({fit.law for *_, fits in fitted for fit in fits}, key=FLOW_LAWS.index)
     rows: list[list[str]] = []
-    for file, label, n, fits in found:
-        errors = {fit.law: fit.log_rmse for fit in fits}
-        rows.append([file, label, str(n), *(f"{errors[name]:.4f}" for name in names), fits[0].law])
-    title = "Root mean square residual of log10(shear stress)"
-    table = terminal.table(title, ["file", "curve", "points", *names, "best by AICc"], rows, left=2)
-    terminal.tell(table)
-    wins = Counter(fits[0].law for *_, fits in found)
-    terminal.tell("Best on: " + ", ".join(f"{law} {count} of {len(found)}" for law, count in wins.most_common()))
+    for name, curve, fits in fitted:
+        errors = {fit.law: fit.validated if isfinite(fit.validated) else fit.log_rmse for fit in fits}
+        missed = [f"{errors[law]:.4f}" for law in names]
+        rows.append([name, curve.label, str(curve.rate.size), *missed, fits[0].law, yield_text(fits[0])])
+    title = "Root mean square residual of log10(shear stress) at rates held out"
+    columns = ["file", "curve", "points", *names, "chosen", "yield stress [Pa]"]
+    terminal.tell(terminal.table(title, columns, rows, left=2))
+    wins = Counter(fits[0].law for *_, fits in fitted)
+    terminal.tell("Chosen for: " + ", ".join(f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()))
     if parameters:
-        for file, label, _, fits in found:
-            terminal.tell(terminal.estimates(f"{file}, {label}: {fits[0].law}", fits[0].estimates))
+        for name, curve, fits in fitted:
+            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {fits[0].law}", fits[0].estimates))

@@ -1,0 +1,355 @@
+"""A flow plan says which columns of a table are shear rate and shear stress, in which units, and why.
+
+A column is recognised by its name, in the languages that instruments write, and by its unit; where both speak, both
+must agree. A viscosity times its rate is a stress, so a table without stresses is read by its viscosities. What cannot
+be told is asked about.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.labels import split_label
+from erclutch.logs.table import Table
+from erclutch.signals.units import parse
+
+Role = Literal["rate", "stress", "viscosity", "other", "unknown"]
+
+_SI = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
+_PASCAL = parse("Pa").factor
+_MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
+
+#: Words by which instruments and people name a column, as patterns over a plain name; German, French, Spanish, Chinese
+#: and Japanese behind English. Quantities that share a word
+#: or a unit with a flow curve and are none are looked at first.
+_WORDS: dict[Role, tuple[str, ...]] = {
+    "other": (
+        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", "ratio"),
+        *(r"\bstrain\b(?! ?rate)", "deformation", "torque", "drehmoment", "couple", "speed", "drehzahl", "flow rate"),
+        *("temp", "time", "zeit", "tiempo", "interval", "sampling", r"\bgap\b", "spalt", "angle", "winkel", "status"),
+        *(
+            r"\bpoint",
+            r"\bpts?\b",
+            r"\bpkt",
+            r"\bno\b",
+            r"\bnr\b",
+            "温度",
+            "时间",
+            "時間",
+            "扭矩",
+            "トルク",
+            "序号",
+            "点",
+        ),
+    ),
+    "viscosity": ("viscosi", "viskosi", r"\bvisc\b", r"\beta\b", "η", "粘度", "黏度", "粘性"),
+    "rate": (
+        *("shear ?rates?", "strain ?rate", "^rates?$", "gamma ?dot", r"\bgammap\b", r"\bgp\b", r"\bsr\b", r"\bd\b"),
+        *("γ\u0307", "γ", "schergesch", "scherrate", "schergef", "taux de cisail", "vitesse de cisail", "gradient de"),
+        *("velocidad de (?:corte|ciza)", "tasa de (?:corte|ciza)", "剪切速率", "剪切率", "せん断速度", "ずり速度"),
+    ),
+    "stress": (
+        *("shear ?stress", r"\bstress\b", r"\btau\b", "τ", r"\bsigma\b", "σ", "schubspannung", "scherspannung"),
+        *("contrainte", "cission", "esfuerzo", "tension (?:de corte|cort)"),
+        *("剪切应力", "剪應力", "切应力", "せん断応力", "ずり応力"),
+    ),
+}
+_BY_NAME: dict[Role, re.Pattern[str]] = {role: re.compile("|".join(words)) for role, words in _WORDS.items()}
+#: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
+_NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
+#: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
+_AGREE = 0.2
+
+
+@dataclass(frozen=True)
+class FlowColumn:
+    """One column of a flow curve.
+
+    Attributes:
+        name: in the table.
+        unit: by which it is read.
+        factor: from that unit to 1/s, Pa or Pa s.
+        reason: why the column is taken for its role, as the end of a sentence.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class CurvePlan:
+    """Where one curve stands in a table.
+
+    Attributes:
+        label: what the curve is called.
+        rate: its shear rates.
+        stress: its shear stresses, or its viscosities.
+        times_rate: whether ``stress`` is a viscosity, which becomes a stress by its rate.
+    """
+
+    label: str
+    rate: FlowColumn
+    stress: FlowColumn
+    times_rate: bool = False
+
+
+@dataclass(frozen=True)
+class FlowPlan:
+    """What a table of flow curves is taken for.
+
+    Attributes:
+        curves: one or several.
+        notes: what was chosen and left out, one sentence each.
+    """
+
+    curves: tuple[CurvePlan, ...]
+    notes: tuple[str, ...]
+
+
+def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -> FlowPlan:
+    """Choose the columns of the flow curves in a table.
+
+    Args:
+        table: as a reader gives it.
+        rate: the column of shear rates, such as ``D [1/min]``; None: the columns are looked for.
+        stress: the columns of shear stresses or viscosities, such as ``tau [kPa]`` or ``eta [mPa s]``.
+
+    Raises:
+        MappingError: no column or several could be meant (UnitError: a unit is unknown, or does not fit the name).
+    """
+    pairs = _labelled_pairs(table)
+    if pairs and rate is None and not stress:
+        return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]",))
+    asked = {_column(table, label): label for label in ([rate] if rate else []) + [*stress]}
+    roles = {name: _role(table, name) for name in table.columns if name not in asked}
+    rates = [_column(table, rate)] if rate else [name for name, role in roles.items() if role == "rate"]
+    wanted = [_column(table, label) for label in stress]
+    if not wanted:
+        wanted = [name for name, role in roles.items() if role == "stress"]
+    viscosities = [name for name, role in roles.items() if role == "viscosity"]
+    guessed: list[str] = []
+    if not wanted and not viscosities and rates:
+        # Columns named after the field or the sample alone, beside a column that is surely the rate.
+        guessed = [name for name, role in roles.items() if role == "unknown" and _rises(table, rates[0], name)]
+        wanted = guessed
+    if not rates or not (wanted or viscosities):
+        raise _missing(table, roles, rates)
+    by_viscosity = not wanted
+    groups = _grouped(table, rates, wanted or viscosities)
+    curves: list[CurvePlan] = []
+    for rate_name, value_name in groups:
+        value_role: Role = "viscosity" if by_viscosity or _is_viscosity(table, value_name, asked) else "stress"
+        curves.append(
+            CurvePlan(
+                label=value_name,
+                rate=_flow_column(table, rate_name, "rate", asked),
+                stress=_flow_column(table, value_name, value_role, asked),
+                times_rate=value_role == "viscosity",
+            )
+        )
+    plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
+    if len(curves) == 1 and len(viscosities) == 1 and not curves[0].times_rate and not asked:
+        _compare(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
+    return plan
+
+
+def _labelled_pairs(table: Table) -> tuple[CurvePlan, ...]:
+    """Curves of a file with a label over the rates of each pair and nothing over the stresses; none for others."""
+    names = list(table.columns)
+    unnamed = [re.fullmatch(r"c\d+", name) is not None and table.units.get(name) is None for name in names]
+    if len(names) % 2 or not names or not all(unnamed[1::2]):
+        return ()
+    first = [table.columns[name][0] for name in names]
+    if all(unnamed):
+        # Labels that are numbers, such as volume fractions, stand in the first row of the table.
+        if not (np.isfinite(first[::2]).all() and np.isnan(first[1::2]).all()):
+            return ()
+        labels = [f"{label:g}" for label in first[::2]]
+    else:
+        labels = [
+            name if not auto else f"curve {i + 1}"
+            for i, (name, auto) in enumerate(zip(names[::2], unnamed[::2], strict=True))
+        ]
+        if any(_role(table, name) != "unknown" for name in names[::2]):
+            return ()
+    reason = "a label stands over its pair of columns"
+    return tuple(
+        CurvePlan(label, FlowColumn(x, "1/s", 1.0, reason), FlowColumn(y, "Pa", 1.0, reason))
+        for label, x, y in zip(labels, names[::2], names[1::2], strict=True)
+    )
+
+
+def _column(table: Table, label: str) -> str:
+    """The column that an option names, with or without a unit behind it."""
+    name, _ = split_label(label)
+    for candidate in (label, name):
+        if candidate in table.columns:
+            return candidate
+    raise MappingError(
+        f"there is no column {name!r}", where=table.name, remedy=f"Choose from {', '.join(map(repr, table.labels))}"
+    )
+
+
+def _plain(name: str) -> str:
+    """A name in small letters without accents, with spaces for underscores."""
+    letters = unicodedata.normalize("NFKD", name.lower())
+    bare = "".join(c for c in letters if not unicodedata.combining(c) or c == "\u0307")
+    return re.sub(r"[_\s./]+", " ", bare).strip()
+
+
+def _said_by_name(name: str) -> Role:
+    plain = _plain(re.sub(r"\s*\(\d+\)$", "", name))
+    return next((role for role, pattern in _BY_NAME.items() if pattern.search(plain)), "unknown")
+
+
+def _said_by_unit(unit: str | None) -> Role:
+    """What a unit alone says: a rate, a stress, a viscosity, another quantity, or nothing."""
+    if not unit:
+        return "unknown"
+    try:
+        dimension = parse(unit).dimension
+    except UnitError:
+        return "unknown"
+    for role, si in _SI.items():
+        if dimension == parse(si).dimension:
+            return "other" if role == "rate" and _NO_RATE.search(unit) else role
+    return "other"
+
+
+def _role(table: Table, name: str) -> Role:
+    """The role of a column by name and unit.
+
+    Raises:
+        UnitError: the name and the unit of a column speak of two roles.
+    """
+    named, measured = _said_by_name(name), _said_by_unit(table.units.get(name))
+    if named in ("unknown", measured) or measured == "unknown":
+        return measured if named == "unknown" else named
+    if named == "other" or measured == "other":
+        return "other" if named == "other" or table.units.get(name) else named
+    unit = table.units[name]
+    raise UnitError(
+        f"the column {name!r} is {_MEANING[named]} by its name and {_MEANING[measured]} by its unit [{unit}]",
+        where=table.name,
+        remedy=f"Say which it is: --rate {shell_word(f'{name} [1/s]')} or --stress {shell_word(f'{name} [Pa]')}",
+    )
+
+
+def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
+    """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
+    unit = split_label(asked[name])[1] if name in asked else None
+    unit = unit or table.units.get(name)
+    return _said_by_unit(unit) == "viscosity" if unit else _said_by_name(name) == "viscosity"
+
+
+def _rises(table: Table, rate: str, name: str) -> bool:
+    """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
+    x, y = np.abs(table.columns[rate]), np.abs(table.columns[name])
+    known = np.isfinite(x) & np.isfinite(y)
+    if table.units.get(name) or known.sum() < 3:
+        return not table.units.get(name)
+    ranks = [np.argsort(np.argsort(values[known])) for values in (x, y)]
+    return bool(np.corrcoef(ranks[0], ranks[1])[0, 1] > 0.5) if np.ptp(y[known]) > 0 else True
+
+
+def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[tuple[str, str]]:
+    """Pairs of a column of rates and a column of stresses or viscosities."""
+    if len(rates) == 1:
+        return [(rates[0], value) for value in values]
+    if len(rates) == len(values):
+        return list(zip(rates, values, strict=True))
+    raise MappingError(
+        f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) for {len(values)} columns of stresses",
+        where=table.name,
+        remedy=f"Name one: --rate {shell_word(table.label(rates[0]))}",
+    )
+
+
+def _flow_column(
+    table: Table, name: str, role: Literal["rate", "stress", "viscosity"], asked: dict[str, str]
+) -> FlowColumn:
+    """A column with the unit by which it is read.
+
+    Raises:
+        UnitError: the unit is unknown, or of another quantity.
+    """
+    given = split_label(asked[name])[1] if name in asked else None
+    unit = given or table.units.get(name)
+    if unit is None:
+        return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
+    if _said_by_unit(unit) != role:
+        option = "--rate" if role == "rate" else "--stress"
+        raise UnitError(
+            f"the column {name!r} has the unit {unit!r}, which is no unit of {_MEANING[role]}",
+            where=table.name,
+            remedy=f"Name its unit: {option} {shell_word(f'{name} [{_SI[role]}]')}",
+        )
+    base = 1.0 if role == "rate" else _PASCAL
+    return FlowColumn(name, unit, parse(unit).factor / base, "asked for" if given else f"named, in {unit}")
+
+
+def _notes(
+    table: Table, curves: Sequence[CurvePlan], guessed: Sequence[str], roles: dict[str, Role]
+) -> tuple[str, ...]:
+    notes: list[str] = []
+    columns = {curve.rate: "shear rate" for curve in curves}
+    columns |= {curve.stress: "viscosity" if curve.times_rate else "shear stress" for curve in curves}
+    for column, role in columns.items():
+        said = f"{role}: column {column.name!r} [{column.unit}]"
+        if column.name in guessed:
+            said += ", without unit or a known name: taken for a stress in Pa because it grows with the rate"
+        elif column.reason.startswith("no unit"):
+            said += f", {column.reason}"
+        elif column.factor != 1.0:
+            said += f", x {column.factor:g} to {_SI[role.removeprefix('shear ')]}"
+        notes.append(said)
+    if any(curve.times_rate for curve in curves):
+        notes.append("stress = viscosity x shear rate")
+    used = {name for curve in curves for name in (curve.rate.name, curve.stress.name)}
+    left = [name for name in roles if name not in used]
+    if left:
+        notes.append(f"not used: {', '.join(left)}")
+    return tuple(notes)
+
+
+def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
+    """Stress over rate is the viscosity: a wrong unit of either shows.
+
+    Raises:
+        UnitError: they disagree.
+    """
+    stress = np.abs(table.columns[curve.stress.name] * curve.stress.factor)
+    apparent = np.abs(
+        table.columns[curve.rate.name] * curve.rate.factor * table.columns[viscosity.name] * viscosity.factor
+    )
+    known = np.isfinite(stress) & np.isfinite(apparent) & (apparent > 0) & (stress > 0)
+    if not known.any():
+        return
+    ratio = float(np.median(stress[known] / apparent[known]))
+    if abs(np.log(ratio)) > np.log1p(_AGREE):
+        raise UnitError(
+            f"{curve.stress.name!r} [{curve.stress.unit}] is {ratio:.4g} times {viscosity.name!r} [{viscosity.unit}] x "
+            f"{curve.rate.name!r} [{curve.rate.unit}]: one of these units is wrong",
+            where=table.name,
+            remedy=f"Name the columns with their units: --rate {shell_word(f'{curve.rate.name} [1/s]')} "
+            f"--stress {shell_word(f'{curve.stress.name} [Pa]')}",
+        )
+
+
+def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
+    what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--rate", "1/s")
+    unknown = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
+    return MappingError(
+        f"no column is surely the {what} (there are: {', '.join(table.labels)})",
+        where=table.name,
+        remedy=f"Name it with its unit, such as {option} {shell_word(f'{unknown[0]} [{unit}]')}",
+    )

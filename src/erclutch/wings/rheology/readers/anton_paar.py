@@ -1,0 +1,77 @@
+"""Exports of Anton Paar's programs: RheoCompass writes "Interval data:" before each table, Rheoplus "Meas. Pts.".
+
+Both write tables under each other, one an interval of a test, with names, then units in brackets, then points.
+"""
+
+from __future__ import annotations
+
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.table import Table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+
+_COMPASS = "Interval data:"
+_PLUS = "Meas. Pts."
+#: What stands before the name of a test; the last line before a table names it best.
+_TESTS = ("Test:", "Result:", "Name:", "Sample:")
+_INTERVALS = ("Interval and data points:", "Interval:")
+
+
+def _blocks(content: str) -> list[Block]:
+    lines = content.splitlines()
+    head = next((line for line in lines if _COMPASS in line or _PLUS in line), "")
+    delimiter = delimiter_of(head)
+    blocks: list[Block] = []
+    test, interval = "", ""
+    at = 0
+    while at < len(lines):
+        row = cells(lines[at], delimiter)
+        at += 1
+        first = row[0] if row else ""
+        if first in _TESTS and len(row) > 1 and row[1]:
+            test = row[1]
+        elif first in _INTERVALS and len(row) > 1:
+            interval = row[1]
+        elif first in (_COMPASS, _PLUS):
+            # RheoCompass begins each row of a table with an empty cell, below the mark itself.
+            margin = 1 if first == _COMPASS else 0
+            names = row[margin:]
+            while names and not names[-1]:
+                names.pop()
+            units: list[str] = []
+            while at < len(lines) and not units:
+                below = cells(lines[at], delimiter)
+                if any(below) and not any(cell.startswith("[") for cell in below):
+                    break  # a table without units
+                units = below[margin:] if any(below) else []
+                at += 1
+            start = at
+            rows: list[list[str]] = []
+            while at < len(lines):
+                point = cells(lines[at], delimiter)
+                if not any(point) or point[0] in (*_TESTS, *_INTERVALS, _COMPASS, _PLUS, "Project:"):
+                    break
+                rows.append(point[margin:])
+                at += 1
+            if rows:
+                blocks.append(Block(_called(test, interval, len(blocks)), names, units, rows, start + 1))
+    return blocks
+
+
+def _called(test: str, interval: str, before: int) -> str:
+    name = test or f"test {before + 1}"
+    return f"{name}, interval {interval}" if interval else name
+
+
+def _read(source: LogSource) -> Table:
+    return chosen_table(source, _blocks(text.decode(source.data)), "test")
+
+
+def _claims(head: bytes) -> bool:
+    """By a mark near the beginning, in UTF-8 or UTF-16."""
+    plain = head.replace(b"\0", b"")
+    marks = (b"Interval and data points:", b"Interval data:", b"Meas. Pts.", b"Number of Intervals:")
+    return any(mark in plain for mark in marks)
+
+
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)

@@ -1,0 +1,58 @@
+"""Text exports of HAAKE RheoWin: names such as "Tau in Pa" between semicolons, and rows that begin with "3|12".
+
+The number before the bar is the segment of the job, the number behind it the point. Segments are recordings.
+"""
+
+from __future__ import annotations
+
+import re
+
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.table import Table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
+
+_NAMES = re.compile(r"^;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) in [^;]+;", re.MULTILINE)
+_POINT = re.compile(r"(\d+)\|\d+")
+_NAMED = re.compile(r"(.+?) in (.+)")
+
+
+def _blocks(content: str) -> list[Block]:
+    lines = content.splitlines()
+    blocks: list[Block] = []
+    names: list[str] = []
+    units: list[str] = []
+    segment, rows, start = "", list[list[str]](), 0
+    for number, line in enumerate([*lines, ""], start=1):
+        row = cells(line, ";")
+        point = _POINT.fullmatch(row[0]) if row else None
+        if point is None or point.group(1) != segment:
+            if rows:
+                blocks.append(Block(f"segment {segment}", names, units, rows, start))
+            segment, rows, start = (point.group(1) if point else ""), [], number
+        if point is not None:
+            rows.append(row[1 : 1 + len(names)])
+        elif _NAMES.match(line):
+            labels = [_NAMED.fullmatch(cell) for cell in row[1:] if cell]
+            names = [label.group(1) if label else cell for label, cell in zip(labels, row[1:], strict=False)]
+            units = [label.group(2) if label else "" for label in labels]
+    return [_without_empty_columns(block) for block in blocks]
+
+
+def _without_empty_columns(block: Block) -> Block:
+    """A segment's table without the columns that hold nothing in it."""
+    kept = [i for i in range(len(block.names)) if any(i < len(row) and row[i] for row in block.rows)]
+    rows = [[row[i] if i < len(row) else "" for i in kept] for row in block.rows]
+    return Block(block.name, [block.names[i] for i in kept], [block.units[i] for i in kept], rows, block.line)
+
+
+def _read(source: LogSource) -> Table:
+    return chosen_table(source, _blocks(text.decode(source.data)), "segment")
+
+
+def _claims(head: bytes) -> bool:
+    plain = head.replace(b"\0", b"").decode("latin-1")
+    return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None
+
+
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)
