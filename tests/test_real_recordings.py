@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
+from erclutch.wings.rheology.flow_curve import fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
@@ -119,12 +119,12 @@ def test_raw_exports_open(name: str, rows: int, segments: int, more: tuple[str, 
 
 
 def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
-    curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv")
-    assert [label for label, *_ in curves] == ["0.68", "0.70", "0.72", "0.74", "0.76", "0.78", "0.80"]
-    for label, rates, stresses in curves:
-        found = fit_flow_curve(FlowCurve(label, np.array(rates), np.array(stresses)), "herschel-bulkley")
+    curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv").curves
+    assert [curve.label for curve in curves] == ["0.68", "0.7", "0.72", "0.74", "0.76", "0.78", "0.8"]
+    for curve in curves:
+        found = fit_flow_curve(curve, "herschel-bulkley")
         assert found.stop == "converged"
-        assert found.log_rmse <= 0.030, label
+        assert found.log_rmse <= 0.030, curve.label
         values = {e.name: e for e in found.estimates}
         assert values["T_y"].low < values["T_y"].value < values["T_y"].high
         assert 0.3 < values["m"].value < 0.7
@@ -134,10 +134,10 @@ def test_all_eight_files_are_read() -> None:
     files = sorted(FLOW.glob("*.csv"))
     assert len(files) == 8
     for path in files:
-        curves = read_flow_curves(path)
+        curves = read_flow_curves(path).curves
         assert curves
-        assert all(len(rates) == len(stresses) >= 4 for _, rates, stresses in curves), path.name
-        assert all(min(rates) > 0 and min(stresses) > 0 for _, rates, stresses in curves), path.name
+        assert all(curve.rate.size == curve.stress.size >= 4 for curve in curves), path.name
+        assert all(curve.rate.min() > 0 and curve.stress.min() > 0 for curve in curves), path.name
 
 
 @pytest.mark.slow

@@ -321,7 +321,7 @@ def test_flowcurve(tmp_path: Path) -> None:
     rows = "".join(f"{r:.6g},{5 + 2 * r**0.5:.6g}\n" for r in rates)
     (tmp_path / "curve.csv").write_text("sample A,\n" + rows)
     said = good("flowcurve", "curve.csv", "--parameters", cwd=tmp_path)
-    assert "Best on: herschel-bulkley 1 of 1" in said
+    assert "Chosen for: herschel-bulkley 1 of 1" in said
     assert "Pa*s^m" in said
     body = json.loads(good("flowcurve", "curve.csv", "--json", cwd=tmp_path))
     assert body[0]["curve"] == "sample A"
@@ -429,7 +429,7 @@ def test_missing_files_and_folders_without_logs(tmp_path: Path, monkeypatch: pyt
         (("fit", "gone.csv"), "gone.csv: there is no such file"),
         (("fit", "empty"), "empty: the folder holds no log"),
         (("inspect", "empty"), "empty: the folder holds no log"),
-        (("flowcurve", "gone.csv"), "gone.csv: cannot be read"),
+        (("flowcurve", "gone.csv"), "gone.csv: there is no such file"),
         (("demo", "--seconds", "0.5"), "--seconds 0.5"),
     ):
         assert words in refused_here(*arguments, cwd=tmp_path, monkeypatch=monkeypatch)

@@ -397,45 +397,12 @@ def test_rows_of_logs(name: Any, pinned: Pinned) -> None:
 # --- other files -----------------------------------------------------------------------------------------------------
 
 PAIRS = "0 V,,1 kV,\n0.1,2,0.1,20\n1,3,1,30\n10,8,10,\n100,,100,90\n"
-FLOW = {
-    "pairs": PAIRS,
-    "pairs with semicolons": PAIRS.replace(",", ";"),
-    "one rate": "rate,0 V,1 kV\n0.1,2,20\n1,3,30\n10,8,\n",
-    "no labels": "0.1,2\n1,3\n",
-    "turned": "stress [Pa],rate [1/s]\n2,0.1\n",
-    "one column": "a\n1\n",
-    "a label alone": "a,b\n",
-    "a word": PAIRS.replace("30", "off"),
-    "a rate is missing": PAIRS.replace("1,3,", ",3,"),
-    "wide": PAIRS.replace("8,10,", "8,10,,5"),
-    "a name is missing": "rate,,1 kV\n1,2,3\n2,3,4\n",
-    "blank lines": "\n" + PAIRS.replace("\n", "\n\n"),
-    "empty": "",
-    "nul": PAIRS.replace("30", "3\0"),
-    "three": "a,,b\n1,2,3\n",
-    "nan": PAIRS.replace("30", "nan"),
-}
 
 
 WRITTEN = (
     *("plain", "coaxial", "a missing effort", "two efforts", "a rate", "no time", "no lead", "a scale and an offset"),
     *("extras", "a constant"),
 )
-
-
-def test_flow_curve_files(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.wings.rheology import flow_curve_file
-
-    monkeypatch.chdir(tmp_path)
-    found: dict[str, Any] = {}
-    for name, text in FLOW.items():
-        Path("curves.csv").write_text(text)
-        found[name] = told(lambda: flow_curve_file.read_flow_curves("curves.csv"))
-    size = Path("curves.csv").stat().st_size
-    for largest in (size - 1, size):
-        monkeypatch.setattr(flow_curve_file, "_LARGEST", largest)
-        found[f"at most {largest}"] = told(lambda: flow_curve_file.read_flow_curves("curves.csv"))
-    pinned({**found, "none": told(lambda: flow_curve_file.read_flow_curves("nowhere.csv"))})
 
 
 @pytest.mark.parametrize("name", WRITTEN)

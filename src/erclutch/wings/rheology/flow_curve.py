@@ -29,6 +29,7 @@ _STIFF = 1e-9
 _FAINTEST = 1e-6
 _STRETCHES = 5  # of rates, each held out once
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
+_NEAR = 1.5  # of the best error: a law beyond that is no match for the best
 _FLAT = 0.15  # slope of ln(stress) over ln(rate) on a plateau
 
 
@@ -299,7 +300,8 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
 
     A curve is cut into stretches of rates. Each law is fitted without a stretch and judged on it, so that a law with
     many parameters gains nothing by following noise. Chosen is the law with the fewest parameters that is as good as
-    the best within the standard error of the difference. Too few points for that: the corrected criterion ranks.
+    the best within the standard error of the difference, and at most half as far off again. Too few points for that:
+    the corrected criterion ranks.
 
     Raises:
         SettingError, CheckError: see `fit_flow_curve`.
@@ -321,7 +323,9 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
             continue
         # Squared residuals of the same points, so that what is hard for all laws cancels.
         difference = residual**2 - reference**2
-        if difference.mean() <= difference.std(ddof=1) / np.sqrt(difference.size) + _NO_DIFFERENCE:
+        within = difference.mean() <= difference.std(ddof=1) / np.sqrt(difference.size) + _NO_DIFFERENCE
+        # One hard point makes any standard error large: the errors themselves must be near as well.
+        if within and fit.validated <= _NEAR * best.validated + _NO_DIFFERENCE:
             as_good.append(fit)
     chosen = min(as_good, key=lambda fit: (len(fit.estimates), fit.validated))
     return [chosen, *(fit for fit, _ in judged if fit is not chosen)]
@@ -332,8 +336,8 @@ def _held_out(curve: FlowCurve, fit: FlowFit) -> Array | None:
     law = _law(fit.law)
     unknowns = len(law.shape) - 1 + len(law.gains)
     points = curve.rate.size
-    stretches = min(_STRETCHES, points // 3)
-    if stretches < 2 or points - -(-points // stretches) < unknowns + 1:
+    stretches = min(_STRETCHES, points)
+    if points - -(-points // stretches) < unknowns + 1:
         return None
     reference = float(curve.rate.min())
     x = curve.rate / reference

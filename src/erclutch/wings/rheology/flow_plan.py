@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,9 +20,11 @@ from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
 from erclutch.signals.units import parse
 
-Role = Literal["rate", "stress", "viscosity", "other", "unknown"]
+Quantity = Literal["rate", "stress", "viscosity"]
+Role = Literal[Quantity, "other", "unknown"]
 
-_SI = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
+_SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
+_CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
 _PASCAL = parse("Pa").factor
 _MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
 
@@ -130,7 +132,7 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
     if pairs and rate is None and not stress:
         return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]",))
     asked = {_column(table, label): label for label in ([rate] if rate else []) + [*stress]}
-    roles = {name: _role(table, name) for name in table.columns if name not in asked}
+    roles: dict[str, Role] = {name: _role(table, name) for name in table.columns if name not in asked}
     rates = [_column(table, rate)] if rate else [name for name, role in roles.items() if role == "rate"]
     wanted = [_column(table, label) for label in stress]
     if not wanted:
@@ -147,7 +149,7 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
     groups = _grouped(table, rates, wanted or viscosities)
     curves: list[CurvePlan] = []
     for rate_name, value_name in groups:
-        value_role: Role = "viscosity" if by_viscosity or _is_viscosity(table, value_name, asked) else "stress"
+        value_role: Quantity = "viscosity" if by_viscosity or _is_viscosity(table, value_name, asked) else "stress"
         curves.append(
             CurvePlan(
                 label=value_name,
@@ -208,7 +210,10 @@ def _plain(name: str) -> str:
 
 def _said_by_name(name: str) -> Role:
     plain = _plain(re.sub(r"\s*\(\d+\)$", "", name))
-    return next((role for role, pattern in _BY_NAME.items() if pattern.search(plain)), "unknown")
+    for role, pattern in _BY_NAME.items():
+        if pattern.search(plain):
+            return role
+    return "unknown"
 
 
 def _said_by_unit(unit: str | None) -> Role:
@@ -221,7 +226,8 @@ def _said_by_unit(unit: str | None) -> Role:
         return "unknown"
     for role, si in _SI.items():
         if dimension == parse(si).dimension:
-            return "other" if role == "rate" and _NO_RATE.search(unit) else role
+            counted = role == "rate" and _NO_RATE.search(unit)
+            return "other" if counted else role
     return "other"
 
 
@@ -274,9 +280,7 @@ def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[
     )
 
 
-def _flow_column(
-    table: Table, name: str, role: Literal["rate", "stress", "viscosity"], asked: dict[str, str]
-) -> FlowColumn:
+def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str]) -> FlowColumn:
     """A column with the unit by which it is read.
 
     Raises:
@@ -301,16 +305,16 @@ def _notes(
     table: Table, curves: Sequence[CurvePlan], guessed: Sequence[str], roles: dict[str, Role]
 ) -> tuple[str, ...]:
     notes: list[str] = []
-    columns = {curve.rate: "shear rate" for curve in curves}
-    columns |= {curve.stress: "viscosity" if curve.times_rate else "shear stress" for curve in curves}
-    for column, role in columns.items():
-        said = f"{role}: column {column.name!r} [{column.unit}]"
+    columns: dict[FlowColumn, Quantity] = {curve.rate: "rate" for curve in curves}
+    columns |= {curve.stress: "viscosity" if curve.times_rate else "stress" for curve in curves}
+    for column, quantity in columns.items():
+        said = f"{_CALLED[quantity]}: column {column.name!r} [{column.unit}]"
         if column.name in guessed:
             said += ", without unit or a known name: taken for a stress in Pa because it grows with the rate"
         elif column.reason.startswith("no unit"):
             said += f", {column.reason}"
         elif column.factor != 1.0:
-            said += f", x {column.factor:g} to {_SI[role.removeprefix('shear ')]}"
+            said += f", x {column.factor:g} to {_SI[quantity]}"
         notes.append(said)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")

@@ -36,7 +36,7 @@ class Block:
 
 def cells(line: str, delimiter: str) -> list[str]:
     """Cells of a line without blanks around them; a quoted cell may hold the delimiter."""
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), list[str]())]
 
 
 def delimiter_of(line: str) -> str:

@@ -68,15 +68,14 @@ def flowcurve(
         return
     for name, file in read:
         terminal.tell(*(f"{name}: {note}" for note in file.notes))
-    names = sorted({fit.law for *_, fits in fitted for fit in fits}, key=FLOW_LAWS.index)
     rows: list[list[str]] = []
-    for name, curve, fits in fitted:
-        errors = {fit.law: fit.validated if isfinite(fit.validated) else fit.log_rmse for fit in fits}
-        missed = [f"{errors[law]:.4f}" for law in names]
-        rows.append([name, curve.label, str(curve.rate.size), *missed, fits[0].law, yield_text(fits[0])])
-    title = "Root mean square residual of log10(shear stress) at rates held out"
-    columns = ["file", "curve", "points", *names, "chosen", "yield stress [Pa]"]
-    terminal.tell(terminal.table(title, columns, rows, left=2))
+    for name, curve, (fit, *others) in fitted:
+        missed = [f"{f.law} {f.validated:.4f}" if isfinite(f.validated) else f.law for f in (fit, *others[:1])]
+        where = f"{name}: {curve.label}" if len(files) > 1 else curve.label
+        rows.append([where, str(curve.rate.size), missed[0], yield_text(fit), *(missed[1:] or [""])])
+    title = "Chosen laws, with what each misses at rates held out (RMS of log10 of the stress)"
+    columns = ["curve", "points", "chosen", "yield stress [Pa]", "next best"]
+    terminal.tell(terminal.table(title, columns, rows, left=1))
     wins = Counter(fits[0].law for *_, fits in fitted)
     terminal.tell("Chosen for: " + ", ".join(f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()))
     if parameters:
