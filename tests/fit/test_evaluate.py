@@ -289,6 +289,15 @@ def test_among_equally_simple_ones_the_more_accurate() -> None:
     assert recommend(scores, over, {"a": 4, "b": 4, "best": 9}) == ("best", "b")
 
 
+def test_of_models_as_good_physics_goes_first() -> None:
+    scores = {"law": scored(1.01), "corrected": scored(1.0), "network": scored(1.0)}
+    over = {name: BandedFigure(0.01, -0.1, 0.1) for name in scores}
+    parameters = {"law": 9, "corrected": 4, "network": 2}
+    freedom = {"law": 0, "corrected": 1, "network": 2}
+    assert recommend(scores, over, parameters, freedom=freedom)[1] == "law"
+    assert recommend(scores, over, parameters, {"corrected", "network"}, freedom)[1] == "corrected"
+
+
 def test_only_sound_models_are_recommended_where_there_are_any() -> None:
     scores = {"rich": scored(1.0), "middle": scored(1.03), "simple": scored(1.04)}
     over = {name: BandedFigure(s.rmse.value - 1.0, -0.01, 0.1) for name, s in scores.items()}

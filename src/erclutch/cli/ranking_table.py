@@ -9,7 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
-from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED
+from erclutch.fit.data_check import SIGN
+from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, explains
 from erclutch.logs.dataset import constant_stretches
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def ranking(comparison: Comparison, width: int) -> Table:
         folds = f"{len(comparison.entries[0].folds)}-block RMSE"
         cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
-    star = "recommended" if comparison.entry(comparison.recommended).sound else "nearest"
+    chosen = comparison.entry(comparison.recommended)
+    star = "recommended" if chosen.sound and _explains(chosen) else "nearest"
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
     return narrowed(title, cells, less_needed, width, left=2)
 
@@ -82,12 +84,20 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
 
 def verdict(comparison: Comparison) -> str:
     """The recommendation in a sentence or two."""
-    share = comparison.entry(comparison.recommended).test.share.value
-    if not share > NEXT_TO_NOTHING:
+    chosen = comparison.entry(comparison.recommended)
+    if any(finding.subject == SIGN for finding in comparison.findings):
+        return f"No model is recommended before the sign is settled: see the warning. The nearest is {chosen.name}."
+    if _explains(chosen):
         return _recommended(comparison)
     return (
-        f"{_recommended(comparison)} But it explains next to nothing: a constant would err by {1 / share:.0%} of that."
+        f"No model is recommended: the nearest, {chosen.name}, explains nothing of the rows held out (R2 "
+        f"{chosen.test.r2.value:.3f}, 95 % band {chosen.test.r2.low:.3f} to {chosen.test.r2.high:.3f}; a constant "
+        f"would err by {1 / chosen.test.share.value:.0%} of that)."
     )
+
+
+def _explains(entry: RankedModel) -> bool:
+    return explains(entry.test.share.value, entry.test.r2.low)
 
 
 def _recommended(comparison: Comparison) -> str:

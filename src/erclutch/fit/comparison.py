@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError, require, shell_word
-from erclutch.fit.data_check import ONE_FIELD, Finding, check, steady_command
+from erclutch.errors import CheckError, SettingError, require, shell_word
+from erclutch.fit.data_check import ONE_FIELD, SIGN, Finding, check, steady_command
 from erclutch.fit.history import history_finding
 from erclutch.fit.ladder import grown, helpful
 from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
@@ -37,6 +38,7 @@ from erclutch.models.band import Band
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
 from erclutch.models.laws.yield_stress import CONSTANT
+from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
 from erclutch.models.networks.network_model import NetworkModel
@@ -54,6 +56,8 @@ SETS = ("all", "paper")
 _EVIDENCE = 10.0
 #: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
 _MEANINGLESS = 1e8
+#: Share by which the cost may grow when a term that cannot be told is taken out.
+_NO_WORSE = 0.01
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
 _FORGOTTEN = 3.0
 
@@ -213,7 +217,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
     if lag != settings.lag and not data.one_field:
         findings += (_NO_LAG,)
-    laws = _fit_all(train, structures, settings.workers, report)
+    laws = [_with_terms_told(train, law) for law in _fit_all(train, structures, settings.workers, report)]
     if lag == AUTO:
         laws += _second_time_constant(train, laws, report)
     if settings.lag == AUTO:
@@ -221,8 +225,13 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         laws, findings = laws + more, findings + more_findings
         remembering, corrections = _networks_with_memory(train, networks, laws)
         networks, residuals = networks + remembering, list(dict.fromkeys([*residuals, *corrections]))
-    corrected = _fit_residuals(train, residuals, laws, chosen, report)
-    outcomes = [*laws, *_fit_networks(train, networks, laws, chosen, report), *corrected]
+    findings = tuple(_with_turned_fit(finding, data, test, chosen, laws) for finding in findings)
+    corrected, without_network = _fit_residuals(train, residuals, laws, chosen, report)
+    trained, untrained = _fit_networks(train, networks, laws, chosen, report)
+    findings += tuple(_left_out(reason) for reason in without_network + untrained)
+    outcomes = [*laws, *trained, *corrected]
+    if not outcomes:
+        raise (without_network + untrained)[0]
     entries = with_bands(data, test, scored(data, train, test, outcomes, settings))
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = _judged_by_training(entries)
@@ -231,12 +240,55 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         {e.name: e.excess for e in entries},
         {e.name: e.outcome.parameters for e in entries},
         {e.name for e in entries if e.sound},
+        {e.name: _freedom(e.outcome) for e in entries},
     )
     at = next(i for i, e in enumerate(entries) if e.name == recommended)
     taken = entries[at] = _with_sensor(data, test, entries[at])
     findings += _memory_left(data, taken)
     findings += log_differences(data, taken.predicted)
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
+
+
+def _with_turned_fit(
+    finding: Finding,
+    data: Dataset,
+    test: NDArray[np.bool_],
+    settings: Settings,
+    laws: Sequence[FitOutcome[TorqueModel]],
+) -> Finding:
+    """The finding that a sign is wrong, with what a law makes of the log once its effort is turned; others stay.
+
+    No law can follow an effort that opposes the slip, so the ranking of such a log says nothing of what the turned log
+    would give. One law is fitted to it, with memory as far as the rows ask for it.
+    """
+    if finding.subject != SIGN:
+        return finding
+    turned = replace(data, effort=-data.effort)
+    train = turned.take(~test)
+    stages = settings.lag if settings.lag != AUTO else "none"
+    base = _fit_all(train, _structures(turned, settings, [("bingham", stages)]), 1, _silent)
+    outcome = (base + _with_memory(train, base, _silent)[0])[-1] if settings.lag in (AUTO, "none") else base[-1]
+    spread = float(np.std(data.effort[test])) or 1.0
+    error = float(np.sqrt(np.mean((turned.effort - outcome.model.predict(turned))[test] ** 2)))
+    as_it_is = min((law.train_cost / law.train_rows for law in laws), default=np.inf) ** 0.5
+    message = (
+        f"{finding.message}; with the effort turned, {outcome.model.name} errs by {error / spread:.1%} of the standard "
+        f"deviation on the rows held out, while no law of the log as it is comes below "
+        f"{as_it_is / float(np.std(data.effort[~test])):.0%} on the training rows"
+    )
+    return replace(finding, message=message)
+
+
+def _left_out(reason: CheckError) -> Finding:
+    """A model that these rows cannot make: the others are compared without it."""
+    return Finding("note", "left out", f"{reason.where} is left out: {reason.problem}", reason.remedy)
+
+
+def _freedom(outcome: AnyOutcome) -> int:
+    """How free a model is of physics beyond its rows; see `recommend`."""
+    if not outcome.weights:
+        return 0
+    return 1 if outcome.model.correction is not None else 2
 
 
 def _memory_left(data: Dataset, entry: RankedModel) -> tuple[Finding, ...]:
@@ -262,10 +314,7 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
 
 
 def _structures(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
-    alone = data.device == "single"
-    # Friction is told from a constant effort where the slip turns.
-    friction = alone and not data.one_way if settings.friction is None else settings.friction
-    offset = alone if settings.offset is None else settings.offset
+    friction, offset = _extra_terms(data, settings)
     if data.one_field:
         by_name = [name.partition("+")[0] for name in settings.models if name not in SETS]
         refuse_field_terms(data, by_name, settings.lag, settings.friction)
@@ -276,6 +325,15 @@ def _structures(data: Dataset, settings: Settings, named: Sequence[tuple[str, st
         for name, form in dict.fromkeys(asked)
         if name
     ]
+
+
+def _extra_terms(data: Dataset, settings: Settings) -> tuple[bool, bool]:
+    """Whether laws get a column of friction at zero field, and a constant effort."""
+    alone = data.device == "single"
+    # Friction is told from a constant effort where the slip turns.
+    friction = alone and not data.one_way if settings.friction is None else settings.friction
+    offset = alone if settings.offset is None else settings.offset
+    return friction, offset
 
 
 def residuals_for(data: Dataset, settings: Settings) -> list[ResidualStructure]:
@@ -373,20 +431,55 @@ def _fit_all(
         return [future.result() for future in futures]
 
 
+def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
+    """A law without the constant effort or the friction that these rows cannot tell from its other terms.
+
+    Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
+    are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
+    """
+    structure = law.model.structure
+    added = {"T_0": replace(structure, offset=False), "T_f": replace(structure, friction=False)}
+    for term, without in added.items():
+        lost = term in _unidentified(law) or law.rank < law.unknowns
+        if without == structure or not lost:
+            continue
+        fewer = fit_structure(train, without)
+        cured = fewer.rank == fewer.unknowns
+        if cured and fewer.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+            return fewer
+    return law
+
+
 def _fit_networks(
     train: Dataset,
     networks: Sequence[NetworkStructure],
     laws: Sequence[FitOutcome[TorqueModel]],
     settings: Settings,
     report: FitProgress,
-) -> list[FitOutcome[NetworkModel]]:
-    """Networks one after another, their starts side by side; behind a lag with the time constants of the best law."""
-    found: list[FitOutcome[NetworkModel]] = []
+) -> tuple[list[FitOutcome[NetworkModel]], list[CheckError]]:
+    """Networks one after another, their starts side by side; behind a lag with the time constants of the best law.
+
+    Returns:
+        The networks, and why others cannot be trained on these rows; `CheckError.where` names the network.
+    """
+    trained: list[FitOutcome[NetworkModel]] = []
+    refused: list[CheckError] = []
     with one_thread():
         for done, network in enumerate(networks, start=1):
-            found.append(_network(train, network, settings, settings.workers, _dynamics_for(train, network, laws)))
-            report(done, len(networks), found[-1].model.name)
-    return found
+            with _or_refused(full_name(network.specification, network.dynamics), refused):
+                numbers = _dynamics_for(train, network, laws)
+                trained.append(_network(train, network, settings, settings.workers, numbers))
+            report(done, len(networks), network.specification)
+    return trained, refused
+
+
+@contextmanager
+def _or_refused(name: str, refused: list[CheckError]) -> Iterator[None]:
+    """A model that the rows cannot make is kept for a note, and the next one is fitted."""
+    try:
+        yield
+    except CheckError as error:
+        refused.append(CheckError(error.problem, where=name, remedy=error.remedy))
 
 
 def _fit_residuals(
@@ -395,16 +488,22 @@ def _fit_residuals(
     laws: Sequence[FitOutcome[TorqueModel]],
     settings: Settings,
     report: FitProgress,
-) -> list[FitOutcome[ResidualModel]]:
-    """Laws with a network on their residual, one after another; a law that is fitted already is not fitted again."""
-    found: list[FitOutcome[ResidualModel]] = []
+) -> tuple[list[FitOutcome[ResidualModel]], list[CheckError]]:
+    """Laws with a network on their residual, one after another; a law that is fitted already is not fitted again.
+
+    Returns:
+        The models, and why others cannot be made of these rows; `CheckError.where` names the model.
+    """
+    corrected: list[FitOutcome[ResidualModel]] = []
+    refused: list[CheckError] = []
     known = {law.model.structure: law for law in laws}
     with one_thread():
         for done, pair in enumerate(residuals, start=1):
-            law = known.get(pair.law)
-            found.append(fit_residual(train, pair, seed=settings.seed, workers=settings.workers, law=law))
-            report(done, len(residuals), found[-1].model.name)
-    return found
+            with _or_refused(full_name(pair.specification, pair.dynamics), refused):
+                law = known.get(pair.law)
+                corrected.append(fit_residual(train, pair, seed=settings.seed, workers=settings.workers, law=law))
+            report(done, len(residuals), pair.specification)
+    return corrected, refused
 
 
 def _network(
@@ -514,7 +613,7 @@ def scored(
                 predicted=predicted,
                 excess=excess((data.effort - predicted)[test], best, seed=settings.seed),
                 sound=_sound(outcome) and not _wild(data, predicted, test),
-                notes=_notes(outcome, data, predicted, test),
+                notes=(*_notes(outcome, data, predicted, test), *_untold(outcome, data, settings)),
             )
         )
     return sorted(entries, key=lambda e: e.test.rmse.value)
@@ -591,6 +690,21 @@ def _refit(train: Dataset, outcome: AnyOutcome, settings: Settings) -> AnyOutcom
 
 def _unidentified(outcome: AnyOutcome) -> list[str]:
     return [e.name for e in outcome.estimates if not e.at_bound and np.isinf(e.high - e.low)]
+
+
+def _untold(outcome: AnyOutcome, data: Dataset, settings: Settings) -> list[str]:
+    """Terms that were asked for and are left out, because these rows cannot tell them from the law's own."""
+    if outcome.weights:
+        return []
+    structure = outcome.model.structure
+    friction, offset = _extra_terms(data, settings)
+    left_out = [
+        *(["a constant effort"] if offset and not structure.offset else []),
+        *(["friction"] if friction and not structure.friction and structure.law.yield_form is not CONSTANT else []),
+    ]
+    if not left_out:
+        return []
+    return [f"left out, since these rows cannot tell them from the law's own terms: {' and '.join(left_out)}"]
 
 
 def _sound(outcome: AnyOutcome) -> bool:

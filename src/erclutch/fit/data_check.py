@@ -23,6 +23,9 @@ from erclutch.signals.recording import NO_FIELD
 #: Subject of the finding that the rows held out have a single field.
 ONE_FIELD = "one field"
 
+#: Subject of the finding that effort opposes slip.
+SIGN = "sign"
+
 #: Subject of the finding that all rows have a single field.
 STEADY_FIELD = "field"
 
@@ -218,20 +221,24 @@ def _drift(data: Dataset) -> Finding | None:
 
 def _sign(train: Dataset) -> Finding | None:
     """A passive element dissipates: effort and slip have the same sign on the whole."""
-    centred = train.effort - np.mean(train.effort)
-    power = sum(float(np.mean(centred * e.slip * _weight(e.field))) for e in train.elements)
+    # A sensor's zero makes no power over a motion to and fro; over a motion one way it cannot be told from friction.
+    effort = train.effort if train.one_way else train.effort - np.mean(train.effort)
+    power = sum(float(np.mean(effort * e.slip * _weight(e.field))) for e in train.elements)
     if power >= 0:
         return None
-    effort = "T" if train.device == "coaxial" else "effort"
-    found = (match for note in train.notes if (match := _COLUMN.fullmatch(note)) and match[1] == effort)
+    name = "T" if train.device == "coaxial" else "effort"
+    found = (match for note in train.notes if (match := _COLUMN.fullmatch(note)) and match[1] == name)
     label = next((("" if "sign turned" in match[0] else "-") + match[2] for match in found), "-NAME [unit]")
-    sign = f"--{effort} {shell_word(label)}"
+    sign = f"--{name} {shell_word(label)}"
     message = "effort opposes slip on average, so the device would deliver energy"
-    return Finding("warning", "sign", message, f"Turn a sign, for example {sign}")
+    return Finding("warning", SIGN, message, f"Turn a sign, for example {sign}")
 
 
 def _weight(field: Array) -> Array:
-    return np.abs(field) + 1e-3 * float(np.abs(field).max())
+    """The strength of the field, under which most power is dissipated; one for rows without any field."""
+    strength = np.abs(field)
+    most = float(strength.max())
+    return strength + 1e-3 * most if most > 0.0 else np.ones_like(field)
 
 
 def _saturation(data: Dataset) -> Finding | None:

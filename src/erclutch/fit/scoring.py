@@ -225,6 +225,17 @@ def information_criteria(cost: float, rows: int, independent: float, parameters:
 #: Error as a share of the standard deviation from which a model explains next to nothing.
 NEXT_TO_NOTHING = 0.95
 
+
+def explains(share: float | None, r2_low: float | None) -> bool:
+    """Whether a model explains rows that it has not seen; one that does not is never recommended.
+
+    Args:
+        share: RMSE over the standard deviation of the effort; None: not finite.
+        r2_low: lower end of the 95 % band of R2; None: not finite.
+    """
+    return share is not None and r2_low is not None and share <= NEXT_TO_NOTHING and r2_low > 0.0
+
+
 #: Share of rows at rest from which figures over those in motion are given too.
 MANY_AT_REST = 0.1
 
@@ -237,8 +248,12 @@ def recommend(
     excesses: Mapping[str, BandedFigure],
     parameters: Mapping[str, int],
     sound: Collection[str] | None = None,
+    freedom: Mapping[str, int] | None = None,
 ) -> tuple[str, str]:
     """The best model, and the simplest one that is as good for all these rows can tell.
+
+    Of models that are as good, one that physics binds beyond its rows goes first: a law, then a law with a network,
+    then a network, which knows nothing where it saw nothing. Among these the one with the fewest parameters goes first.
 
     As good: the test error lies within the best one's band, and on the same blocks of rows it is not more than 5 %
     larger or cannot be told from it.
@@ -248,6 +263,7 @@ def recommend(
         excesses: how much larger the test error is than the best one's, by model.
         parameters: number of parameters by model.
         sound: models that may be recommended; None or none of them: all.
+        freedom: how far a model is free of physics beyond its rows: a law 0, a law with a network 1, a network 2.
 
     Returns:
         (best, recommended); among equally simple ones the more accurate.
@@ -261,4 +277,6 @@ def recommend(
     ]
     # Where no sound model comes near the best one, the nearest of them is still the one to use.
     nearest = min(allowed, key=lambda name: scores[name].rmse.value)
-    return best, min(good or [nearest], key=lambda name: (parameters[name], scores[name].rmse.value))
+    free = freedom or {}
+    order = {name: (free.get(name, 0), parameters[name], scores[name].rmse.value) for name in good or [nearest]}
+    return best, min(order, key=order.__getitem__)

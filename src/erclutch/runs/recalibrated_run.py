@@ -64,7 +64,7 @@ def recalibrated(
     about = {
         "run": run.folder.name,
         "run_digest": run.body["digest"],
-        "model": model or str(run.body["recommended"]),
+        "model": model or run.recommended,
         "share": share,
         "stretches": stretches,
         "way": result.way,

@@ -29,6 +29,7 @@ from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import RunError
 from erclutch.files import file_digest, plain_words, whole_folder
+from erclutch.fit.scoring import explains
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
@@ -283,7 +284,7 @@ class Run(Shown):
         Raises:
             RunError: no such model, or its file was changed.
         """
-        wanted = name or str(self.body["recommended"])
+        wanted = name or self.recommended
         path = self.model_file(wanted)
         model, entry = load_model(path), self.entry(wanted)
         said = entry["model_digest"], entry.get("model", wanted), entry["dynamics"]
@@ -293,7 +294,25 @@ class Run(Shown):
 
     def model_file(self, name: str | None = None) -> Path:
         """The file of a model, see `model`; RunError for a model that is not there."""
-        return self.folder / "models" / f"{file_name(str(self.entry(name or self.body['recommended'])['name']))}.json"
+        entry = self.entry(name or self.recommended)
+        return self.folder / "models" / f"{file_name(str(entry['name']))}.json"
+
+    @property
+    def recommended(self) -> str:
+        """The model that stands for the run where none is named.
+
+        Raises:
+            RunError: no model of the run explains the rows that were held out.
+        """
+        name = str(self.body["recommended"])
+        figures = self.entry(name)["test"]
+        if not explains(figures["share"][0], figures["r2"][1]):
+            raise RunError(
+                f"this run recommends no model: the nearest, {name}, explains nothing of the rows held out",
+                where=str(self.folder),
+                remedy="Log more of what it has to explain, or name a model all the same",
+            )
+        return name
 
 
 def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
@@ -304,7 +323,7 @@ def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
     """
     from erclutch.fit.outcome import Estimate, FitOutcome
 
-    model, entry = run.model(name), run.entry(name or str(run.body["recommended"]))
+    model, entry = run.model(name), run.entry(name or run.recommended)
     fit: dict[str, Any] = entry["fit"]
     kept: dict[str, Any] = {
         key: fit[key] for key in ("stop", "iterations", "paper_form", "rank", "unknowns", "weights")

@@ -74,11 +74,17 @@ def _in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: 
 def moved_of(
     structure: NetworkStructure, fluids: Sequence[Any], slips: Sequence[Any], numbers: Mapping[str, float]
 ) -> list[Moved]:
-    """What the stages on the slip work on: the slip in its unit, the field over `STRENGTH`'s reference to its power."""
+    """What the stages on the slip work on: the slip in its unit, the field over `STRENGTH`'s reference to its power.
+
+    A network without the field as an input has a strength of one.
+    """
     if not slip_stages(structure.dynamics):
         return []
-    exponent, reference = (numbers[name] for name in STRENGTH)
     ways = (1.0,) if structure.device == "single" else (1.0, -1.0)
+    if not structure.field:
+        # One field in all rows, or none: its strength is a constant of the device, which the weights hold.
+        return [Moved(way * slip, 1.0) for way, slip in zip(ways, slips, strict=True)]
+    exponent, reference = (numbers[name] for name in STRENGTH)
     return [
         Moved(way * slip, power(np.abs(fluid) / reference, exponent))
         for way, fluid, slip in zip(ways, fluids, slips, strict=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from erclutch.fit.scoring import explains
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import (
@@ -52,9 +53,10 @@ def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
 
 
 def standing(body: Mapping[str, Any]) -> str:
-    """What the model that a run names is: recommended, or the nearest where no fit is sound."""
+    """What the model that a run names is: recommended, or the nearest where no fit is sound or explains anything."""
     chosen = next(entry for entry in body["ranking"] if entry["name"] == body["recommended"])
-    return "recommended" if chosen["sound"] else "nearest"
+    told = explains(chosen["test"]["share"][0], chosen["test"]["r2"][1])
+    return "recommended" if chosen["sound"] and told else "nearest"
 
 
 def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:

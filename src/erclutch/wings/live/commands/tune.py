@@ -128,8 +128,9 @@ def _model(run: Run, name: str | None) -> Model:
     if name is None and not lagging:
         problem = "no model of the run has a lag, so its margins cannot be told"
         raise SettingError(problem, where=str(run.folder), remedy="Fit the log with --lag rise-fall")
-    recommended = str(run.body["recommended"])
-    model = run.model(name or (recommended if recommended in lagging else lagging[0]))
+    if name is None:
+        name = run.recommended if run.recommended in lagging else lagging[0]
+    model = run.model(name)
     if not model.times:
         remedy = f"Choose one of {', '.join(lagging)}" if lagging else "Fit the log with --lag rise-fall"
         raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)

@@ -1,0 +1,184 @@
+"""Logs that went wrong: no field, a turned sign, a slip of one sign, rest at the end. SYNTHETIC, with known truths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import erclutch
+from erclutch.cli.ranking_table import verdict
+from erclutch.errors import CheckError, RunError
+from erclutch.fit import comparison as module
+from erclutch.fit.comparison import Comparison, Settings, compare
+from erclutch.fit.data_check import SIGN, check
+from erclutch.fit.scoring import explains
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.runs.run_folder import read_run, write_run
+from erclutch.signals.recording import Recording
+
+Array = NDArray[np.float64]
+PERIOD = 2e-3
+TIME = np.arange(4000) * PERIOD
+SPEED = 3.0 * np.sin(2 * np.pi * 0.7 * TIME) + 2.0 * np.sin(2 * np.pi * 1.9 * TIME)
+FIELD = 0.5 + 0.5 * np.sign(np.sin(2 * np.pi * 0.31 * TIME))
+MODELS = Settings(("bingham", "casson", "fnn-4"))
+
+
+def dahl(speed: Array, travel: float) -> Array:
+    state, states = 0.0, np.empty(speed.size)
+    for k, w in enumerate(speed):
+        gone = 1.0 - np.exp(-abs(w) * PERIOD / travel)
+        state = (1.0 - gone) * state + gone * np.sign(w)
+        states[k] = state
+    return states
+
+
+def noise(size: float, seed: int = 0) -> Array:
+    return size * np.random.default_rng(seed).standard_normal(TIME.size)
+
+
+def logged(slip: Array, torque: Array, field: Array | None = None) -> Dataset:
+    """A data set; without a field as a log that has none."""
+    return build_dataset(recorded(slip, torque, field))
+
+
+def recorded(slip: Array, torque: Array, field: Array | None = None) -> Recording:
+    units = {"slip": "rad/s", "effort": "N*m", "field": "A"}
+    signals = {"slip": slip, "effort": torque, "field": np.zeros(slip.size) if field is None else field}
+    return erclutch.recording_from_arrays(signals, units, time=TIME)
+
+
+@pytest.fixture(scope="module")
+def friction() -> tuple[Array, Array]:
+    """Speed and torque of Dahl friction with a viscous part."""
+    return SPEED, 1.5 * dahl(SPEED, 0.02) + 0.1 * SPEED + noise(0.02)
+
+
+@pytest.fixture(scope="module")
+def without_field(friction: tuple[Array, Array]) -> Comparison:
+    return compare(logged(*friction), MODELS)
+
+
+def test_friction_without_a_field_is_recovered(without_field: Comparison) -> None:
+    chosen = without_field.entry(without_field.recommended)
+    found = {estimate.name: estimate.value for estimate in chosen.outcome.estimates}
+    assert chosen.name.endswith("+dahl/field")
+    assert found["T_z1"] == pytest.approx(1.5, rel=0.01)
+    assert found["r_1"] == pytest.approx(0.02, rel=0.02)
+    assert chosen.test.rmse.value == pytest.approx(0.02, rel=0.05)
+
+
+def test_networks_remember_without_a_field_too(without_field: Comparison) -> None:
+    remembering = [e for e in without_field.entries if e.name.startswith("fnn-4+dahl")]
+    corrected = [e for e in without_field.entries if "+fnn-4+dahl" in e.name]
+    assert remembering
+    assert corrected
+    assert all(e.test.rmse.value < 0.025 for e in (*remembering, *corrected))
+
+
+def test_a_model_that_the_rows_cannot_make_ends_nothing(
+    friction: tuple[Array, Array], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise CheckError("input z1 is constant at 0 over all training rows", remedy="Leave it out")
+
+    monkeypatch.setattr(module, "fit_network", refuse)
+    result = compare(logged(*friction), MODELS)
+    left_out = [f for f in result.findings if f.subject == "left out"]
+    assert {f.message.split()[0].partition("+")[0] for f in left_out} == {"fnn-4"}
+    assert all("input z1 is constant" in f.message for f in left_out)
+    assert result.entries
+    with pytest.raises(CheckError, match="fnn-4: input z1 is constant"):
+        compare(logged(*friction), Settings(("fnn-4",), lag="none"))
+
+
+# --- signs ------------------------------------------------------------------------------------------------------------
+
+
+def law(speed: Array, field: Array) -> Array:
+    return (0.2 + field**1.5) * np.tanh(speed / 0.2) + 0.05 * speed
+
+
+ONE_WAY = 5.0 + SPEED.clip(-4.0)
+SIGNED = {
+    "no field": (SPEED, 1.5 * dahl(SPEED, 0.02) + 0.1 * SPEED, None),
+    "with a field": (SPEED, law(SPEED, FIELD), FIELD),
+    "one way": (ONE_WAY, law(ONE_WAY, FIELD), FIELD),
+    "one way without a field": (ONE_WAY, 1.0 + 0.05 * ONE_WAY, None),
+    "a sensor's zero": (SPEED, law(SPEED, FIELD) + 3.0, FIELD),
+}
+
+
+@pytest.mark.parametrize("kind", SIGNED)
+def test_a_turned_sign_is_told_in_every_case(kind: str) -> None:
+    slip, torque, field = SIGNED[kind]
+    for sign in (1.0, -1.0):
+        data = logged(slip, sign * torque + noise(0.02), field)
+        told = [f for f in check(data, np.arange(data.rows) >= 2800) if f.subject == SIGN]
+        assert len(told) == (sign < 0)
+
+
+def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) -> None:
+    slip, torque = friction
+    result = compare(logged(slip, -torque), MODELS)
+    (finding,) = [f for f in result.findings if f.subject == SIGN]
+    assert "with the effort turned, bingham/constant+dahl" in finding.message
+    assert finding.remedy.startswith("Turn a sign")
+    assert verdict(result).startswith("No model is recommended before the sign is settled")
+
+
+# --- terms that cannot be told ----------------------------------------------------------------------------------------
+
+
+def test_a_slip_of_one_sign_leaves_laws_eligible() -> None:
+    result = compare(logged(ONE_WAY, law(ONE_WAY, FIELD) + noise(0.01), FIELD), MODELS)
+    chosen = result.entry(result.recommended)
+    assert chosen.outcome.weights == 0
+    assert chosen.test.rmse.value == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_term_that_cannot_be_told_is_taken_out() -> None:
+    """A field that turns but never changes its strength: friction at zero field is the yield effort once more."""
+    field = np.where(np.sin(40 * TIME) < 0, -1.0, 1.0)
+    data = logged(SPEED, law(SPEED, np.ones(TIME.size)) + noise(0.01), field)
+    (entry,) = compare(data, Settings(("bingham",), lag="none")).entries
+    assert "T_f" not in [estimate.name for estimate in entry.outcome.estimates]
+    assert any(note.endswith("the law's own terms: friction") for note in entry.notes)
+    assert entry.sound
+    assert entry.test.rmse.value == pytest.approx(0.01, rel=0.1)
+
+
+# --- nothing to recommend ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def resting() -> tuple[Comparison, Recording]:
+    """The last third at rest: the rows held out hold nothing but noise."""
+    moving = TIME < 5.0
+    torque = np.where(moving, law(SPEED, FIELD), 0.0) + noise(0.005)
+    recording = recorded(np.where(moving, SPEED, 0.0), torque, FIELD)
+    return compare(build_dataset(recording), MODELS), recording
+
+
+def test_nothing_is_recommended_where_nothing_explains(resting: tuple[Comparison, Recording]) -> None:
+    assert verdict(resting[0]).startswith("No model is recommended: the nearest,")
+
+
+def test_a_run_without_a_recommendation_hands_out_no_model(
+    resting: tuple[Comparison, Recording], tmp_path: Path
+) -> None:
+    result, recording = resting
+    run = read_run(write_run(tmp_path / "run", result, [recording]))
+    with pytest.raises(RunError, match=r"this run recommends no model: the nearest, .* explains nothing"):
+        run.model()
+    assert run.model(result.recommended).name
+
+
+@pytest.mark.parametrize(
+    ("share", "low", "said"), [(0.1, 0.9, True), (0.96, 0.05, False), (0.5, -0.1, False), (None, 0.9, False)]
+)
+def test_what_explains(share: float | None, low: float, said: bool) -> None:
+    assert explains(share, low) is said
