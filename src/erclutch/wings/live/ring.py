@@ -24,7 +24,7 @@ from erclutch.errors import ErclutchError
 from erclutch.files import unwritable
 from erclutch.signals.channels import ROLES, LiveChannel, channels_of
 from erclutch.signals.units import is_written_well
-from erclutch.wings.live.layout import CONSTANTS, EVENTS, FRAME, HEADER, frames_of
+from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, FRAME, HEADER, frames_of
 
 #: 65.5 s at 1 kHz, 7.3 MB.
 CAPACITY = 1 << 16
@@ -232,9 +232,10 @@ class RingReader:
 
     @property
     def trip_reason(self) -> str:
-        """Why the fields are held at zero: the event that tripped; empty if they are not."""
-        bit = int(self._header["trip_reason"][0])
-        return EVENTS[bit - 1][0] if 0 < bit <= len(EVENTS) else ""
+        """Why the fields are held at zero: the event that tripped, or a sensor and what is wrong with it; empty if not."""
+        bits = int(self._header["trip_reason"][0])
+        names = [name for name, bit in EVENT_BITS.items() if bits & bit]
+        return " ".join(sorted(names, key=lambda name: not name.endswith("-doubted")))
 
     def close(self) -> None:
         """Unmap. Frames that were read stay: they are copies."""

@@ -121,7 +121,16 @@ class LoopSettings:
         period: in s.
         derivative: causal filter of the speeds.
         theta_wrap, alpha_wrap: range of an encoder that starts again at zero, in rad; 0 for none.
-        theta_glitch, alpha_glitch: a reading further than this from the predicted speed [rad/s] is rejected; 0: none.
+        theta_glitch, alpha_glitch: a reading further than this from the predicted speed [rad/s] cannot be; 0: none. An
+            encoder is stuck that reads the same to the bit for 5 periods after an eighth of this speed.
+        theta_fastest, alpha_fastest: nothing turns faster [rad/s]; 0: none.
+        alpha_limit: the output goes no further from the middle [rad]; 0: none.
+        torque_limit: largest torque that device and sensor can give [N m]; 0: none. torque_rate: its fastest change
+            in N m/s; 0: none.
+        torque_band: by which the measured torque may differ from the model's, beside half of the model's, and by which
+            it may jump away from what the observer knows [N m]; 0: it is not compared.
+        torque_still: a sensor is stuck that reads the same to the bit for 5 periods in which the model's torque moves by
+            more than this [N m]; 0: none is.
         field_limit: largest field. motor_limit: largest motor torque in N m.
         rise_rate, fall_rate: of the field in 1/s, as the supply allows.
         stroke: fields that drive the output further out than this [rad] are refused; 0 for none.
@@ -153,8 +162,15 @@ class LoopSettings:
     derivative: Derivative | LiveDerivative = field(default_factory=lambda: Derivative("kalman"))
     theta_wrap: float = 0.0
     alpha_wrap: float = 0.0
-    theta_glitch: float = 20.0
-    alpha_glitch: float = 45.0
+    theta_glitch: float = 10.0
+    alpha_glitch: float = 26.0
+    theta_fastest: float = 1000.0
+    alpha_fastest: float = 1000.0
+    alpha_limit: float = 0.0
+    torque_limit: float = 0.0
+    torque_rate: float = 0.0
+    torque_band: float = 0.0
+    torque_still: float = 0.0
     field_limit: float = 0.5
     motor_limit: float = 0.95
     rise_rate: float = 750.0
@@ -192,7 +208,8 @@ class LoopSettings:
         above = ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip")
         for name in (*above, "observer_bandwidth", "torque_scale"):
             _require(self, name, lambda value: value > 0, "a number above 0")
-        for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke"):
+        sensors = ("theta_fastest", "alpha_fastest", "alpha_limit", "torque_limit", "torque_rate", "torque_band")
+        for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke", *sensors, "torque_still"):
             _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
         stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
         motion = (

@@ -104,7 +104,8 @@ static double turned(const erc_core *core) {
 /* Whether the hand goes into the wall. It goes back when it leaves the play, by which shaft and fluid spring back from a
  * push; or when a torque sensor sees it pull for longer than they swing: a brake at rest would hold it like the push. */
 static int goes_in(erc_core *core, double deep) {
-    const int pulls = core->config.observer == ERC_BY_SENSOR && core->torque < -core->config.torque_scale;
+    const int pulls = core->config.observer == ERC_BY_SENSOR && core->meter.doubted == 0u &&
+                      core->torque < -core->config.torque_scale;
     core->pulled = pulls ? core->pulled + 1u : 0u;
     if (deep > core->deepest) {
         core->deepest = deep;

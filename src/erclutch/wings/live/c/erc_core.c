@@ -2,6 +2,7 @@
 
 #include "erc_control.h"
 #include "erc_interlock.h"
+#include "erc_plausible.h"
 #include "erc_sensors.h"
 
 #include <math.h>
@@ -56,8 +57,12 @@ const char *erc_config_error(const erc_config *config, uint64_t table_rows) {
         return "gains of the speed filter outside 0 to 1 and 0 to 2";
     }
     if (!not_negative(config->theta_wrap) || !not_negative(config->alpha_wrap) ||
-        !not_negative(config->theta_glitch) || !not_negative(config->alpha_glitch) || !not_negative(config->stroke)) {
-        return "a wrap, glitch limit or stroke below zero";
+        !not_negative(config->theta_glitch) || !not_negative(config->alpha_glitch) || !not_negative(config->stroke) ||
+        !not_negative(config->theta_fastest) || !not_negative(config->alpha_fastest) ||
+        !not_negative(config->alpha_limit) || !not_negative(config->torque_limit) ||
+        !not_negative(config->torque_rate) || !not_negative(config->torque_band) ||
+        !not_negative(config->torque_still)) {
+        return "a wrap, a stroke or a limit of a sensor below zero";
     }
     if (!positive(config->field_limit) || !positive(config->motor_limit) || !positive(config->rise_rate) ||
         !positive(config->fall_rate)) {
@@ -108,7 +113,11 @@ void erc_core_init(erc_core *core, const erc_config *config, const erc_row *tabl
     core->theta.glitch = config->theta_glitch;
     core->alpha.wrap = config->alpha_wrap;
     core->alpha.glitch = config->alpha_glitch;
+    core->theta.fastest = config->theta_fastest;
+    core->alpha.fastest = config->alpha_fastest;
+    core->alpha.farthest = config->alpha_limit;
     core->torque = (double)NAN;
+    core->meter.reading = (double)NAN;
     core->estimate = (double)NAN;
     core->reference = (double)NAN;
     core->motor = (double)NAN;
@@ -117,21 +126,26 @@ void erc_core_init(erc_core *core, const erc_config *config, const erc_row *tabl
     core->program = config->program;
 }
 
-static void trip(erc_core *core, uint32_t event) {
+static void trip(erc_core *core, uint32_t events) {
     if (core->state == ERC_TRIPPED) {
         return;
     }
     core->state = ERC_TRIPPED;
-    core->trip_reason = 1u;
-    while ((event >> core->trip_reason) != 0u) {
-        core->trip_reason++;
-    }
+    core->trip_reason = events;
+}
+
+/* Periods in which a sensor has been wrong that the program's control depends on. */
+static uint32_t doubted(const erc_core *core) {
+    const uint32_t mode = core->config.list[core->program].mode;
+    const bool computed = mode == ERC_TRACK && core->config.track_bandwidth > 0.0;
+    const bool torque = mode == ERC_TORQUE || mode == ERC_IMPEDANCE || mode == ERC_WALL || computed;
+    return torque && core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
 }
 
 /* Clears the trip, and starts nothing: the fields stay at zero until a program is run. The model forgets all samples. */
 static int reset(erc_core *core) {
-    if (core->state != ERC_TRIPPED || core->missing > 0u) {
-        return 0; /* nothing to reset, or still no sensors */
+    if (core->state != ERC_TRIPPED || core->missing > 0u || doubted(core) > 0u) {
+        return 0; /* nothing to reset, or still no sensors that can be believed */
     }
     core->state = ERC_READY;
     core->trip_reason = 0u;
@@ -189,29 +203,55 @@ void erc_core_stop(erc_core *core) {
     core->stopping = 1u;
 }
 
-/* Share of the last command that is left after periods without a sample: all, then less and less, then none some
- * periods before the trip, so that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
-static double held_share(const erc_core *core) {
+/* Share of the last command that is left after periods without a sample, or with one that cannot be: all, then less and
+ * less, then none some periods before the trip, so that the field is zero 20 ms after a failure even if much of that time
+ * went elsewhere. */
+static double held_share(const erc_core *core, uint32_t periods) {
     const double hold = (double)core->config.hold_samples;
     const double none = (double)(core->config.trip_samples - ERC_ZERO_BEFORE_TRIP);
-    const double missing = (double)core->missing;
+    const double missing = (double)periods;
     return missing <= hold ? 1.0 : fmax(0.0, (none - missing) / (none - hold));
 }
 
-/* What to ask of the interlock: control's wish, or what is left of the last one. */
+/* NaN is no more than anything. */
+static double at_most(double x, double most) {
+    return x <= most ? x : most;
+}
+
+/* A sensor that has been stuck for some periods has misled control: what was asked before them is held, if it is less. */
+static void forget_latest(erc_core *core, uint64_t tick) {
+    const double *before = core->earlier[(tick - ERC_STILL - 1u) % ERC_EARLIER];
+    core->asked1 = at_most(core->asked1, before[0]);
+    core->asked2 = at_most(core->asked2, before[1]);
+}
+
+/* What to ask of the interlock: control's wish, or what is left of the last one. While a sensor is in doubt no field
+ * grows. */
 static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
+    const uint32_t doubt = doubted(core), wrong = core->missing > doubt ? core->missing : doubt;
+    const double share = held_share(core, wrong);
+    uint32_t events = 0u;
     if (core->missing == 0u) {
-        const uint32_t events = erc_control(core, tick, ask);
+        events = erc_control(core, tick, ask);
+        core->asked_motor = ask[2];
+    } else {
+        if (core->missing == 1u && (core->lost_by & ERC_STUCK) != 0u) {
+            forget_latest(core, tick);
+        }
+        ask[0] = core->asked1;
+        ask[1] = core->asked2;
+        ask[2] = core->asked_motor;
+    }
+    if (wrong == 0u) {
         core->asked1 = ask[0];
         core->asked2 = ask[1];
-        core->asked_motor = ask[2];
+        core->earlier[tick % ERC_EARLIER][0] = ask[0];
+        core->earlier[tick % ERC_EARLIER][1] = ask[1];
         return events;
     }
-    const double share = held_share(core);
-    ask[0] = share * core->asked1;
-    ask[1] = share * core->asked2;
-    ask[2] = core->asked_motor;
-    return share < 1.0 ? ERC_DEGRADE : ERC_HOLD;
+    ask[0] = share * at_most(ask[0], core->asked1);
+    ask[1] = share * at_most(ask[1], core->asked2);
+    return events | (share < 1.0 ? ERC_DEGRADE : ERC_HOLD);
 }
 
 static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
@@ -224,6 +264,8 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
         /* tripped or without a sample: nothing more can trip */
     } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
+    } else if (doubted(core) >= core->config.trip_samples) {
+        trip(core, core->meter.reason);
     } else if (late_ns > core->config.late_trip_ns) {
         trip(core, ERC_OVERRUN);
     } else if ((events & ERC_RIG_WATCHDOG) != 0u) {
@@ -238,7 +280,9 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 }
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
-    const double measured = core->missing == 0u ? core->torque : (double)NAN; /* for alarms and adaptation */
+    /* For alarms and adaptation: of a torque that can be, where the slip says what it has to be. */
+    const bool known = core->missing == 0u && core->meter.good && erc_slips(core);
+    const double measured = known ? core->torque : (double)NAN;
     const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
     const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};
     double effort = (double)NAN;

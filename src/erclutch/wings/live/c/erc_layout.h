@@ -30,7 +30,7 @@ _Static_assert(sizeof(erc_frame) == 112, "frame");
 enum {
     ERC_SAMPLE_LOST = 1u << 0,         /* no new sample from the rig in this step */
     ERC_SAMPLE_INVALID = 1u << 1,      /* a sensor value was not finite */
-    ERC_GLITCH = 1u << 2,              /* an encoder jumped further than can be: the sample was not used */
+    ERC_GLITCH = 1u << 2,              /* a sensor jumped further than can be: the sample was not used */
     ERC_WRAP = 1u << 3,                /* an encoder went over its range and was unwrapped */
     ERC_BAD_PACKET = 1u << 4,          /* a packet of wrong size, checksum, version or session was dropped */
     ERC_STALE_PACKET = 1u << 5,        /* a duplicated or reordered packet was dropped */
@@ -50,13 +50,19 @@ enum {
     ERC_UNREACHABLE = 1u << 19,  /* the wanted torque is out of the model's reach */
     ERC_SEND_FAILED = 1u << 20,  /* the command could not be sent to the rig */
     ERC_STOPPING = 1u << 21,     /* the loop is ending: fields to zero */
-    ERC_GUARD = 1u << 22         /* near an end stop: fields that drive further out were refused */
+    ERC_GUARD = 1u << 22,        /* near an end stop: fields that drive further out were refused */
+    ERC_THETA_DOUBTED = 1u << 23,  /* the first angle cannot be; another event says why */
+    ERC_ALPHA_DOUBTED = 1u << 24,  /* the second angle cannot be; another event says why */
+    ERC_TORQUE_DOUBTED = 1u << 25, /* the measured torque cannot be; another event says why */
+    ERC_OUT_OF_RANGE = 1u << 26,   /* a sensor read more than device or sensor can give: not used */
+    ERC_STUCK = 1u << 27,          /* a sensor read the same while it had to change: not used */
+    ERC_DISAGREES = 1u << 28       /* the measured torque is too far from the model's: not used */
 };
 
 /* --- ring -------------------------------------------------------------------------------------------------------- */
 
 #define ERC_RING_MAGIC 0x31474E4952435245u /* "ERCRING1" */
-#define ERC_RING_VERSION 2u
+#define ERC_RING_VERSION 3u
 #define ERC_HEADER_SIZE 4096u
 #define ERC_CHANNELS 10u
 
@@ -79,7 +85,8 @@ typedef struct {
     erc_channel channel[ERC_CHANNELS];
     char unused2[216];
     uint64_t head; /* offset 2048: from here on the loop writes */
-    uint32_t state, pid, mode, program, trip_reason, missed; /* missed: deadlines that were skipped */
+    /* trip_reason: bits of the events that tripped. missed: deadlines that were skipped. */
+    uint32_t state, pid, mode, program, trip_reason, missed;
     char unused3[32];
     uint64_t counts[32];
     uint64_t sensor_seq;
@@ -128,10 +135,14 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 /* --- configuration ----------------------------------------------------------------------------------------------- */
 
 #define ERC_CONFIG_MAGIC 0x47435245u /* "ERCG" */
-#define ERC_CONFIG_VERSION 1u
+#define ERC_CONFIG_VERSION 2u
 #define ERC_PROGRAMS 32u
 /* Periods from zero field to the trip: room for what the system, the wire and the last good sample were late by. */
 #define ERC_ZERO_BEFORE_TRIP 7u
+/* Periods in which a sensor that reads the same to the bit is not stuck yet; and how many periods are kept of what was
+ * asked and learned, so that what came of such a sensor can be forgotten. */
+#define ERC_STILL 5u
+#define ERC_EARLIER 8u
 
 /* Impedance: a spring and a damper between the output of a pair and the reference. Wall: a brake resists beyond it. */
 enum { ERC_REST = 0, ERC_TRACK = 1, ERC_TORQUE = 2, ERC_FIELDS = 3, ERC_IMPEDANCE = 4, ERC_WALL = 5 };
@@ -167,7 +178,11 @@ typedef struct {
     uint64_t period_ns;
     double theta_wrap, alpha_wrap;   /* [rad] range of an encoder that wraps; 0: none */
     double filter_g, filter_h;       /* gains of the position-speed filter (signals/speed.py) */
-    double theta_glitch, alpha_glitch; /* rad/s: a sample further from the predicted speed is rejected */
+    double theta_glitch, alpha_glitch; /* [rad/s] a sample further from the predicted speed cannot be; 0: none */
+    double theta_fastest, alpha_fastest; /* [rad/s] nothing turns faster; 0: none */
+    double alpha_limit;              /* [rad] from the middle: the output goes no further; 0: none */
+    double torque_limit, torque_rate; /* [N*m] largest torque that can be measured; N m/s; 0: none */
+    double torque_band, torque_still; /* [N*m] by which device and model may differ; what a live sensor must show */
     double field_limit, motor_limit;
     double rise_rate, fall_rate;     /* of the field, 1/s; the supply's */
     double stroke;                   /* rad from the middle; fields that drive further out are refused; 0: none */
@@ -190,4 +205,4 @@ typedef struct {
     erc_program list[ERC_PROGRAMS];
     uint32_t observer, crc;
 } erc_config;
-_Static_assert(sizeof(erc_config) == 16 + 8 + 33 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 40 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

@@ -1,11 +1,15 @@
-/* From packets to angles and speeds: order, gaps, finite numbers, wraps, glitches, then the causal filter. */
+/* From packets to angles and speeds: order, gaps, what can be, wraps, then the causal filter. */
 #include "erc_sensors.h"
+
+#include "erc_plausible.h"
 
 #include <math.h>
 
 #define LARGEST_GAP 1000u        /* samples; a sequence number further ahead is not believed */
 #define WARM_UP 64u              /* samples before the speed is known well enough to reject a jump */
 #define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
+#define STOPS 0.125              /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
+#define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
 static void predict(erc_encoder *encoder, double dt, uint64_t periods) {
@@ -25,13 +29,47 @@ static double unwrapped(const erc_encoder *encoder, double raw, double predicted
     return x;
 }
 
-/* Whether a reading can be: the device cannot have moved so far since the last one. */
-static int possible(const erc_encoder *encoder, double raw, double dt, uint64_t periods) {
+/* Counts the periods in which a reading stays the same to the bit, and keeps the speed before them. */
+static void watch(erc_encoder *encoder, double raw) {
+    if (raw != encoder->reading) { /* NaN too */
+        const double step = fabs(raw - encoder->reading);
+        encoder->count = encoder->count > 0.0 && !(step < encoder->count) ? encoder->count : step;
+        encoder->moving = encoder->speed;
+        encoder->still = 0u;
+    } else {
+        encoder->still++;
+    }
+    encoder->reading = raw;
+}
+
+/* Whether an encoder reads the same while its side had to move: none stops dead from a speed, and stays to the bit. */
+static int stuck(const erc_encoder *encoder, double dt) {
+    const double speed = fabs(encoder->moving), way = speed * dt * (double)ERC_STILL;
+    return encoder->still >= ERC_STILL && encoder->glitch > 0.0 && speed > STOPS * encoder->glitch &&
+           way > COUNTS * encoder->count && encoder->taken >= WARM_UP;
+}
+
+/* Why a reading cannot be; 0 if it can. The device cannot have moved so far since the last one, and no faster than it
+ * ever moves while its speed is not known yet. */
+static uint32_t impossible(const erc_encoder *encoder, double raw, double dt, uint64_t periods) {
+    if (!isfinite(raw)) {
+        return ERC_SAMPLE_INVALID;
+    }
     double offset;
     const double predicted = encoder->position + dt * encoder->speed;
     const double x = unwrapped(encoder, raw, predicted, &offset);
-    return encoder->taken < WARM_UP || encoder->glitch <= 0.0 ||
-           fabs(x - predicted) <= encoder->glitch * dt * (double)periods;
+    if (encoder->farthest > 0.0 && fabs(x) > encoder->farthest) {
+        return ERC_OUT_OF_RANGE;
+    }
+    if (encoder->taken >= WARM_UP && encoder->glitch > 0.0 &&
+        fabs(x - predicted) > encoder->glitch * dt * (double)periods) {
+        return ERC_GLITCH;
+    }
+    if (encoder->taken > 0u && encoder->fastest > 0.0 &&
+        fabs(x - encoder->measured) > encoder->fastest * dt * (double)(encoder->since + 1u)) {
+        return ERC_OUT_OF_RANGE;
+    }
+    return stuck(encoder, dt) ? ERC_STUCK : 0u;
 }
 
 /* Take a reading: the recursion of LiveDerivative in signals/speed.py, term by term. After a gap the innovation has grown
@@ -94,11 +132,9 @@ static uint32_t status_events(erc_core *core, uint32_t status) {
 }
 
 static uint32_t torque_events(erc_core *core, double torque) {
+    const uint32_t events = erc_torque_plausible(core, torque);
     core->torque = isfinite(torque) ? torque : (double)NAN;
-    if (isfinite(torque)) {
-        core->torque_seen = 1u;
-    }
-    return isfinite(torque) || (isnan(torque) && core->torque_seen == 0u) ? 0u : ERC_SAMPLE_INVALID;
+    return isinf(torque) ? events | ERC_SAMPLE_INVALID : events;
 }
 
 /* One sample; sets *good if its angles were used. */
@@ -113,11 +149,12 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
     events |= status_events(core, sample->status) | torque_events(core, sample->torque);
     predict(&core->theta, core->dt, gap);
     predict(&core->alpha, core->dt, gap);
-    if (!isfinite(sample->theta) || !isfinite(sample->alpha)) {
-        core->lost_by = ERC_SAMPLE_INVALID;
-    } else if (!possible(&core->theta, sample->theta, core->dt, gap + 1u) ||
-               !possible(&core->alpha, sample->alpha, core->dt, gap + 1u)) {
-        core->lost_by = ERC_GLITCH;
+    watch(&core->theta, sample->theta);
+    watch(&core->alpha, sample->alpha);
+    const uint32_t theta = impossible(&core->theta, sample->theta, core->dt, gap + 1u);
+    const uint32_t alpha = impossible(&core->alpha, sample->alpha, core->dt, gap + 1u);
+    if (theta != 0u || alpha != 0u) {
+        core->lost_by = theta | alpha | (theta != 0u ? ERC_THETA_DOUBTED : 0u) | (alpha != 0u ? ERC_ALPHA_DOUBTED : 0u);
     } else {
         const double g = core->config.filter_g, h = core->config.filter_h;
         *good = 1;
@@ -133,6 +170,7 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
 uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods) {
     uint32_t events = 0u;
     int good = 0;
+    erc_torque_expect(core, (uint32_t)(periods < LARGEST_GAP ? periods : LARGEST_GAP));
     for (uint32_t i = 0; i < count; i++) {
         events |= take_one(core, &samples[i], &good);
     }
@@ -140,7 +178,7 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
         core->missing = 0u;
         return events;
     }
-    if ((events & (ERC_SAMPLE_INVALID | ERC_GLITCH)) == 0u) {
+    if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {
         events |= ERC_SAMPLE_LOST;
         core->lost_by = ERC_SAMPLE_LOST;
     }

@@ -11,7 +11,11 @@ typedef struct {
     double wrap, glitch, offset; /* offset: whole wraps so far */
     double measured;             /* last good reading, unwrapped */
     double position, speed;      /* the filter's */
+    double fastest, farthest;    /* speed and angle that it cannot reach; 0: none */
+    double reading, count;       /* the last one as it came; the least by which two have differed */
+    double moving;               /* speed when the reading last changed */
     uint64_t since;              /* periods since the last good reading */
+    uint32_t still;              /* periods since the reading changed */
     uint32_t taken;              /* good readings since the start, up to the warm-up */
 } erc_encoder;
 
@@ -36,8 +40,20 @@ typedef struct {
     uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */
     double fast, late_share;        /* shares by which the filters of observer and delay move in a period */
     double per_period;              /* of the error that the integral takes in a period */
+    double earlier[ERC_EARLIER][2];           /* rest and integral of the last periods, by the step */
     uint64_t step;                  /* the last one */
 } erc_stages;
+
+/* What is known of the torque sensor. Torques in N m. */
+typedef struct {
+    double reading, believed;    /* the last reading as it came, and the last that can be */
+    double expected;             /* the model's torque, as late as the measured one */
+    double low, high;            /* its range since the reading changed */
+    uint32_t still, since;       /* periods since the reading changed, and since the last believed one */
+    uint32_t reason;             /* why the latest one was not believed */
+    uint32_t doubted;            /* how long it has been wrong, in periods; a good reading takes one off */
+    bool seen, good, unlearn;    /* ever read; the latest may be learned from; what was learned of late is in doubt */
+} erc_meter;
 
 /* The rate of a reference through the filter of the output's speed, so that both are late by the same. */
 typedef struct {
@@ -52,10 +68,11 @@ typedef struct {
     double dt;
     erc_encoder theta, alpha;
     double torque;
+    erc_meter meter;
     uint64_t sensor_seq, sensor_time, resync; /* resync: any sequence number is taken */
     uint32_t missing;                         /* periods in a row without a good sample */
-    uint32_t lost_by;                         /* event that made the latest one bad */
-    uint32_t state, trip_reason, stopping, rig_seen, torque_seen;
+    uint32_t lost_by;                         /* events that made the latest one bad */
+    uint32_t state, trip_reason, stopping, rig_seen;
     uint64_t step, program_tick;
     uint32_t program;
     erc_stages stages;
@@ -65,6 +82,7 @@ typedef struct {
     double base, motor, integral, estimate, reference;
     double mirrored, last_wave;         /* of a predefined sequence near the end of the stroke */
     double asked1, asked2, asked_motor; /* by control, at the last good sample */
+    double earlier[ERC_EARLIER][2];               /* the same of the last periods, by the step */
     double field;                       /* applied, signed */
     uint32_t pending;                   /* events of orders since the last step */
 } erc_core;

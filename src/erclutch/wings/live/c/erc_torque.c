@@ -3,6 +3,7 @@
 #include "erc_torque.h"
 
 #include "erc_inverse.h"
+#include "erc_plausible.h"
 
 #include <math.h>
 
@@ -121,7 +122,8 @@ static double by_warmth(const erc_core *core, const erc_share *learned) {
 }
 
 /* What the device gives beyond its model: a share of the torque of each clutch, and the rest by a filter. Without a
- * measured torque, and where both sides run at one speed, the rest fades. */
+ * measured torque, and where both sides run at one speed, the rest fades. A measured torque that cannot be changes
+ * nothing; where it came to light late, what was learned meanwhile goes. */
 static void observe(erc_core *core) {
     const erc_config *config = &core->config;
     erc_stages *s = &core->stages;
@@ -133,6 +135,13 @@ static void observe(erc_core *core) {
     }
     if (known && !motion) {
         s->modelled += s->late_share * (core->estimate - s->modelled);
+    }
+    if (known && !motion && !s->locked && !core->meter.good && isfinite(torque)) {
+        if (core->meter.unlearn) {
+            s->rest = s->earlier[(core->step - ERC_STILL - 1u) % ERC_EARLIER][0];
+            s->integral = s->earlier[(core->step - ERC_STILL - 1u) % ERC_EARLIER][1];
+        }
+        return;
     }
     if (!known || !isfinite(torque) || s->locked) {
         s->rest *= 1.0 - s->fast;
@@ -272,6 +281,9 @@ static double inverse(erc_core *core, double wanted, uint32_t *events) {
 static void integrate(erc_core *core, double wanted, uint32_t events) {
     erc_stages *s = &core->stages;
     const bool measured = core->config.observer == ERC_BY_SENSOR && isfinite(core->torque);
+    if (measured && !core->meter.good) {
+        return;
+    }
     const double most = likely(core, fabs(s->gave) + (isfinite(core->estimate) ? fabs(core->estimate) : 0.0));
     const double error = bounded(wanted - (measured ? core->torque : core->estimate), -most, most);
     const double next = s->integral + s->per_period * error;
@@ -307,5 +319,7 @@ double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *ev
     const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
     const double field = inverse(core, ask / gain + zero, events);
     integrate(core, wanted, *events);
+    s->earlier[core->step % ERC_EARLIER][0] = s->rest;
+    s->earlier[core->step % ERC_EARLIER][1] = s->integral;
     return handed_over(core, field);
 }
