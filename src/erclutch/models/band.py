@@ -106,6 +106,12 @@ class Band:
         at = less_select(slip, 0.0, 1.0, 0.0), switching, place
         return effort - table_entry((behind, ahead), *at), effort + table_entry((ahead, behind), *at)
 
+    @property
+    def settled(self) -> float:
+        """Half width of the widest cell under a field that is not switching."""
+        cells = self.shape[1] * self.shape[2]
+        return max(*self.behind[:cells], *self.ahead[:cells])
+
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""
         tables = ("field", "slip", "field_edges", "slip_edges", "behind", "ahead")

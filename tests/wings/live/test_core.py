@@ -438,7 +438,8 @@ def test_frames_among_faults_are_those_on_record(bingham: Path) -> None:
             np.testing.assert_allclose(frames[name][::20], record[name], rtol=1e-12, atol=1e-12, err_msg=name)
     seen = int(np.bitwise_or.reduce(frames["events"]))
     unseen = [name for name, bit in EVENT_BITS.items() if not seen & bit]
-    assert set(unseen) <= {"bad-packet", "send-failed", "rig-fault", "unreachable"}, unseen
+    plausible = {"torque-doubted", "out-of-range", "stuck", "disagrees"}  # no limits are set here
+    assert set(unseen) <= {"bad-packet", "send-failed", "rig-fault", "unreachable"} | plausible, unseen
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,18 @@ def live_model(
             remedy="Give a model without further inputs",
         )
     name = f"{model.name}, adapting" if adapt else model.name
-    return LiveModel(_compiled(program), name, program.digest, model.units, period, program.other_period, adapt)
+    return LiveModel(
+        library=_compiled(program),
+        name=name,
+        digest=program.digest,
+        units=model.units,
+        period=period,
+        note=program.other_period,
+        adapts=adapt,
+        effort=program.scale,
+        slip=max(abs(end) for end in program.slip.range),
+        band=0.0 if model.band is None else model.band.settled,
+    )
 
 
 def _compiled(program: object) -> Path:

@@ -73,6 +73,8 @@ class LiveModel:
         period: in s that it is compiled for; None: any.
         note: what to know of it at that period.
         adapts: a gain and an offset follow the torque sensor.
+        effort, slip: the largest of its log, in their units; 0: not known.
+        band: half width of its widest band under a settled field, in the unit of the effort; 0: it has none.
     """
 
     library: Path
@@ -82,6 +84,9 @@ class LiveModel:
     period: float | None = None
     note: str = ""
     adapts: bool = False
+    effort: float = 0.0
+    slip: float = 0.0
+    band: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -127,8 +127,9 @@ class LoopSettings:
         alpha_limit: the output goes no further from the middle [rad]; 0: none.
         torque_limit: largest torque that device and sensor can give [N m]; 0: none. torque_rate: its fastest change
             in N m/s; 0: none.
-        torque_band: by which the measured torque may differ from the model's, beside half of the model's, and by which
-            it may jump away from what the observer knows [N m]; 0: it is not compared.
+        torque_band: by which the measured torque may jump away from what the observer knows [N m], beside what the
+            model's torque has moved in the last 8 periods. The measured torque may differ from the model's by 3 times as
+            much and half of the model's. 0: it is not compared.
         torque_still: a sensor is stuck that reads the same to the bit for 5 periods in which the model's torque moves by
             more than this [N m]; 0: none is.
         field_limit: largest field. motor_limit: largest motor torque in N m.

@@ -144,12 +144,13 @@ static uint32_t doubted(const erc_core *core) {
 
 /* Clears the trip, and starts nothing: the fields stay at zero until a program is run. The model forgets all samples. */
 static int reset(erc_core *core) {
-    if (core->state != ERC_TRIPPED || core->missing > 0u || doubted(core) > 0u) {
+    if (core->state != ERC_TRIPPED || core->missing > 0u || (doubted(core) > 0u && core->meter.wrong)) {
         return 0; /* nothing to reset, or still no sensors that can be believed */
     }
     core->state = ERC_READY;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
+    core->meter.doubted = 0u;
     if (core->model.reset != 0) {
         core->model.reset(core->model.state);
     }
@@ -203,33 +204,19 @@ void erc_core_stop(erc_core *core) {
     core->stopping = 1u;
 }
 
-/* Share of the last command that is left after periods without a sample, or with one that cannot be: all, then less and
- * less, then none some periods before the trip, so that the field is zero 20 ms after a failure even if much of that time
- * went elsewhere. */
-static double held_share(const erc_core *core, uint32_t periods) {
-    const double hold = (double)core->config.hold_samples;
-    const double none = (double)(core->config.trip_samples - ERC_ZERO_BEFORE_TRIP);
-    const double missing = (double)periods;
-    return missing <= hold ? 1.0 : fmax(0.0, (none - missing) / (none - hold));
-}
-
-/* NaN is no more than anything. */
-static double at_most(double x, double most) {
-    return x <= most ? x : most;
-}
-
 /* A sensor that has been stuck for some periods has misled control: what was asked before them is held, if it is less. */
 static void forget_latest(erc_core *core, uint64_t tick) {
     const double *before = core->earlier[(tick - ERC_STILL - 1u) % ERC_EARLIER];
-    core->asked1 = at_most(core->asked1, before[0]);
-    core->asked2 = at_most(core->asked2, before[1]);
+    core->asked1 = erc_at_most(core->asked1, before[0]);
+    core->asked2 = erc_at_most(core->asked2, before[1]);
 }
 
 /* What to ask of the interlock: control's wish, or what is left of the last one. While a sensor is in doubt no field
  * grows. */
 static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
     const uint32_t doubt = doubted(core), wrong = core->missing > doubt ? core->missing : doubt;
-    const double share = held_share(core, wrong);
+    /* Zero so long before the trip that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
+    const double share = erc_held_share(core->config.hold_samples, core->config.trip_samples, wrong);
     uint32_t events = 0u;
     if (core->missing == 0u) {
         events = erc_control(core, tick, ask);
@@ -249,8 +236,8 @@ static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
         core->earlier[tick % ERC_EARLIER][1] = ask[1];
         return events;
     }
-    ask[0] = share * at_most(ask[0], core->asked1);
-    ask[1] = share * at_most(ask[1], core->asked2);
+    ask[0] = share * erc_at_most(ask[0], core->asked1);
+    ask[1] = share * erc_at_most(ask[1], core->asked2);
     return events | (share < 1.0 ? ERC_DEGRADE : ERC_HOLD);
 }
 
@@ -281,7 +268,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
 
 static uint32_t estimate(erc_core *core, const double applied[3]) {
     /* For alarms and adaptation: of a torque that can be, where the slip says what it has to be. */
-    const bool known = core->missing == 0u && core->meter.good && erc_slips(core);
+    const bool known = core->missing == 0u && core->meter.good && erc_slipping(core);
     const double measured = known ? core->torque : (double)NAN;
     const double coaxial[5] = {applied[0], applied[1], core->theta.speed, core->alpha.speed, measured};
     const double single[3] = {applied[0], core->theta.speed - core->alpha.speed, measured};

@@ -4,21 +4,38 @@
 
 #include <math.h>
 
-#define MOST_PERIODS 1000u
+#define MOST_PERIODS 1000000u
 #define UNLIKELY_SHARE 0.5 /* of the model's torque that a device may lack, or give beyond it */
+#define DRIFTS 3.0         /* bands by which a device may drift off its model */
 #define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
+#define LIVELY 1000u       /* readings after which it is known how often a sensor repeats itself */
+#define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
+#define SURE 5u            /* periods of disagreement that no later agreement takes back */
+#define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
 
 static double distance(double a, double b) {
     return a > b ? a - b : b - a;
 }
 
-bool erc_slips(const erc_core *core) {
+bool erc_slipping(const erc_core *core) {
     const double motor = core->theta.speed, output = core->alpha.speed, least = core->config.least_slip;
     const double first = distance(motor, output), second = distance(-motor, output);
     if (core->config.device == ERC_SINGLE || core->field > 0.0) {
         return first > least;
     }
     return core->field < 0.0 ? second > least : first > least && second > least;
+}
+
+double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods) {
+    const double held = (double)hold, none = (double)(trip - ERC_ZERO_BEFORE_TRIP), wrong = (double)periods;
+    if (wrong <= held) {
+        return 1.0;
+    }
+    return wrong < none ? (none - wrong) / (none - held) : 0.0;
+}
+
+double erc_at_most(double x, double most) {
+    return x <= most ? x : most; /* NaN is no more than anything */
 }
 
 void erc_torque_expect(erc_core *core, uint32_t periods) {
@@ -30,12 +47,29 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
         m->expected += core->stages.late_share * (core->estimate - m->expected);
         m->low = m->expected < m->low ? m->expected : m->low;
         m->high = m->expected > m->high ? m->expected : m->high;
+        m->earlier[core->step % ERC_EARLIER] = m->expected;
     }
 }
 
-/* Whether the reading stays the same to the bit while the model's torque moves by what a live sensor must show. */
+/* Counts how long the reading has been the same to the bit, and how long a good sensor ever was. */
+static void watch(erc_meter *m, double torque) {
+    if (torque == m->reading) {
+        m->still += m->still < MOST_PERIODS ? 1u : 0u;
+    } else {
+        m->longest = m->still > m->longest && m->doubted == 0u ? m->still : m->longest;
+        m->still = 0u;
+        m->low = m->high = m->expected;
+    }
+    m->readings += m->readings < LIVELY ? 1u : 0u;
+    m->reading = torque;
+}
+
+/* Whether the sensor repeats itself for longer than it ever did; or while the model's torque moves by what a live sensor
+ * must show. */
 static bool stuck(const erc_config *config, const erc_meter *m) {
-    return config->torque_still > 0.0 && m->still >= ERC_STILL && m->high - m->low > config->torque_still;
+    const bool moves = config->torque_still > 0.0 && m->high - m->low > config->torque_still;
+    const bool lively = config->torque_still > 0.0 && m->readings >= LIVELY && m->still > REPEATS * m->longest;
+    return m->still >= ERC_STILL && (moves || lively);
 }
 
 /* Why a reading alone cannot be; 0 if it can. */
@@ -53,6 +87,17 @@ static uint32_t impossible(const erc_core *core, double torque) {
     return stuck(config, m) ? ERC_STUCK : 0u;
 }
 
+/* By how much the model's torque has moved of late: a rotor rings on its torque meter by no more. */
+static double moved(const erc_meter *m) {
+    double low = m->earlier[0], high = m->earlier[0];
+    uint32_t i;
+    for (i = 1u; i < ERC_EARLIER; i++) {
+        low = m->earlier[i] < low ? m->earlier[i] : low;
+        high = m->earlier[i] > high ? m->earlier[i] : high;
+    }
+    return high - low;
+}
+
 /* Whether a reading is further from the model's torque than device and model may differ; or, where an observer follows
  * the sensor, so far from what it has observed: a device drifts, it does not jump. */
 static bool disagrees(const erc_core *core, double torque) {
@@ -61,39 +106,54 @@ static bool disagrees(const erc_core *core, double torque) {
     if (!(band > 0.0) || !isfinite(core->estimate)) {
         return false;
     }
+    const double rings = moved(&core->meter);
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
-    const bool jumped = core->config.observer == ERC_BY_SENSOR && fabs(torque - observed) > band;
-    return jumped || fabs(torque - expected) > band + UNLIKELY_SHARE * fabs(expected);
+    const bool jumped = core->config.observer == ERC_BY_SENSOR && fabs(torque - observed) > band + rings;
+    return jumped || fabs(torque - expected) > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
+}
+
+/* A good reading takes doubt away. While the model's torque is within its band each reading agrees with it: such a
+ * reading says little. Once doubt takes the field down it takes the disagreement along: then no reading counts any more. */
+static void clear(erc_core *core) {
+    erc_meter *m = &core->meter;
+    const bool disagreed = (m->reason & ERC_DISAGREES) != 0u;
+    const bool says = !disagreed || fabs(m->expected) > core->config.torque_band;
+    if (disagreed && m->doubted > SURE) {
+        m->doubted += m->doubted < MOST_PERIODS ? 1u : 0u;
+        return;
+    }
+    m->little = says ? SAYS_LITTLE : m->little + 1u;
+    if (m->doubted > 0u && m->little >= SAYS_LITTLE) {
+        m->doubted--;
+    }
+    m->little %= SAYS_LITTLE;
 }
 
 uint32_t erc_torque_plausible(erc_core *core, double torque) {
     erc_meter *m = &core->meter;
-    m->good = false;
-    if (isnan(torque)) { /* no reading: the model is in charge */
+    uint32_t reason;
+    bool off;
+    m->good = m->wrong = false;
+    if (!isfinite(torque) && !(fabs(torque) > HIGHEST_TORQUE)) { /* no reading: the model is in charge */
         m->still = 0u;
         m->reading = torque;
         return m->seen ? ERC_SAMPLE_INVALID : 0u;
     }
-    if (torque == m->reading) {
-        m->still = m->still < MOST_PERIODS ? m->still + 1u : m->still;
-    } else {
-        m->still = 0u;
-        m->low = m->high = m->expected;
-    }
-    m->reading = torque;
-    uint32_t reason = impossible(core, torque);
-    const bool off = reason == 0u && disagrees(core, torque);
-    if (off && core->field != 0.0 && erc_slips(core)) {
+    watch(m, torque);
+    reason = impossible(core, torque);
+    off = reason == 0u && disagrees(core, torque);
+    if (off && core->field != 0.0 && erc_slipping(core)) {
         reason = ERC_DISAGREES;
     }
     m->seen = true;
     if (reason != 0u) {
+        m->wrong = true;
         m->unlearn = m->doubted == 0u && (reason == ERC_STUCK || reason == ERC_DISAGREES);
-        m->doubted = m->doubted < MOST_PERIODS ? m->doubted + 1u : m->doubted;
+        m->doubted += m->doubted < MOST_PERIODS ? 1u : 0u;
         m->reason = ERC_TORQUE_DOUBTED | reason;
         return m->reason;
     }
-    m->doubted = m->doubted > 0u ? m->doubted - 1u : 0u;
+    clear(core);
     m->believed = torque;
     m->since = 0u;
     m->good = !off; /* at one speed a clutch passes on whatever is asked of it: nothing follows from that */

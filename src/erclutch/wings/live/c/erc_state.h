@@ -49,10 +49,14 @@ typedef struct {
     double reading, believed;    /* the last reading as it came, and the last that can be */
     double expected;             /* the model's torque, as late as the measured one */
     double low, high;            /* its range since the reading changed */
+    double earlier[ERC_EARLIER]; /* and what it was in the last periods, by the step */
     uint32_t still, since;       /* periods since the reading changed, and since the last believed one */
     uint32_t reason;             /* why the latest one was not believed */
+    uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */
+    uint32_t little;             /* good readings in a row that say little */
     uint32_t doubted;            /* how long it has been wrong, in periods; a good reading takes one off */
-    bool seen, good, unlearn;    /* ever read; the latest may be learned from; what was learned of late is in doubt */
+    bool seen, wrong;            /* ever read; the latest cannot be */
+    bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
 } erc_meter;
 
 /* The rate of a reference through the filter of the output's speed, so that both are late by the same. */

@@ -136,6 +136,9 @@ static void observe(erc_core *core) {
     if (known && !motion) {
         s->modelled += s->late_share * (core->estimate - s->modelled);
     }
+    if (!motion && core->meter.doubted > 0u) {
+        s->ease = EASE; /* back to what is asked, slowly */
+    }
     if (known && !motion && !s->locked && !core->meter.good && isfinite(torque)) {
         if (core->meter.unlearn) {
             s->rest = s->earlier[(core->step - ERC_STILL - 1u) % ERC_EARLIER][0];

@@ -44,7 +44,8 @@ _POLL = 0.05  # s
 _PERIOD = 1e-3  # s
 _PATIENCE = 3.0  # s
 #: The motor's torque of a replay, and the jumps of its angles, are what they were.
-_AS_RECORDED = {"motor_limit": 1e9, "theta_glitch": 0.0, "alpha_glitch": 0.0}
+_AS_RECORDED = {"motor_limit": 1e9}
+_NO_JUMPS = dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), 0.0)
 _TWINS = ("twin", "twin-brake")
 _ASTRAY = (
     "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
@@ -195,7 +196,7 @@ def live(
         control = _supported(control, what, chosen, adapt)
         channels = _channels(what, device, chosen)
         settings = _settings(parameters, control, device, chosen is not None, channels, program, rig)
-        settings = _for_rig(settings, what, device, control, tuned)
+        settings = _for_rig(_sensing(settings, what, device, chosen, parameters), what, device, control, tuned)
         options = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
         told = stack.enter_context(_interrupts())
         session = stack.enter_context(Session(what, settings, chosen, options))
@@ -365,7 +366,7 @@ def _settings(
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
         rate = (2.0 * largest or 1.0) / _PERIOD
         limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
-        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **limits)
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **_NO_JUMPS, **limits)
     # Torques of the programs are those of the rig file: a force needs programs of its own.
     turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
     drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
@@ -438,6 +439,22 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
     return "single" if rig.spec["single"] else "coaxial"
 
 
+def _sensing(
+    settings: LoopSettings, rig: RigChoice, device: DeviceName, model: LiveModel | None, parameters: RigParameters
+) -> LoopSettings:
+    """The settings with what the sensors can read. A recording is as it was, and a single device is not that of the
+    rig's file unless it is the TWIN's."""
+    from erclutch.wings.live.sensor_limits import sensor_limits
+
+    if rig.origin.startswith("RECORDING"):
+        return settings
+    known = device == "coaxial" or rig.origin == "TWIN"
+    limits = sensor_limits(device, model, parameters if known else None, _PERIOD)
+    if not known and model is not None:
+        limits["least_slip"] = 0.05 * model.slip
+    return replace(settings, **limits)
+
+
 def _for_rig(
     settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
 ) -> LoopSettings:
@@ -461,7 +478,7 @@ def _for_rig(
         share = (asked if most == math.inf and asked else most) / settings.field_limit
         rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
         settings = replace(settings, field_limit=asked or most, **rates)
-    return replace(settings, stroke=0.0, theta_glitch=0.0, alpha_glitch=0.0) if device == "single" else settings
+    return replace(settings, stroke=0.0) if device == "single" else settings
 
 
 @contextmanager

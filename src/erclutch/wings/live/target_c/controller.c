@@ -6,6 +6,7 @@ static double erc_at_rest(const erc_core *core, const double *in, double field) 
     return @REST@(field, held, 0.0);
 }
 
+@PLAUSIBLE@
 @TORQUE@
 @INTERLOCK@
 static bool not_negative(double x) {
@@ -35,7 +36,7 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
         core->config = *config;
     }
     core->dt = 1e-9 * (double)(uint32_t)core->config.period_ns;
-    core->estimate = zero / zero; /* nothing is known yet */
+    core->estimate = core->meter.reading = zero / zero; /* nothing is known yet */
     core->step = 1u; /* the first sample counts as the first after a gap */
     NAME_reset(&core->model);
     erc_torque_start(core);
@@ -44,26 +45,43 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
 
 uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *output) {
     double ask[3] = {0.0, 0.0, 0.0}, applied[3] = {0.0, 0.0, 0.0}, sample[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
-    uint32_t events = 0u;
+    uint32_t events = 0u, doubt;
     const bool placed = isfinite(input->alpha) || !(core->config.stroke > 0.0);
     /* NaN is no speed either. Both sides of a single device may turn fast: its slip is looked at. */
     const double slip = ERC_DEVICE == ERC_SINGLE ? input->theta_dot - input->alpha_dot : input->theta_dot;
     const bool usual = fabs(slip) <= @FASTEST@ && fabs(input->alpha_dot) <= (ERC_DEVICE == ERC_SINGLE ? 1e6 : @FASTEST@);
     const bool good = isfinite(input->wanted) && isfinite(input->rate) && usual && isfinite(input->motor_torque) && placed;
-    const bool asked = good && core->config.field_limit > 0.0;
+    bool asked;
     core->step += good ? 1u : 2u; /* after a gap the field comes back slowly */
-    if (asked) {
-        double field;
+    erc_torque_expect(core, 1u);
+    if (good) {
         core->theta.speed = input->theta_dot;
         core->alpha.speed = input->alpha_dot;
         core->torque = input->torque;
         core->asked_motor = input->motor_torque;
-        field = erc_torque_field(core, input->wanted, input->rate, &events);
+        events |= erc_torque_plausible(core, input->torque);
+    }
+    doubt = core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
+    core->tripped = core->tripped || doubt >= @TRIP@;
+    events |= core->tripped ? ERC_TRIP : 0u;
+    asked = good && core->config.field_limit > 0.0 && !core->tripped;
+    if (asked) {
+        const double field = erc_torque_field(core, input->wanted, input->rate, &events);
         ask[0] = field > 0.0 ? field : 0.0;
         ask[1] = field < 0.0 && ERC_DEVICE != ERC_SINGLE ? -field : 0.0;
     }
+    if (doubt == 0u) {
+        core->asked[0] = ask[0];
+        core->asked[1] = ask[1];
+    } else {
+        const double share = erc_held_share(@HOLD@, @TRIP@, doubt);
+        events |= share < 1.0 ? ERC_DEGRADE : ERC_HOLD;
+        ask[0] = share * erc_at_most(ask[0], core->asked[0]);
+        ask[1] = share * erc_at_most(ask[1], core->asked[1]);
+    }
     events |= erc_interlock(&core->config, core->field, input->alpha, core->theta.speed, ask, applied);
     core->field = applied[0] - applied[1];
+    @MEASURED@
     @SAMPLE@
     @KNOWN@
     events |= @STEP@;

@@ -27,6 +27,7 @@ from erclutch.export.target_check import Check
 from erclutch.export.targets import c
 from erclutch.signals.array import Array
 from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS
+from erclutch.wings.live.sensor_limits import torque_limits
 from erclutch.wings.live.settings import LoopSettings
 
 TITLE = "torque control, interlock and model in one C99 file, with test vectors and make check"
@@ -40,6 +41,10 @@ OUTPUTS = ("field1", "field2", "estimate")
 _FASTEST = 10.0
 _ABOVE = ("field_limit", "motor_limit", "rise_rate", "fall_rate", "observer_bandwidth", "torque_scale")
 _SIGNED = ("drive_drag_1", "drive_drag_2")
+#: What the model's alarms get: a torque that can be, where the slip says what it has to be.
+_MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
+#: Files of the loop that the controller is made of, in the order in which they call each other.
+_PARTS = ("plausible", "torque", "interlock")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
 
 
@@ -85,7 +90,7 @@ def texts(program: ExportedStep) -> tuple[str, str]:
         problem = "the controller gives its model fields and speeds, and nothing else"
         raise ExportError(problem, where=program.model.name, remedy="Export a model without further inputs, of speeds")
     code = _read("target_c/controller.c")
-    for name in ("torque", "interlock"):
+    for name in _PARTS:
         code = code.replace(f"@{name.upper()}@", _static(_body(f"c/erc_{name}.c")))
     for key, value in _places(program).items():
         code = code.replace(f"@{key}@", value)
@@ -113,12 +118,12 @@ def _body(name: str) -> str:
 
 def _static(text: str) -> str:
     """Functions that the loop's files share are this file's own."""
-    return re.sub(r"^((?:void|double|uint32_t) erc_\w+\()", r"static \1", text, flags=re.MULTILINE)
+    return re.sub(r"^((?:void|double|bool|uint32_t) erc_\w+\()", r"static \1", text, flags=re.MULTILINE)
 
 
 def _members() -> dict[str, str]:
     """Each setting that the controller looks at, with the line of the loop's layout that declares it."""
-    used = set(re.findall(r"config(?:->|\.)(\w+)", _body("c/erc_torque.c") + _body("c/erc_interlock.c")))
+    used = set(re.findall(r"config(?:->|\.)(\w+)", "".join(_body(f"c/erc_{part}.c") for part in _PARTS)))
     lines = _read("c/erc_layout.h").rpartition("typedef struct {")[2].partition("} erc_config")[0].splitlines()
     found: dict[str, str] = {}
     for line in lines:
@@ -141,6 +146,8 @@ def defaults(program: ExportedStep) -> dict[str, float]:
         "least_slip": 0.05 * max(abs(end) for end in program.slip.range),
         "torque_scale": program.scale / 16.0,
     }
+    band = 0.0 if program.model.band is None else program.model.band.settled
+    known |= torque_limits(program.scale, band, period)
     plain = LoopSettings()
     return {name: known.get(name, getattr(plain, name, 0.0)) for name in _members()}
 
@@ -155,10 +162,13 @@ def _places(program: ExportedStep) -> dict[str, str]:
     rest = "rest_miss" if feels_state(program) else "miss"
     coaxial = ("applied[0]", "applied[1]", "input->theta_dot", "input->alpha_dot")
     signals = coaxial if program.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
-    given = [*signals, *(("input->torque",) if program.measures else ())]
+    given = [*signals, *(("known",) if program.measures else ())]
     return {
         "HELD": str(program.elements),
         "REST": f"NAME_{rest}",
+        "HOLD": f"{LoopSettings().hold}u",
+        "TRIP": f"{LoopSettings().trip}u",
+        "MEASURED": _MEASURED if program.measures else "",
         "SIZES": ", ".join(f"config->{name}" for name in members if name not in _SIGNED),
         "FASTEST": program.precision.constant(_FASTEST * max(abs(end) for end in program.slip.range)),
         "ABOVE": ", ".join(f"config->{name}" for name in _ABOVE),
@@ -208,16 +218,16 @@ def _declared(program: ExportedStep) -> str:
         f"{int(value)}u" if name == "period_ns" else program.precision.constant(float(value))
         for name, value in defaults(program).items()
     ]
-    structs = re.findall(r"/\* What (?:a device gives|the stages).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL)
+    structs = re.findall(r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL)
     text = (
         _read("target_c/controller.h").replace("@SETTINGS@", "\n".join(lines)).replace("@STAGES@", "\n".join(structs))
     )
     text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
     units = program.model.units
     text = text.replace("@UNITS@", comment(f"{units.effort or '1'} and {units.slip or '1'}"))
-    code = _body("c/erc_torque.c") + _body("c/erc_interlock.c") + _read("target_c/controller.c")
+    code = "".join(_body(f"c/erc_{part}.c") for part in _PARTS) + _read("target_c/controller.c")
     events = {name: text for name, text in EVENTS if f"ERC_{_macro(name)}" in code}
-    named = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION")
+    named = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
     device = "SINGLE" if program.elements == 1 else "COAXIAL"
     macros = [
         f"#define NAME_EVENT_{_macro(name)} ((uint32_t){EVENT_BITS[name]}u) /* {text} */"

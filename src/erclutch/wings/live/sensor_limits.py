@@ -1,0 +1,61 @@
+"""What each sensor of a loop can read follows from the device and its model; the C of the loop believes nothing else."""
+
+from __future__ import annotations
+
+from erclutch.signals.device import DeviceName
+from erclutch.wings.live.offered_programs import shaft_angle
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.rig.twin.parameters import RigParameters
+
+#: Times its rated torque that a device gives while its rotor rings on the torque meter, or its fluid is at rest.
+_RINGING = 2.0
+#: The same of the largest effort of a log, where no rated torque is known.
+_BEYOND_LOG = 8.0
+#: Times the largest slip of a log, and as much of a jump in a period: what an encoder reads beyond is no motion.
+_FASTEST = 10.0
+#: Times the band of a model under a settled field by which a healthy device jumps for longer than a few periods.
+_BANDS = 3.0
+#: Share of the largest effort by which the model's torque moves before a sensor that reads the same is stuck.
+_STILL = 0.02
+#: Share of that limit that a torque crosses in a period at most.
+_CROSSES = 0.5
+#: Share of the stroke beyond its end that an end stop gives way.
+_END = 1.1
+
+
+def torque_limits(effort: float, band: float, period: float) -> dict[str, float]:
+    """What a torque sensor can read by a model alone: its largest effort and its settled band in N m, the period in s."""
+    limit = _BEYOND_LOG * effort
+    return {
+        "torque_limit": limit,
+        "torque_rate": _CROSSES * limit / period,
+        "torque_band": _BANDS * band,
+        "torque_still": _STILL * effort,
+    }
+
+
+def sensor_limits(
+    device: DeviceName, model: LiveModel | None, rig: RigParameters | None, period: float = 1e-3
+) -> dict[str, float]:
+    """Settings of a loop that say what its sensors can read.
+
+    Args:
+        device: what hangs on the rig.
+        model: that estimates; None where there is none.
+        rig: the device's parameters; None where they are not known.
+        period: of the loop in s.
+
+    Returns:
+        Names of `LoopSettings` and their numbers, 0 where neither device nor model says a limit.
+    """
+    limits = torque_limits(0.0, 0.0, period) if model is None else torque_limits(model.effort, model.band, period)
+    if rig is not None:
+        clutches = ("rated_torque_1", "rated_torque_2") if device == "coaxial" else ("rated_torque_1",)
+        limits["torque_limit"] = _RINGING * sum(rig.value(f"clutch.{name}") for name in clutches)
+        limits["torque_rate"] = _CROSSES * limits["torque_limit"] / period
+    else:
+        slip = 0.0 if model is None else model.slip
+        limits |= dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), _FASTEST * slip)
+    if rig is not None and device == "coaxial":
+        limits["alpha_limit"] = shaft_angle(rig, _END)
+    return limits

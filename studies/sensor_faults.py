@@ -1,0 +1,230 @@
+"""A fault in each sensor of the loop, under each control, beside the same loop in health. TWIN.
+
+    python studies/sensor_faults.py [--seeds 5] [--model bingham] [--only WORD] [--each]
+
+The C core of the loop controls the TWIN step by step. From a random moment on one sensor is wrong for good. Until the
+fault both loops are the same to the bit. Printed are the longest time in which the field is more than a tenth above the
+healthy loop's, and the time until it is zero for good.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.wings.live.c_core import Core
+from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
+from erclutch.wings.live.live_model import live_model
+from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
+from erclutch.wings.live.sensor_limits import sensor_limits
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.live.settings import LoopSettings
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
+from erclutch.wings.rig.twin.twin import Twin
+
+ROWS = 2500
+#: Rows in which a fault begins: drive and output are on their way.
+BEGINS = (600, 1600)
+#: Above the healthy field by more than this share, and this field (1 % of the TWIN's limit).
+ABOVE, LEAST = 0.1, 0.005
+#: Rows by which the healthy loop may be earlier or later.
+NEAR = 2
+#: Rows with a field that is too high, and rows until it is zero.
+MOST_ABOVE, ZERO_WITHIN = 5, 20
+LATE = 30  # rows
+
+#: Control -> device, program, and settings that differ.
+CONTROLS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
+    "equation 23": ("coaxial", "tracking-fast", {}),
+    "torque": ("coaxial", "torque-sine", {}),
+    "computed torque": (
+        "coaxial",
+        "tracking-fast",
+        {"track_bandwidth": 20.0, "output_inertia": 1.5e-5, "output_friction": 0.003},
+    ),
+    "impedance": ("coaxial", "impedance", {"observer_bandwidth": 8.0, "stiffness": 0.1, "damping": 0.004}),
+    "wall": ("single", "wall", {"stiffness": 5.0, "damping": 0.01}),
+}
+Change = Callable[[NDArray[Any], int, int], float]
+
+
+def _stuck(seen: NDArray[Any], begin: int, k: int) -> float:
+    return float(seen[begin - 1])
+
+
+#: Kind of fault -> the reading at row k of a fault that begins at row `begin`, from the true readings up to now.
+FAULTS: Mapping[str, Change] = {
+    "1e30": lambda seen, begin, k: 1e30,
+    "100": lambda seen, begin, k: 100.0,
+    "5": lambda seen, begin, k: 5.0,
+    "-5": lambda seen, begin, k: -5.0,
+    "0": lambda seen, begin, k: 0.0,
+    "stuck": _stuck,
+    "reversed": lambda seen, begin, k: -float(seen[k]),
+    "late": lambda seen, begin, k: float(seen[max(k - LATE, begin - 1)]),
+    "doubled": lambda seen, begin, k: 2.0 * float(seen[k]),
+}
+SENSORS = ("torque", "theta", "alpha")
+
+
+@dataclass(frozen=True)
+class FaultRun:
+    """What a fault came to.
+
+    Attributes:
+        above: longest run of rows in which the field was too high.
+        zero: rows from the fault to zero field for good; -1: never.
+        said: events that named a sensor.
+        most: largest field above the healthy one.
+        felt: whether the field differed at all.
+    """
+
+    above: int
+    zero: int
+    said: tuple[str, ...]
+    most: float
+    felt: bool
+
+    @property
+    def held(self) -> bool:
+        """Whether the field did what a fault that lasts asks for."""
+        return self.above <= MOST_ABOVE and 0 <= self.zero <= ZERO_WITHIN
+
+
+def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor") -> LoopSettings:
+    """Settings as `erclutch live` makes them."""
+    device, name, changes = CONTROLS[control]
+    programs = standard_programs(rig, model=True, device=device)
+    program = next(p for p in programs if p.name == name)
+    common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3}
+    stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
+    settings = rig_settings(rig, (program,), **common, **stroke)
+    return replace(settings, **sensor_limits(device, model, rig), **changes)
+
+
+def frames_of(
+    settings: LoopSettings, model: Path, rig: RigParameters, seed: int, fault: tuple[str, str, int] | None = None
+) -> Any:
+    """Frames of the loop on the TWIN, dtype `FRAME`, shape (ROWS,).
+
+    Args:
+        settings: of the loop.
+        model: compiled.
+        rig: parameters of the TWIN.
+        seed: of the torque meter's noise.
+        fault: sensor, kind and row of the fault.
+    """
+    single, turns = settings.device == "single", 2.0 * np.pi / rig.value("screw.lead")
+    twin, core = Twin(rig, seed=seed, locked=single, single=single), Core(settings, model)
+    frames, sample = np.zeros(ROWS, FRAME), np.zeros(1, SAMPLE)
+    seen = {name: np.zeros(ROWS) for name in SENSORS}
+    for k in range(ROWS):
+        read = twin.sense()
+        for name, value in zip(SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True):
+            seen[name][k] = sample[name][0] = value
+        if fault is not None and k >= fault[2]:
+            sensor, kind, begin = fault
+            sample[sensor] = FAULTS[kind](seen[sensor], begin, k)
+        sample["seq"], sample["time_ns"] = k + 1, (k + 1) * 1_000_000
+        command, frames[k] = core.step(sample, k)
+        twin.command(command_of(command))
+        twin.step()
+    return frames
+
+
+def command_of(command: Any) -> Any:
+    """What the TWIN is told."""
+    from erclutch.wings.rig.interface import RigCommand
+
+    return RigCommand(float(command["field1"]), float(command["field2"]), float(command["motor_torque"]))
+
+
+def judged(healthy: Any, faulty: Any, begin: int) -> FaultRun:
+    """What came of a fault, beside the healthy loop."""
+    well, ill = (frames["field1"] - frames["field2"] for frames in (healthy, faulty))
+    size = np.abs(well)
+    most = np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
+    above = (np.abs(ill) - (1.0 + ABOVE) * most - LEAST)[begin:]
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], (above > 0).astype(int), [0]))))
+    on = np.flatnonzero(ill != 0.0)
+    last = int(on[-1]) if on.size else begin - 1
+    bits = int(np.bitwise_or.reduce(faulty["events"][begin:]))
+    named = ("theta-doubted", "alpha-doubted", "torque-doubted", "glitch", "out-of-range", "stuck", "disagrees")
+    return FaultRun(
+        above=int(np.max(np.diff(edges)[::2], initial=0)),
+        zero=max(0, last + 1 - begin) if last + 1 < len(ill) else -1,
+        said=tuple(name for name in named if bits & EVENT_BITS[name]),
+        most=float(np.max(np.abs(ill) - most)),
+        felt=bool(np.any(ill[begin:] != well[begin:])),
+    )
+
+
+def under_field(frames: Any) -> NDArray[np.intp]:
+    """Rows between `BEGINS` with a field that matters."""
+    field = np.abs(frames["field1"] - frames["field2"])
+    rows = np.arange(len(field))
+    return np.flatnonzero((field > 10.0 * LEAST) & (rows >= BEGINS[0]) & (rows < BEGINS[1]))
+
+
+def models(rig: RigParameters, name: str) -> dict[str, LiveModel]:
+    """A law or network for the pair and for the brake, fitted to the TWIN once."""
+    from rich.console import Console
+
+    from erclutch.wings.rig.twin_model import twin_models
+
+    found: dict[str, LiveModel] = {}
+    for device in ("coaxial", "single"):
+        (path,) = twin_models(rig, (name,), Console(stderr=True), device)
+        found[device] = live_model(path, device)
+    return found
+
+
+def main() -> int:
+    """Print the table; 1 if a fault was not held."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--model", default="bingham")
+    parser.add_argument("--only", default="", help="control, sensor or fault")
+    parser.add_argument("--each", action="store_true", help="print each run")
+    asked = parser.parse_args()
+    rig, failed, sessions = default_rig(), 0, 0
+    fitted = models(rig, asked.model)
+    print(f"TWIN, {asked.model}; rows of 1 ms with a field above 1.1 x healthy; rows to zero; 'safe': never above")
+    for control in CONTROLS:
+        model = fitted[CONTROLS[control][0]]
+        settings = settings_of(control, model, rig)
+        rng = np.random.default_rng(7)
+        healthy = [frames_of(settings, model.library, rig, seed) for seed in range(asked.seeds)]
+        begins = [int(rng.choice(under_field(frames))) for frames in healthy]
+        doubt = sum(int(np.count_nonzero(f["events"] & np.uint32(0x7E << 22))) for f in healthy)
+        print(f"{control}: healthy: {doubt} rows in doubt, states trip: {any((f['events'] & 1 << 10).any() for f in healthy)}")
+        for sensor, kind in itertools.product(SENSORS, FAULTS):
+            if asked.only not in (control, sensor, kind, "") or (sensor == "alpha" and control == "wall"):
+                continue
+            runs = [
+                judged(well, frames_of(settings, model.library, rig, seed, (sensor, kind, begin)), begin)
+                for seed, (well, begin) in enumerate(zip(healthy, begins, strict=True))
+            ]
+            sessions += len(runs)
+            zeros = [run.zero for run in runs]
+            held, safe = sum(run.held for run in runs), sum(run.above <= MOST_ABOVE and not run.held for run in runs)
+            failed += len(runs) - held - safe
+            said = sorted({name for run in runs for name in run.said})
+            print(
+                f"  {control:15} {sensor:6} {kind:8} held {held} safe {safe} of {len(runs)}; above {max(r.above for r in runs):4d} rows, "
+                f"by {max(r.most for r in runs):.3f}; zero {zeros}; {' '.join(said)}",
+                flush=True,
+            )
+    print(f"{sessions} sessions, {failed} not held")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
