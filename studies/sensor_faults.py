@@ -1,6 +1,6 @@
 """A fault in each sensor of the loop, under each control, beside the same loop in health. TWIN.
 
-    python studies/sensor_faults.py [--seeds 5] [--model bingham] [--only WORD] [--each]
+    python studies/sensor_faults.py [--seeds 5] [--model bingham] [--only WORD]
 
 The C core of the loop controls the TWIN step by step. From a random moment on one sensor is wrong for good. Until the
 fault both loops are the same to the bit. Printed are the longest time in which the field is more than a tenth above the
@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.signals.device import DeviceName
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.live_model import live_model
@@ -39,9 +41,12 @@ NEAR = 2
 #: Rows with a field that is too high, and rows until it is zero.
 MOST_ABOVE, ZERO_WITHIN = 5, 20
 LATE = 30  # rows
+#: Never too high and zero in time; never too high; too high.
+OUTCOMES = ("held", "safe", "not held")
+_DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
 #: Control -> device, program, and settings that differ.
-CONTROLS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
+CONTROLS: Mapping[str, tuple[DeviceName, str, Mapping[str, Any]]] = {
     "equation 23": ("coaxial", "tracking-fast", {}),
     "torque": ("coaxial", "torque-sine", {}),
     "computed torque": (
@@ -83,19 +88,24 @@ class FaultRun:
         zero: rows from the fault to zero field for good; -1: never.
         said: events that named a sensor.
         most: largest field above the healthy one.
-        felt: whether the field differed at all.
     """
 
     above: int
     zero: int
     said: tuple[str, ...]
     most: float
-    felt: bool
 
     @property
     def held(self) -> bool:
         """Whether the field did what a fault that lasts asks for."""
-        return self.above <= MOST_ABOVE and 0 <= self.zero <= ZERO_WITHIN
+        return self.outcome == "held"
+
+    @property
+    def outcome(self) -> str:
+        """One of `OUTCOMES`."""
+        if self.above > MOST_ABOVE:
+            return "not held"
+        return "held" if 0 <= self.zero <= ZERO_WITHIN else "safe"
 
 
 def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor") -> LoopSettings:
@@ -156,14 +166,18 @@ def judged(healthy: Any, faulty: Any, begin: int) -> FaultRun:
     on = np.flatnonzero(ill != 0.0)
     last = int(on[-1]) if on.size else begin - 1
     bits = int(np.bitwise_or.reduce(faulty["events"][begin:]))
-    named = ("theta-doubted", "alpha-doubted", "torque-doubted", "glitch", "out-of-range", "stuck", "disagrees")
+    named = (*_DOUBTS, "glitch", "out-of-range", "stuck", "disagrees")
     return FaultRun(
         above=int(np.max(np.diff(edges)[::2], initial=0)),
         zero=max(0, last + 1 - begin) if last + 1 < len(ill) else -1,
         said=tuple(name for name in named if bits & EVENT_BITS[name]),
         most=float(np.max(np.abs(ill) - most)),
-        felt=bool(np.any(ill[begin:] != well[begin:])),
     )
+
+
+def doubted(frames: Any) -> int:
+    """Rows in which a sensor is in doubt."""
+    return int(np.count_nonzero(frames["events"] & np.uint32(sum(EVENT_BITS[name] for name in _DOUBTS))))
 
 
 def under_field(frames: Any) -> NDArray[np.intp]:
@@ -173,17 +187,13 @@ def under_field(frames: Any) -> NDArray[np.intp]:
     return np.flatnonzero((field > 10.0 * LEAST) & (rows >= BEGINS[0]) & (rows < BEGINS[1]))
 
 
-def models(rig: RigParameters, name: str) -> dict[str, LiveModel]:
-    """A law or network for the pair and for the brake, fitted to the TWIN once."""
+def model_of(rig: RigParameters, name: str, device: DeviceName) -> LiveModel:
+    """A law or network for the pair or the brake, fitted to the TWIN once."""
     from rich.console import Console
 
     from erclutch.wings.rig.twin_model import twin_models
 
-    found: dict[str, LiveModel] = {}
-    for device in ("coaxial", "single"):
-        (path,) = twin_models(rig, (name,), Console(stderr=True), device)
-        found[device] = live_model(path, device)
-    return found
+    return live_model(twin_models(rig, (name,), Console(stderr=True), device)[0], device)
 
 
 def main() -> int:
@@ -192,19 +202,21 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--model", default="bingham")
     parser.add_argument("--only", default="", help="control, sensor or fault")
-    parser.add_argument("--each", action="store_true", help="print each run")
     asked = parser.parse_args()
-    rig, failed, sessions = default_rig(), 0, 0
-    fitted = models(rig, asked.model)
-    print(f"TWIN, {asked.model}; rows of 1 ms with a field above 1.1 x healthy; rows to zero; 'safe': never above")
+    rig = default_rig()
+    devices: tuple[DeviceName, ...] = ("coaxial", "single")
+    fitted = {device: model_of(rig, asked.model, device) for device in devices}
+    outcomes: Counter[str] = Counter()
+    print(f"TWIN, {asked.model}, {asked.seeds} seeds; rows of 1 ms")
+    print("| control | sensor | fault | held | safe | not held | above [rows] | by | zero after [rows] | said |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for control in CONTROLS:
         model = fitted[CONTROLS[control][0]]
         settings = settings_of(control, model, rig)
         rng = np.random.default_rng(7)
         healthy = [frames_of(settings, model.library, rig, seed) for seed in range(asked.seeds)]
         begins = [int(rng.choice(under_field(frames))) for frames in healthy]
-        doubt = sum(int(np.count_nonzero(f["events"] & np.uint32(0x7E << 22))) for f in healthy)
-        print(f"{control}: healthy: {doubt} rows in doubt, states trip: {any((f['events'] & 1 << 10).any() for f in healthy)}")
+        outcomes["rows in doubt in health"] += sum(doubted(frames) for frames in healthy)
         for sensor, kind in itertools.product(SENSORS, FAULTS):
             if asked.only not in (control, sensor, kind, "") or (sensor == "alpha" and control == "wall"):
                 continue
@@ -212,18 +224,19 @@ def main() -> int:
                 judged(well, frames_of(settings, model.library, rig, seed, (sensor, kind, begin)), begin)
                 for seed, (well, begin) in enumerate(zip(healthy, begins, strict=True))
             ]
-            sessions += len(runs)
-            zeros = [run.zero for run in runs]
-            held, safe = sum(run.held for run in runs), sum(run.above <= MOST_ABOVE and not run.held for run in runs)
-            failed += len(runs) - held - safe
-            said = sorted({name for run in runs for name in run.said})
-            print(
-                f"  {control:15} {sensor:6} {kind:8} held {held} safe {safe} of {len(runs)}; above {max(r.above for r in runs):4d} rows, "
-                f"by {max(r.most for r in runs):.3f}; zero {zeros}; {' '.join(said)}",
-                flush=True,
-            )
-    print(f"{sessions} sessions, {failed} not held")
-    return 1 if failed else 0
+            counts = Counter(run.outcome for run in runs)
+            outcomes += counts
+            print(_row(control, sensor, kind, counts, runs), flush=True)
+    print(f"{sum(outcomes[name] for name in OUTCOMES)} sessions: {dict(outcomes)}")
+    return 1 if outcomes["not held"] else 0
+
+
+def _row(control: str, sensor: str, kind: str, counts: Mapping[str, int], runs: Sequence[FaultRun]) -> str:
+    zeros = sorted({run.zero for run in runs})
+    said = " ".join(sorted({name for run in runs for name in run.said}))
+    above, most = max(run.above for run in runs), max(run.most for run in runs)
+    outcomes = " | ".join(str(counts.get(name, 0)) for name in OUTCOMES)
+    return f"| {control} | {sensor} | {kind} | {outcomes} | {above} | {most:.3f} | {zeros} | {said} |"
 
 
 if __name__ == "__main__":

@@ -232,7 +232,7 @@ class RingReader:
 
     @property
     def trip_reason(self) -> str:
-        """Why the fields are held at zero: the event that tripped, or a sensor and what is wrong with it; empty if not."""
+        """Why the fields are held at zero: an event, or a sensor and what is wrong with it; empty if they are not."""
         bits = int(self._header["trip_reason"][0])
         names = [name for name, bit in EVENT_BITS.items() if bits & bit]
         return " ".join(sorted(names, key=lambda name: not name.endswith("-doubted")))

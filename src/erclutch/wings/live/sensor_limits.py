@@ -1,4 +1,4 @@
-"""What each sensor of a loop can read follows from the device and its model; the C of the loop believes nothing else."""
+"""What each sensor of a loop can read follows from the device and its model. The loop believes nothing else."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _END = 1.1
 
 
 def torque_limits(effort: float, band: float, period: float) -> dict[str, float]:
-    """What a torque sensor can read by a model alone: its largest effort and its settled band in N m, the period in s."""
+    """What a torque sensor can read by a model alone: its largest effort and settled band in N m, the period in s."""
     limit = _BEYOND_LOG * effort
     return {
         "torque_limit": limit,

@@ -128,10 +128,10 @@ class LoopSettings:
         torque_limit: largest torque that device and sensor can give [N m]; 0: none. torque_rate: its fastest change
             in N m/s; 0: none.
         torque_band: by which the measured torque may jump away from what the observer knows [N m], beside what the
-            model's torque has moved in the last 8 periods. The measured torque may differ from the model's by 3 times as
-            much and half of the model's. 0: it is not compared.
-        torque_still: a sensor is stuck that reads the same to the bit for 5 periods in which the model's torque moves by
-            more than this [N m]; 0: none is.
+            model's torque has moved in the last 8 periods. The measured torque may differ from the model's by 3 times
+            as much and half of the model's. 0: it is not compared.
+        torque_still: a sensor is stuck that reads the same to the bit for 5 periods in which the model's torque moves
+            by more than this [N m]; or for twice as long as it ever did in its first 1000 readings. 0: none is.
         field_limit: largest field. motor_limit: largest motor torque in N m.
         rise_rate, fall_rate: of the field in 1/s, as the supply allows.
         stroke: fields that drive the output further out than this [rad] are refused; 0 for none.

@@ -442,8 +442,10 @@ def _device(rig: RigChoice, reading: LogOptions) -> DeviceName:
 def _sensing(
     settings: LoopSettings, rig: RigChoice, device: DeviceName, model: LiveModel | None, parameters: RigParameters
 ) -> LoopSettings:
-    """The settings with what the sensors can read. A recording is as it was, and a single device is not that of the
-    rig's file unless it is the TWIN's."""
+    """The settings with what the sensors can read.
+
+    A recording is as it was, and a single device is not that of the rig's file unless it is the TWIN's.
+    """
     from erclutch.wings.live.sensor_limits import sensor_limits
 
     if rig.origin.startswith("RECORDING"):

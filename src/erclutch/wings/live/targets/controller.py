@@ -218,7 +218,9 @@ def _declared(program: ExportedStep) -> str:
         f"{int(value)}u" if name == "period_ns" else program.precision.constant(float(value))
         for name, value in defaults(program).items()
     ]
-    structs = re.findall(r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL)
+    structs = re.findall(
+        r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL
+    )
     text = (
         _read("target_c/controller.h").replace("@SETTINGS@", "\n".join(lines)).replace("@STAGES@", "\n".join(structs))
     )

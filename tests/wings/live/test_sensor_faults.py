@@ -1,0 +1,167 @@
+"""A sensor that is wrong drives no field: on the TWIN as `studies/sensor_faults.py` tells, and sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.wings.live.c_core import Core
+from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
+from erclutch.wings.live.orders import Order
+from erclutch.wings.live.ring import State
+from erclutch.wings.live.sensor_limits import sensor_limits, torque_limits
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.rig.twin.parameters import default_rig
+from studies import sensor_faults as study
+
+RIG = default_rig()
+#: Torques that no device gives; each was answered with the full field.
+IMPOSSIBLE = ("1e30", "100", "5", "-5")
+SENSOR = LoopSettings(
+    observer="sensor",
+    least_slip=1.0,
+    rise_rate=1e6,
+    fall_rate=1e6,
+    programs=(LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.1, 2.0, 0.15, motor_torque=0.1),),
+    **torque_limits(effort=0.4, band=5e-3, period=1e-3),
+)
+
+
+@pytest.fixture(scope="module")
+def pair() -> LiveModel:
+    """Bingham's law, fitted to the TWIN's pair."""
+    return study.model_of(RIG, "bingham", "coaxial")
+
+
+def found(pair: LiveModel, control: str, sensor: str, kind: str, seed: int = 0) -> study.FaultRun:
+    settings = study.settings_of(control, pair, RIG)
+    healthy = study.frames_of(settings, pair.library, RIG, seed)
+    begin = int(np.random.default_rng(seed).choice(study.under_field(healthy)))
+    return study.judged(healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin)
+
+
+@pytest.mark.parametrize("kind", [*IMPOSSIBLE, "0"])
+def test_a_torque_that_cannot_be_drives_no_field(kind: str, pair: LiveModel) -> None:
+    fault = found(pair, "torque", "torque", kind)
+    assert fault.held, fault
+    assert "torque-doubted" in fault.said
+
+
+@pytest.mark.parametrize("sensor", ["theta", "alpha"])
+@pytest.mark.parametrize("kind", ["1e30", "0", "stuck", "reversed", "late", "doubled"])
+def test_an_angle_that_cannot_be_drives_no_field(sensor: str, kind: str, pair: LiveModel) -> None:
+    fault = found(pair, "computed torque", sensor, kind)
+    assert fault.held, fault
+    assert f"{sensor}-doubted" in fault.said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["torque", "computed torque", "impedance", "wall"])
+def test_no_impossible_reading_of_any_sensor_drives_the_field(control: str, pair: LiveModel) -> None:
+    model = study.model_of(RIG, "bingham", "single") if control == "wall" else pair
+    for sensor in study.SENSORS[: 2 if control == "wall" else 3]:
+        for kind in IMPOSSIBLE:
+            fault = found(model, control, sensor, kind, seed=3)
+            assert fault.held, (control, sensor, kind, fault)
+
+
+def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
+    settings = study.settings_of("torque", pair, RIG)
+    frames = study.frames_of(settings, pair.library, RIG, seed=1)
+    named = sum(bit for name, bit in EVENT_BITS.items() if name.endswith("-doubted") or name == "trip")
+    assert not (frames["events"] & np.uint32(named)).any()
+
+
+# --- sample by sample, on the hand-written Bingham model --------------------------------------------------------------
+
+
+def closed(core: Core, rows: int, change: Any = None) -> Any:
+    """Frames of a drive that turns evenly; the sensor reads what the model gives, with noise, or what is changed."""
+    noise = 2e-4 * np.random.default_rng(5).standard_normal(rows)
+    sample, frames = np.zeros(1, SAMPLE), np.zeros(rows, FRAME)
+    for k in range(rows):
+        sample["seq"], sample["time_ns"], sample["theta"] = k + 1, (k + 1) * 1_000_000, 0.04 * k
+        torque = (frames["estimate"][k - 1] if k else 0.0) + noise[k]
+        sample["torque"] = torque if change is None else change(k, torque)
+        frames[k] = core.step(sample, k)[1]
+    return frames
+
+
+def said(frames: Any, *names: str) -> Any:
+    """Rows with all of some events."""
+    bits = np.uint32(sum(EVENT_BITS[name] for name in names))
+    return np.flatnonzero((frames["events"] & bits) == bits)
+
+
+@pytest.mark.parametrize(
+    ("reason", "wrong"),
+    [
+        ("out-of-range", lambda k, torque: 5.0),
+        ("out-of-range", lambda k, torque: float("inf")),
+        ("glitch", lambda k, torque: torque - 2.0),
+        ("disagrees", lambda k, torque: torque - 0.3),
+        ("disagrees", lambda k, torque: -torque),
+    ],
+)
+def test_the_event_names_sensor_and_reason_and_the_trip_says_it(reason: str, wrong: Any, bingham: Path) -> None:
+    core = Core(SENSOR, bingham)
+    frames = closed(core, 700, lambda k, torque: wrong(k, torque) if k >= 600 else torque)
+    assert said(frames, "torque-doubted", reason)[0] == 600
+    assert said(frames, "trip").size == 1
+    size = np.abs(frames["field1"] - frames["field2"])
+    assert np.all(size[600:] <= size[599] + 1e-12)
+    assert np.all(size[614:] == 0.0)
+    assert core.state == State.TRIPPED
+    core.order(Order.RESET)
+    assert core.state == (
+        State.TRIPPED if reason == "out-of-range" else State.READY
+    )  # without a field nothing is compared
+
+
+def test_a_spike_teaches_the_observer_nothing(bingham: Path) -> None:
+    plain = closed(Core(SENSOR, bingham), 900)
+    spiked = closed(Core(SENSOR, bingham), 900, lambda k, torque: 1e30 if k % 97 == 0 else torque)
+    assert said(spiked, "torque-doubted").size == 10
+    assert said(spiked, "trip").size == 0
+    off = np.abs((spiked["field1"] - spiked["field2"]) - (plain["field1"] - plain["field2"]))
+    assert float(np.max(off[50:])) < 0.02
+
+
+def test_a_repeated_reading_is_stuck_only_while_the_model_moves(bingham: Path) -> None:
+    frames = closed(Core(SENSOR, bingham), 900, lambda k, torque: 0.15 if k >= 600 else torque)
+    assert 604 <= said(frames, "torque-doubted", "stuck")[0] <= 620
+    still = replace(SENSOR, programs=(LoopProgram("torque", Mode.TORQUE, amplitude=0.15, motor_torque=0.1),))
+    steady = closed(Core(still, bingham), 900, lambda k, torque: 0.15 if k >= 600 else torque)
+    assert said(steady, "torque-doubted").size == 0
+
+
+def test_without_an_observer_of_the_sensor_control_goes_on(bingham: Path) -> None:
+    frames = closed(Core(replace(SENSOR, observer="none"), bingham), 700, lambda k, torque: 5.0 if k >= 600 else torque)
+    assert said(frames, "torque-doubted").size == 100
+    assert said(frames, "trip").size == 0
+
+
+def test_the_first_samples_are_asked_too(bingham: Path) -> None:
+    """Before the filter has settled no speed is known, but none is beyond what turns."""
+    core, sample = Core(replace(SENSOR, observer="none"), bingham), np.zeros(1, SAMPLE)
+    for k in range(40):
+        sample["seq"], sample["time_ns"], sample["theta"] = k + 1, (k + 1) * 1_000_000, 0.04 * k
+        sample["alpha"] = 1e30 if k == 30 else 0.0
+        frame = core.step(sample, k)[1]
+        assert abs(frame["alpha_dot"]) < 1.0
+        assert bool(int(frame["events"]) & EVENT_BITS["alpha-doubted"]) == (k == 30)
+
+
+def test_limits_follow_from_the_device_and_the_model() -> None:
+    model = LiveModel(Path("none"), "some", "0", effort=0.2, slip=50.0, band=0.01)
+    pair, foreign = sensor_limits("coaxial", model, RIG), sensor_limits("single", model, None)
+    assert pair["torque_limit"] == pytest.approx(2.0 * (0.51 + 0.48))
+    assert pair["alpha_limit"] > 2.0 * np.pi * RIG.value("screw.half_stroke") / RIG.value("screw.lead")
+    assert foreign["torque_limit"] == pytest.approx(1.6)
+    assert foreign["theta_glitch"] == foreign["alpha_fastest"] == pytest.approx(500.0)
+    assert not any(sensor_limits("single", None, None).values())
