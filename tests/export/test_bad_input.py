@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -95,15 +94,12 @@ def test_a_folder_that_cannot_be_written(law: Callable[..., TorqueModel], tmp_pa
 def test_a_disk_that_fails_leaves_nothing(
     law: Callable[..., TorqueModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = os.replace
-
-    def full(source: Any, to: Any) -> None:
+    def full(source: Any, to: Any, flag: int) -> bool:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "replace", full)
+    monkeypatch.setattr("erclutch.files._renameat2", full)
     with pytest.raises(ExportError, match="No space left"):
         export_model(law("bingham"), tmp_path / "out")
-    monkeypatch.setattr(os, "replace", real)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -93,6 +93,7 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
 
 def main() -> int:
     """Run the command line; returns the exit code: 0 done, 1 usage, 2 bad input, 130 interrupted."""
+    _end_by_signals()
     try:
         _load_foreign(sys.argv[1:2])
         result = app(exit_on_error=False, print_error=True)
@@ -109,6 +110,25 @@ def main() -> int:
     except OSError as error:
         return _failed(f"the output cannot be written ({error.strerror or error})", 2)
     return result if isinstance(result, int) else 0
+
+
+def _end_by_signals() -> None:
+    """A closed terminal and `kill` end a command as an exception does, so that half-written files are taken away.
+
+    What the caller has set already, such as nohup, stays. Commands that go on until they are told have their own way.
+    """
+    import signal
+
+    def end(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        try:
+            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, end)
+        except ValueError:
+            return  # not in the main thread: whoever started this one decides
 
 
 def _load_foreign(words: Sequence[str]) -> None:

@@ -47,7 +47,7 @@ def export_model(
     may_write(folder, force)
     program = step_of(model, asked)
     refuse_noise(program)
-    with whole_folder(folder, unwritable) as partial:
+    with whole_folder(folder, unwritable, replace=force) as partial:
         with chosen.working("failed to write"):
             chosen.value.write(program, partial)
         finish(program, asked, chosen, partial)

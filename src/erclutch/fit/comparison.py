@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -478,7 +478,7 @@ def _fit_networks(
 
 
 @contextmanager
-def _or_refused(name: str, refused: list[CheckError]) -> Iterator[None]:
+def _or_refused(name: str, refused: list[CheckError]) -> Generator[None]:
     """A model that the rows cannot make is kept for a note, and the next one is fitted."""
     try:
         yield

@@ -26,7 +26,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import file_digest, may_write, whole_file
+from erclutch.files import claim, file_digest, may_write, whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
@@ -268,6 +268,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 
 def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
+    claim(folder)
     known: Any = None
     if (folder / MARKER).is_file():
         try:

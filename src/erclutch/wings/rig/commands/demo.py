@@ -81,8 +81,11 @@ def _may_write(folder: Path) -> None:
     """The folder of an earlier demo may be replaced, nothing else."""
     import os
 
+    from erclutch.files import claim
+
     if not folder.parent.is_dir() or not os.access(folder.parent, os.W_OK):
         raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
+    claim(folder)
     if not folder.exists():
         return
     ours = {"report.html", "run", "twin.parquet"}
