@@ -5,22 +5,92 @@ with Actuator(...) as actuator:
 
 Fields are the ctrl of the actuators named in `fields`, speeds (or positions) those of the joints named in `joints`.
 MuJoCo evaluates forces as often as its integrator likes; a model with memory is sampled once a period of its own and
-its effort holds in between. Several actuators may be in use at once, one a device.
+its effort holds in between.
+
+MuJoCo knows one function for all user actuators of a program. So all exports share a list of devices, by the MjModel
+and the actuator in it: any number of devices may be entered at once, of one export or of several, in one MjModel or in
+several. Each MjData has a memory of its own. While devices are entered, an actuator without a device raises an error
+instead of giving no force. Load all models with user actuators before the first device is entered: MuJoCo tries a model
+while it loads the model, and raises an error where somebody answers for user actuators already.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+import weakref
+from collections.abc import Callable, MutableMapping, Sequence
+from typing import Any
 
 import mujoco
 
+#: Name under which the exports of a program share their devices, in the module mujoco itself.
+_SHARED = "_erclutch_devices"
+
+
+class Devices:
+    """All devices that are entered in this program, of all exports."""
+
+    def __init__(self) -> None:
+        self.entered: dict[tuple[int, int], Any] = {}
+        self.before: Any = None  # what answered for user actuators before the first device was entered
+
+    def add(self, device: Any) -> None:
+        """Answer for a device's actuator from now on."""
+        if device.key in self.entered:
+            raise ValueError(f"the actuator {device.effort!r} of this model has a device already: leave that one first")
+        if not self.entered:
+            self.before = mujoco.get_mjcb_act_bias()
+            mujoco.set_mjcb_act_bias(self.force)
+        self.entered[device.key] = device
+
+    def remove(self, device: Any) -> None:
+        """Answer for it no more."""
+        self.entered.pop(device.key, None)
+        if not self.entered:
+            mujoco.set_mjcb_act_bias(self.before)
+            self.before = None
+
+    def force(self, model: Any, data: Any, actuator: int) -> float:
+        """The force of a user actuator, as MuJoCo asks for it."""
+        device = self.entered.get((id(model), actuator))
+        if device is not None:
+            return device.force(data)
+        if self.before is not None:
+            return self.before(model, data, actuator)
+        raise RuntimeError(
+            f"no device is entered for the user actuator {actuator} of this MjModel, while others are: "
+            "enter a device with this MjModel (a copy of a model is another model)"
+        )
+
+
+def _devices() -> Any:
+    return mujoco.__dict__.setdefault(_SHARED, Devices())
+
+
+class Memory:
+    """What a device remembers of one MjData.
+
+    Attributes:
+        flags: of the last sample.
+        samples: how many were taken.
+    """
+
+    def __init__(self, compiled: Any) -> None:
+        self.compiled = compiled
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self.compiled.reset()
+        self.start: float | None = None
+        self.effort = self.time = 0.0
+        self.samples = self.flags = 0
+
 
 class Actuator:
-    """One device.
+    """One device in one MjModel.
 
     Args:
-        compiled: the compiled model.
+        load: makes a compiled model; called once for each MjData.
         model: MjModel.
         effort: name of the actuator with biastype="user".
         fields: names of the actuators whose ctrl is a field, in the model's order.
@@ -30,20 +100,17 @@ class Actuator:
         period: sampling period in s; None for a model without memory, which is evaluated whenever MuJoCo asks.
 
     Attributes:
-        flags: of the last sample.
         further: values of further inputs.
-        samples: how many were taken.
+        flags, samples: of the MjData that was stepped last; `memory_of` has those of each.
 
     Raises:
         KeyError: no actuator or joint of a name.
-        ValueError: the simulation's step is longer than the period.
+        ValueError: the simulation's step is longer than the period; or, when it is entered, its actuator has a device.
     """
-
-    _users: ClassVar[dict[int, Actuator]] = {}
 
     def __init__(
         self,
-        compiled: Any,
+        load: Callable[[], Any],
         model: Any,
         effort: str,
         *,
@@ -58,49 +125,60 @@ class Actuator:
                 f"the timestep {model.opt.timestep:g} s is longer than the model's period {period:g} s: "
                 "export it with a longer --period, or make the timestep shorter"
             )
-        self._compiled, self._period = compiled, period
-        self._id = int(model.actuator(effort).id)
+        self.effort = effort
+        self.model = model  # held, so that its id stays its own
+        self.key = id(model), int(model.actuator(effort).id)
+        self.further = [0.0] * further
+        self._load, self._period = load, period
         self._fields = [int(model.actuator(name).id) for name in fields]
         address = model.jnt_qposadr if positions else model.jnt_dofadr
         self._joints = [int(address[model.joint(name).id]) for name in joints]
         self._positions = positions
-        self.further = [0.0] * further
-        self.reset()
+        self._memories: MutableMapping[Any, Memory] = weakref.WeakKeyDictionary()
+        self._latest: Memory | None = None
+
+    @property
+    def flags(self) -> int:
+        """Of the last sample of the MjData that was stepped last."""
+        return 0 if self._latest is None else self._latest.flags
+
+    @property
+    def samples(self) -> int:
+        """How many were taken of the MjData that was stepped last."""
+        return 0 if self._latest is None else self._latest.samples
+
+    def memory_of(self, data: Any) -> Memory:
+        """What the device remembers of an MjData."""
+        memory = self._memories.get(data)
+        if memory is None:
+            memory = self._memories[data] = Memory(self._load())
+        return memory
 
     def reset(self) -> None:
-        """Forget all samples; done by itself when the simulation's time goes back."""
-        self._compiled.reset()
-        self._start: float | None = None
-        self._effort, self._time = 0.0, 0.0
-        self.samples = self.flags = 0
+        """Forget all samples; done by itself for an MjData whose time goes back."""
+        for memory in self._memories.values():
+            memory.reset()
 
     def __enter__(self) -> Actuator:
-        Actuator._users[self._id] = self
-        mujoco.set_mjcb_act_bias(Actuator._bias)
+        _devices().add(self)
         return self
 
     def __exit__(self, *error: object) -> None:
-        Actuator._users.pop(self._id, None)
-        if not Actuator._users:
-            mujoco.set_mjcb_act_bias(None)
-
-    @staticmethod
-    def _bias(model: Any, data: Any, actuator: int) -> float:
-        user = Actuator._users.get(actuator)
-        return 0.0 if user is None else user.force(data)
+        _devices().remove(self)
 
     def force(self, data: Any) -> float:
         """The effort at the simulation's present time."""
         now = float(data.time)
-        if self._start is None or now < self._time:
-            self.reset()
-            self._start = now
-        self._time = now
+        memory = self._latest = self.memory_of(data)
+        if memory.start is None or now < memory.time:
+            memory.reset()
+            memory.start = now
+        memory.time = now
         # A millionth of a period is rounding of the time.
-        if self._period is None or self.samples <= (now - self._start) / self._period + 1e-6:
+        if self._period is None or memory.samples <= (now - memory.start) / self._period + 1e-6:
             source = data.qpos if self._positions else data.qvel
             values = [float(data.ctrl[i]) for i in self._fields] + [float(source[i]) for i in self._joints]
-            self._effort = self._compiled.step(*values, *self.further)
-            self.flags = self._compiled.flags
-            self.samples += 1
-        return self._effort
+            memory.effort = memory.compiled.step(*values, *self.further)
+            memory.flags = memory.compiled.flags
+            memory.samples += 1
+        return memory.effort

@@ -46,7 +46,7 @@ def {n}(model: Any, effort: str = "effort", **names: Any) -> Actuator:
         "further": {len(program.extras)},
         "period": {program.period if has_memory(program) else None!r},
     }}
-    return Actuator(load(), model, effort, **{{**defaults, **names}})
+    return Actuator(load, model, effort, **{{**defaults, **names}})
 '''
     (folder / f"{n}_mujoco.py").write_text(code.rstrip() + "\n" + tail, encoding="utf-8")
     (folder / f"{n}.xml").write_text(_example(program), encoding="utf-8")
