@@ -1,4 +1,4 @@
-"""Plug-ins are found by name: commands, laws, readers, stages, targets and rigs, of erclutch and of other packages.
+"""Plug-ins are found by name: commands, kinds of model, laws, readers, stages, targets, rigs; ours and those of others.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
 folder, or in a folder of that name in a wing, that assigns the group's `mark` at its top level (``LAW = ...`` in
@@ -41,6 +41,7 @@ class _Group(NamedTuple):
 #: The last word of a group is the name of its folders.
 _GROUPS: Mapping[str, _Group] = {
     "erclutch.commands": _Group("command", "cli", "COMMAND", value="function"),
+    "erclutch.kinds": _Group("kind of model", "fit", "KIND"),
     "erclutch.laws": _Group("law", "models", "LAW"),
     "erclutch.readers": _Group("reader", "logs", "READER"),
     "erclutch.stages": _Group("stage", "models", "STAGE"),

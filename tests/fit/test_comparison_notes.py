@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit import comparison as c
-from erclutch.fit.comparison import Settings
+from erclutch.fit import ranking as c
+from erclutch.fit.candidate import asked, kinds, names
+from erclutch.fit.kinds.network import constants_for, networks_for, remembered
+from erclutch.fit.settings import Settings
 from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import PAPER
+from erclutch.models.networks import PAPER_NETWORKS
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -22,6 +26,16 @@ def data() -> Dataset:
     slip = np.where(np.arange(N) < 50, 2.0, -0.5)
     clock = Clock(np.arange(N) / 10.0, (Span(0, 50, 0.1), Span(50, N, 0.1)))
     return Dataset("single", (Element(np.ones(N), slip),), np.arange(float(N)) % 10, clock, Units("N", "V", "m/s"))
+
+
+def switched() -> Dataset:
+    """A law whose field switches, SYNTHETIC."""
+    rng = np.random.default_rng(0)
+    field = np.repeat(rng.uniform(0, 1, 40), 10)
+    slip = rng.normal(size=400)
+    effort = field * np.tanh(3 * slip) + 0.1 * slip + 0.01 * rng.normal(size=400)
+    clock = Clock(np.arange(400) / 1000.0, (Span(0, 400, 1e-3),))
+    return Dataset("single", (Element(field, slip),), effort, clock, Units("N", "V", "m/s"))
 
 
 def outcome(**changes: Any) -> Any:
@@ -36,6 +50,7 @@ def outcome(**changes: Any) -> Any:
         "iterations": 7,
         "at_bounds": (),
         "model": SimpleNamespace(correction=None, times={}),
+        "unidentified": tuple(e.name for e in changes.get("estimates", ()) if e is OPEN),
     }
     return SimpleNamespace(**{**made, **changes})
 
@@ -119,35 +134,29 @@ def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
 
 
 def test_which_models_are_asked_for() -> None:
-    assert c._asked(Settings(("bingham", "fnn-4+lag", "casson+fnn-3"), lag="auto")) == [
-        ("bingham", "none"),
-        ("casson+fnn-3", "none"),
-        ("bingham", "lag"),
-        ("casson+fnn-3", "lag"),
-        ("fnn-4", "lag"),
+    def of_all_kinds(models: tuple[str, ...], lag: str) -> list[list[tuple[str, str]]]:
+        return [asked(Settings(models, lag=lag), switched(), kind) for _, kind in kinds()]
+
+    assert of_all_kinds(("bingham", "fnn-4+lag", "casson + fnn-3", "casson+fnn-3 + lag+ dahl"), "auto") == [
+        [("bingham", "none"), ("bingham", "lag")],
+        [("casson+fnn-3", "none"), ("casson+fnn-3", "lag"), ("casson+fnn-3", "lag+dahl")],
+        [("fnn-4", "lag")],
     ]
-    assert c._asked(Settings(("bingham",), lag="none")) == [("bingham", "none")]
-    assert c._name_and_stages("casson + fnn-3 + lag+ dahl") == ("casson+fnn-3", "lag+dahl")
-    assert c._name_and_stages("casson") == ("casson", None)
-    paper = c._names(Settings(("paper", "bingham")))
+    assert of_all_kinds(("bingham",), "none") == [[("bingham", "none")], [], []]
+    paper = names(Settings(("paper", "bingham")))
     assert paper[-1] == "bingham"
-    assert len(paper) == 1 + len(c.PAPER) + len(c.PAPER_NETWORKS)
-    assert c._names(Settings(("all",)))[-2:] == ["rbfn-10", "fnn-16"]
+    assert len(paper) == 1 + len(PAPER) + len(PAPER_NETWORKS)
+    assert names(Settings(("all",)))[-2:] == ["rbfn-10", "fnn-16"]
 
 
 def test_a_network_has_the_stages_that_remember() -> None:
-    assert c._remembered("lag+dahl/field+viscous") == "lag+dahl/field"
-    assert c._remembered("viscous") == "none"
+    assert remembered("lag+dahl/field+viscous") == "lag+dahl/field"
+    assert remembered("viscous") == "none"
 
 
 def test_a_comparison_in_which_only_a_law_beside_networks_is_fitted_for_their_lag() -> None:
-    rng = np.random.default_rng(0)
-    field = np.repeat(rng.uniform(0, 1, 40), 10)
-    slip = rng.normal(size=400)
-    effort = field * np.tanh(3 * slip) + 0.1 * slip + 0.01 * rng.normal(size=400)
-    clock = Clock(np.arange(400) / 1000.0, (Span(0, 400, 1e-3),))
-    made = Dataset("single", (Element(field, slip),), effort, clock, Units("N", "V", "m/s"))
-    (network,) = c.networks_for(made, Settings(("rbfn-3+lag",)))
-    found = c._dynamics_for(made, network, [])
+    made = switched()
+    (network,) = networks_for(made, Settings(("rbfn-3+lag",)))
+    found = constants_for(made, network, [])
     assert set(found) == {"delay", "t"} or len(found) == 2
-    assert c._dynamics_for(made, c.networks_for(made, Settings(("rbfn-3+none",)))[0], []) == {}
+    assert constants_for(made, networks_for(made, Settings(("rbfn-3+none",)))[0], []) == {}

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import erclutch
 from erclutch.cli.ranking_table import verdict
 from erclutch.errors import CheckError, RunError
-from erclutch.fit import comparison as module
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.data_check import SIGN, check
+from erclutch.fit.kinds import network as module
 from erclutch.fit.scoring import explains
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.runs.run_folder import read_run, write_run

@@ -16,16 +16,22 @@ import pytest
 
 from erclutch.errors import ErclutchError
 from erclutch.fit import scoring
-from erclutch.fit.comparison import Settings, networks_for, residuals_for, scored, structures_for, with_bands
+from erclutch.fit.candidate import Fitted
 from erclutch.fit.data_check import check, sensor_findings, steady_command
 from erclutch.fit.history import effort_finding, history_finding
 from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
+from erclutch.fit.kinds.law import LawCandidate, structures_for
+from erclutch.fit.kinds.law_with_network import residuals_for
+from erclutch.fit.kinds.network import networks_for
 from erclutch.fit.ladder import _feels, _next, families, with_stage
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.log_zeros import log_differences, per_log
 from erclutch.fit.past_samples import past_finding, past_rows
 from erclutch.fit.prediction_bands import calibrated, pieces
+from erclutch.fit.ranking import scored, with_bands
 from erclutch.fit.recalibration import recalibrate
+from erclutch.fit.settings import Settings
+from erclutch.fit.validation import cross_validated
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import synthetic_log
@@ -134,10 +140,12 @@ def test_a_comparison(pinned: Pinned) -> None:
     """Scores, criteria, bands and notes of models that are fitted once."""
     rows = data()
     test = np.arange(rows.rows) >= 1050
-    structures = structures_for(rows, Settings(models=("bingham", "quadratic"), lag="none"))
-    outcomes = [fit_structure(rows.take(~test), structure) for structure in structures]
-    settings = Settings(blocks=3, seed=4)
-    entries = with_bands(rows, test, scored(rows, rows.take(~test), test, outcomes, settings))
+    train = rows.take(~test)
+    laws = [LawCandidate(s) for s in structures_for(rows, Settings(models=("bingham", "quadratic"), lag="none"))]
+    fitted = [Fitted(law, law.fit(train, (), 1)) for law in laws]
+    folds = [cross_validated(train, law, 3) for law in fitted]
+    outcomes = [law.outcome for law in fitted]
+    entries = with_bands(rows, test, scored(rows, train, test, outcomes, Settings(seed=4), folds))
     pinned(
         [
             [

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Generic, Literal, TypeVar
 
+import numpy as np
+
 from erclutch.fit.intervals import as_json
 from erclutch.fit.levenberg_marquardt import Stop
-from erclutch.models.law_model import TorqueModel
-from erclutch.models.networks.network_model import NetworkModel
-from erclutch.models.residual_model import ResidualModel
+from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown
 
@@ -39,7 +39,7 @@ class Estimate:
         return {**asdict(self), "low": as_json(self.low), "high": as_json(self.high)}
 
 
-M = TypeVar("M", bound=TorqueModel | NetworkModel | ResidualModel, covariant=True)
+M = TypeVar("M", bound=Model, covariant=True)
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,6 +58,7 @@ class FitOutcome(Shown, Generic[M]):
         train_cost: sum of squared residuals on the training rows.
         train_rows: number of training rows.
         weights: number of weights of a network, whose parameters mean nothing one by one; 0 for a law.
+        notes: what the fit has to say, for people.
         unseen: errors on the training rows by fits without the logs of a row's motion, shape (n,); None: not known.
     """
 
@@ -73,6 +74,7 @@ class FitOutcome(Shown, Generic[M]):
     train_cost: float
     train_rows: int
     weights: int = 0
+    notes: tuple[str, ...] = ()
     unseen: Array | None = field(default=None, compare=False)
 
     @property
@@ -90,6 +92,18 @@ class FitOutcome(Shown, Generic[M]):
         """Names of the parameters that lie on a bound."""
         return tuple(e.name for e in self.estimates if e.at_bound)
 
+    @property
+    def unidentified(self) -> tuple[str, ...]:
+        """Names of the parameters that these data do not identify, and that no bound holds either."""
+        return tuple(e.name for e in self.estimates if not e.at_bound and np.isinf(e.high - e.low))
+
+    @property
+    def freedom(self) -> int:
+        """How free the model is of physics beyond its rows: a law 0, a law with a network 1, weights alone 2."""
+        if not self.weights:
+            return 0
+        return 1 if self.model.correction is not None else 2
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
@@ -106,3 +120,7 @@ class FitOutcome(Shown, Generic[M]):
             "train_rows": self.train_rows,
             "weights": self.weights,
         }
+
+
+#: The outcome of a fit of any kind of model.
+AnyOutcome = FitOutcome[Any]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from erclutch import registry
 from erclutch.errors import RunError
 from erclutch.files import plain_words
 from erclutch.models import residual_model
@@ -14,6 +15,8 @@ from erclutch.models.law_model import model_from_dict
 from erclutch.models.model import Model
 from erclutch.models.networks.network_model import KIND, network_from_dict
 from erclutch.models.residual_model import residual_from_dict
+
+Reader = Callable[[Mapping[str, Any], str], Model]
 
 
 def load_model(path: str | Path) -> Model:
@@ -36,11 +39,21 @@ def load_model(path: str | Path) -> Model:
     if not isinstance(body, dict):
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)
-    read = _READERS.get(str(content.get("kind")), model_from_dict)
+    kind = str(content.get("kind"))
+    read = _READERS.get(kind) or _reader_of_another_package(kind) or model_from_dict
     return read(content, str(path))
 
 
-_READERS: Mapping[str, Callable[[Mapping[str, Any], str], Model]] = {
+def _reader_of_another_package(kind: str) -> Reader | None:
+    """How a kind of model that another package brings is read from its file; `fit.candidate.Kind.readers`."""
+    for plugin in registry.plugins("erclutch.kinds"):
+        if not plugin.own and kind in plugin.value.readers:
+            read: Reader = plugin.guarded(plugin.value.readers[kind])
+            return read
+    return None
+
+
+_READERS: Mapping[str, Reader] = {
     KIND: network_from_dict,
     residual_model.KIND: residual_from_dict,
 }

@@ -21,11 +21,16 @@ import numpy as np
 
 from erclutch.errors import LogError, SettingError
 from erclutch.files import may_write, whole_folder
+from erclutch.fit.candidate import SETS
 from erclutch.fit.centroids import not_on_disk
-from erclutch.fit.comparison import SETS, AnyOutcome, Settings, networks_for, residuals_for, structures_for
+from erclutch.fit.comparison import Settings
 from erclutch.fit.data_check import Finding, check
+from erclutch.fit.kinds.law import structures_for
+from erclutch.fit.kinds.law_with_network import residuals_for
+from erclutch.fit.kinds.network import networks_for
 from erclutch.fit.laws.fit_law import fit_structure, require_no_stimulus
 from erclutch.fit.networks.fit_network import fit_network, require_no_past
+from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.disk_rows import DiskRows, Part, Source, Stretch, TrainingRows, read_part
 from erclutch.logs.reading import Reading

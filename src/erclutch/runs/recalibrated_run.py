@@ -9,10 +9,11 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import require
-from erclutch.fit.comparison import Comparison, Settings, scored, with_bands
+from erclutch.fit.comparison import Comparison, Settings
 from erclutch.fit.intervals import as_json
 from erclutch.fit.laws.describe_law import paper_form
 from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.ranking import scored, with_bands
 from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
 from erclutch.logs.dataset import Dataset, constant_stretches
 from erclutch.models.law_model import TorqueModel, in_user_units

@@ -1,0 +1,163 @@
+"""A candidate is a model that a comparison may fit; a kind of model says which candidates some rows and settings give.
+
+A kind is a file of `fit/kinds`, or comes from another package (entry point ``erclutch.kinds``). The comparison knows
+nothing of any kind: it asks each one for its candidates, fits them, and asks what the fits call for next.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from erclutch import registry
+from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.settings import AUTO, Settings
+from erclutch.logs.dataset import Dataset
+from erclutch.models.model import Model
+from erclutch.models.stages import canonical
+
+GROUP = "erclutch.kinds"
+#: Names of `Settings.models` that stand for several.
+SETS = ("all", "paper")
+
+
+class Candidate(Protocol):
+    """A model that may be fitted: its structure, without numbers."""
+
+    @property
+    def name(self) -> str:
+        """Identifier of the model that will come out."""
+        ...
+
+    def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
+        """Fit it to the training rows.
+
+        Args:
+            train: the rows.
+            fitted: what was fitted to the same rows before, by kinds of a lower place.
+            workers: starts side by side; changes no figure.
+
+        Raises:
+            CheckError: these rows cannot make this model; the comparison goes on without it.
+        """
+        ...
+
+    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """Fit the same model to other rows, by nothing but these: what was chosen on all rows stays chosen.
+
+        Args:
+            rows: the rows.
+            outcome: of `fit`.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A candidate and what came out of its fit."""
+
+    candidate: Candidate
+    outcome: AnyOutcome
+
+
+@dataclass(frozen=True)
+class Grown:
+    """What the fits of a kind call for: further candidates, and what was seen on the way."""
+
+    candidates: Sequence[Candidate] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+class Kind(ABC):
+    """A kind of model.
+
+    Attributes:
+        place: kinds are fitted in this order, so that one may build on the fits of those before.
+        side_by_side: whether its candidates are fitted side by side; else one after another, each with all workers.
+        words: how many words, joined by ``+``, name a model ahead of its stages.
+        readers: how models of another package are read from their files, by what a file says that its ``kind`` is.
+    """
+
+    place: int
+    side_by_side: bool = True
+    words: int = 1
+    readers: Mapping[str, Callable[[Mapping[str, Any], str], Model]] = MappingProxyType({})
+
+    @abstractmethod
+    def means(self, model: str) -> bool:
+        """Whether a specification, its stages included, names a model of this kind."""
+
+    def members(self, of: str) -> tuple[str, ...]:
+        """Specifications that stand in one of `SETS`."""
+        return ()
+
+    @abstractmethod
+    def candidates(self, settings: Settings, train: Dataset) -> Sequence[Candidate]:
+        """What is asked for.
+
+        Raises:
+            SettingError: a model that cannot be.
+        """
+
+    def grown(self, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+        """What the fits so far, of this kind and of those before, call for besides."""
+        return Grown()
+
+
+def kinds() -> list[tuple[registry.Plugin, Kind]]:
+    """All kinds in the order of their places, each with the plug-in that brings it."""
+    loaded = [(plugin, plugin.of_type(Kind)) for plugin in registry.plugins(GROUP)]
+    return sorted(loaded, key=lambda pair: pair[1].place)
+
+
+def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str]]:
+    """The models of a kind that are asked for, each with its stages: its own, or those of the settings.
+
+    Memoryless ones come first.
+    """
+    own: list[tuple[str, str]] = []
+    without: list[str] = []
+    for model in names(settings):
+        if not _is_of(kind, model):
+            continue
+        words = model.replace(" ", "").split("+")
+        specification, stages = "+".join(words[: kind.words]), "+".join(words[kind.words :])
+        if stages:
+            own.append((specification, stages))
+        else:
+            without.append(specification)
+    pairs = [(specification, form) for form in _forms(settings, train) for specification in without]
+    return [(specification, canonical(form)) for specification, form in (*pairs, *own)]
+
+
+def names(settings: Settings) -> list[str]:
+    """All models that are asked for, sets of them spelled out."""
+    spelled = {name: tuple(m for _, kind in kinds() for m in kind.members(name)) for name in SETS}
+    return [model for name in settings.models for model in spelled.get(name, (name,))]
+
+
+def _is_of(kind: Kind, model: str) -> bool:
+    """Whether a model is of a kind. The kind of the first place is that of all models that no other kind means."""
+    first, *further = [each for _, each in kinds()]
+    if kind is not first:
+        return kind.means(model)
+    return not any(each.means(model) for each in further)
+
+
+def _forms(settings: Settings, train: Dataset) -> tuple[str, ...]:
+    """The stages with which a model is fitted that names none."""
+    if settings.lag != AUTO:
+        return (settings.lag,)
+    return ("none",) if steady_command(train) else ("none", "lag")
+
+
+#: Called with the number of fits done, the number there are, and what was just done.
+FitProgress = Callable[[int, int, str], None]
+
+
+def silent(done: int, total: int, what: str) -> None:
+    """No progress is shown."""

@@ -1,0 +1,209 @@
+"""Laws as candidates: those asked for, and a second time constant and memory as far as the rows call for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from erclutch.errors import shell_word
+from erclutch.fit.candidate import Fitted, Grown, Kind, asked
+from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.ladder import grown, helpful
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.one_field import refuse_field_terms
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import AnyOutcome, FitOutcome
+from erclutch.fit.scoring import TOLERATED, independent_rows, information_criteria
+from erclutch.fit.settings import AUTO, Settings
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
+from erclutch.models.laws.yield_stress import CONSTANT
+from erclutch.models.model import full_name
+
+#: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
+_EVIDENCE = 10.0
+#: Share by which the cost may grow when a term that cannot be told is taken out.
+_NO_WORSE = 0.01
+#: Unknowns of a law whose lack of rank may come from a term that was added.
+_SHORT_LAW = 8
+
+
+@dataclass(frozen=True)
+class LawCandidate:
+    """A law with its stages.
+
+    Attributes:
+        structure: what is fitted.
+        notes: what is said of the model from the start.
+        outcome: its fit to the training rows, where a search has made it already.
+    """
+
+    structure: Structure
+    notes: tuple[str, ...] = ()
+    outcome: FitOutcome[TorqueModel] | None = None
+
+    @property
+    def name(self) -> str:
+        """Identifier of the model."""
+        return full_name(self.structure.specification, self.structure.dynamics)
+
+    def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
+        """The law without the terms that these rows cannot tell; see `Candidate.fit`."""
+        outcome = self.outcome or _with_terms_told(train, fit_structure(train, self.structure))
+        return replace(outcome, notes=(*self.notes, *outcome.notes))
+
+    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """See `Candidate.refit`."""
+        return fit_structure(rows, outcome.model.structure)
+
+
+class Laws(Kind):
+    """Laws of the effort, with stages on command, slip and effort."""
+
+    place = 0
+
+    def means(self, model: str) -> bool:
+        """Any name may be a law's: what it is not, the laws themselves say best."""
+        return True
+
+    def members(self, of: str) -> tuple[str, ...]:
+        """The ladder, or the laws of the paper's tables."""
+        return ladder() if of == "all" else PAPER
+
+    def candidates(self, settings: Settings, train: Dataset) -> Sequence[LawCandidate]:
+        """The laws that are asked for, in the order of the ladder, memoryless ones first."""
+        return [LawCandidate(structure) for structure in structures_for(train, settings)]
+
+    def grown(self, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+        """A second time constant and memory, where stages are left to the data and these ask for them."""
+        laws = laws_among(fitted)
+        if settings.lag != AUTO:
+            return Grown()
+        quicker = [] if steady_command(train) else _second_time_constant(train, laws)
+        remembering, findings = with_memory(train, [*laws, *quicker])
+        known = [LawCandidate(law.model.structure, outcome=law) for law in quicker]
+        return Grown([*known, *remembering], findings)
+
+
+KIND = Laws()
+
+
+def laws_among(fitted: Sequence[Fitted]) -> list[FitOutcome[TorqueModel]]:
+    """The fits of laws, in their order."""
+    return [each.outcome for each in fitted if isinstance(each.outcome.model, TorqueModel)]
+
+
+def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
+    """The laws that are asked for, in the order of the ladder, memoryless ones first.
+
+    Raises:
+        SettingError: an unknown model or lag.
+    """
+    return structures_of(data, settings, asked(settings, data, KIND))
+
+
+def structures_of(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
+    """Laws by name, each with its stages; at one field without field terms, or not at all."""
+    friction, offset = _extra_terms(data, settings)
+    if data.one_field:
+        given = [name for name, _ in named if name in {model.partition("+")[0] for model in settings.models}]
+        refuse_field_terms(data, given, settings.lag, settings.friction)
+    pairs = [(_law_of(name, data), stages) for name, stages in named]
+    laws = {name: law_from_name(name, data.device) for name, _ in pairs if name}
+    return [
+        Structure(data.device, name, laws[name], stages, friction and laws[name].yield_form is not CONSTANT, offset)
+        for name, stages in dict.fromkeys(pairs)
+        if name
+    ]
+
+
+def _extra_terms(data: Dataset, settings: Settings) -> tuple[bool, bool]:
+    """Whether laws get a column of friction at zero field, and a constant effort."""
+    alone = data.device == "single"
+    # Friction is told from a constant effort where the slip turns.
+    friction = alone and not data.one_way if settings.friction is None else settings.friction
+    offset = alone if settings.offset is None else settings.offset
+    return friction, offset
+
+
+def _law_of(name: str, data: Dataset) -> str | None:
+    """The canonical specification of a law for these rows; None where it is nothing at one field.
+
+    ``ss`` and ``seo-seo`` are one, and files carry one name.
+    """
+    law = law_from_name(name, data.device)
+    forms = sorted(name.strip().lower().split("/")[1:], key=lambda form: form == "forward")
+    full = "/".join([law.name, *dict.fromkeys(forms)])
+    return at_one_field(full, data.device) if data.one_field else full
+
+
+def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
+    """A law without the constant effort or the friction that these rows cannot tell from its other terms.
+
+    Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
+    are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
+    """
+    structure = law.model.structure
+    added = {
+        ("T_0", "a constant effort"): replace(structure, offset=False),
+        ("T_f", "friction"): replace(structure, friction=False),
+    }
+    # A long series of kernels loses rank by itself: no term that was added can cure that.
+    trade_off = law.rank < law.unknowns <= _SHORT_LAW
+    for (term, words), without in added.items():
+        if without == structure or not (term in law.unidentified or trade_off):
+            continue
+        fewer = fit_structure(train, without)
+        cured = fewer.rank == fewer.unknowns
+        if cured and fewer.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+            note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
+            return replace(fewer, notes=(*law.notes, note))
+    return law
+
+
+def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:
+    """The best lagged law with separate time constants, if the training data ask for them."""
+    lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
+    if not lagged:
+        return []
+    one = min(lagged, key=lambda law: law.train_cost)
+    with one_thread():
+        two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
+    independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (one, two))
+    criteria = [
+        information_criteria(law.train_cost, law.train_rows, independent, law.parameters)["bic_independent"]
+        for law in (one, two)
+    ]
+    return [two] if criteria[1] < criteria[0] - _EVIDENCE else []
+
+
+def with_memory(
+    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]
+) -> tuple[list[LawCandidate], tuple[Finding, ...]]:
+    """The best law with stages of memory, as far as blocked validation on the training rows asks for them.
+
+    The findings name columns of the log that would take more of the error off.
+    """
+    known = [law for law in laws if not law.model.structure.law.forward and not law.model.structure.law.stimulus]
+    if not known:
+        return [], ()
+    least = min(law.train_cost for law in known)
+    near = [law for law in known if law.train_cost <= (1.0 + TOLERATED) * least]
+    base = min(near, key=lambda law: (law.parameters, law.train_cost))
+    quickest = min(known, key=lambda law: law.train_cost).model.structure.dynamics
+    with one_thread():
+        rungs = grown(train, replace(base.model.structure, dynamics=quickest), tuple(train.extras))
+        spare = helpful(train, rungs[-1])
+    findings = tuple(_spare_column(name, gain) for name, gain in spare.items())
+    wanted = dict.fromkeys(rung.structure for rung in (rungs[1], rungs[-1])) if len(rungs) > 1 else {}
+    return [LawCandidate(structure, base.notes) for structure in wanted], findings
+
+
+def _spare_column(name: str, gain: float) -> Finding:
+    return Finding(
+        "note",
+        "spare column",
+        f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
+        f"Fit with --input {shell_word(name)}, unless it measures the effort once more",
+    )

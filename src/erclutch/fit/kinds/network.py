@@ -1,0 +1,145 @@
+"""Networks as candidates of a comparison: those asked for, and each with the memory that the laws' fits found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from erclutch.fit.candidate import Fitted, Grown, Kind, asked
+from erclutch.fit.kinds.law import laws_among
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_network import fit_network, supports
+from erclutch.fit.outcome import AnyOutcome, FitOutcome
+from erclutch.fit.past_samples import past_rows
+from erclutch.fit.settings import AUTO, Settings
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.model import full_name
+from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
+from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
+from erclutch.models.stages import remembers, slip_stages, stages_of
+
+
+@dataclass(frozen=True)
+class NetworkCandidate:
+    """A network.
+
+    Attributes:
+        structure: what is fitted.
+        seed: of its starts.
+        polish: whether it gets a last round over all rows.
+    """
+
+    structure: NetworkStructure
+    seed: int
+    polish: bool
+
+    @property
+    def name(self) -> str:
+        """Identifier of the model."""
+        return full_name(self.structure.specification, self.structure.dynamics)
+
+    def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
+        """Behind stages it has their constants from the best law; see `Candidate.fit`."""
+        constants = constants_for(train, self.structure, laws_among(fitted))
+        return fit_network(
+            train, self.structure, seed=self.seed, polish=self.polish, workers=workers, dynamics=constants
+        )
+
+    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """See `Candidate.refit`."""
+        constants = outcome.model.dynamics
+        return fit_network(rows, self.structure, seed=self.seed, polish=self.polish, dynamics=constants)
+
+
+class Networks(Kind):
+    """Networks alone, with no law inside."""
+
+    place = 2
+    side_by_side = False
+
+    def means(self, model: str) -> bool:
+        """See `Kind.means`."""
+        return is_network(model)
+
+    def members(self, of: str) -> tuple[str, ...]:
+        """One of each kind; those of table II."""
+        return ("rbfn-10", "fnn-16") if of == "all" else PAPER_NETWORKS
+
+    def candidates(self, settings: Settings, train: Dataset) -> Sequence[NetworkCandidate]:
+        """The networks that are asked for, memoryless ones first."""
+        return [_candidate(network, settings) for network in networks_for(train, settings)]
+
+    def grown(self, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+        """Each FNN that is asked for once more, with the memory of the richest law."""
+        law = remembering_law(settings, fitted)
+        if law is None:
+            return Grown()
+        stages = remembered(law.dynamics)
+        return Grown([_candidate(network, settings) for network in fnns_with(stages, settings, train)])
+
+
+KIND = Networks()
+
+
+def _candidate(network: NetworkStructure, settings: Settings) -> NetworkCandidate:
+    return NetworkCandidate(network, settings.seed, settings.polish)
+
+
+def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
+    """The networks that are asked for, memoryless ones first.
+
+    Raises:
+        SettingError: a network that cannot be.
+    """
+    named = asked(settings, data, KIND)
+    return list(dict.fromkeys(network_for(data, settings, name, remembered(stages)) for name, stages in named))
+
+
+def network_for(data: Dataset, settings: Settings, name: str, stages: str) -> NetworkStructure:
+    """A network by name, with the inputs that the rows and the settings give it."""
+    past, extras = past_rows(settings.past, data), tuple(data.extras)
+    return network_from_name(name, data.device, dynamics=stages, past=past, extras=extras, field=not data.one_field)
+
+
+def remembering_law(settings: Settings, fitted: Sequence[Fitted]) -> Structure | None:
+    """The law with memory that the search for memory ended with; None where it found none, or did not look."""
+    laws = laws_among(fitted)
+    if settings.lag != AUTO or not laws:
+        return None
+    richest = laws[-1].model.structure
+    return richest if slip_stages(richest.dynamics) else None
+
+
+def fnns_with(stages: str, settings: Settings, train: Dataset) -> list[NetworkStructure]:
+    """Each FNN that is asked for, with these stages, as far as there are rows for its weights."""
+    fnns = [network for network in networks_for(train, settings) if network.kind == "fnn"]
+    staged = dict.fromkeys(replace(network, dynamics=stages) for network in fnns)
+    return [network for network in staged if supports(train.rows, network)]
+
+
+def remembered(stages: str) -> str:
+    """The stages that a network has of a law's: those that remember, on the command and on the slip.
+
+    A network is trained on the effort as it is, so no stage can stand behind it; a stage without a state would give it
+    an input that the slip says already.
+    """
+    kept = [s.name for s in stages_of(stages) if s.place == "command" or (s.place == "slip" and remembers(s))]
+    return "+".join(kept) or "none"
+
+
+def constants_for(
+    train: Dataset, network: NetworkStructure, laws: Sequence[FitOutcome[TorqueModel]]
+) -> dict[str, float]:
+    """Numbers of the stages, of the law with the lowest cost among those with the same stages but for the effort's."""
+    if network.dynamics == "none":
+        return {}
+    models = [law.model for law in sorted(laws, key=lambda law: law.train_cost)]
+    same = [m for m in models if remembered(m.structure.dynamics) == network.dynamics]
+    if not same:
+        law = law_from_name("bingham", train.device)
+        single = train.device == "single"
+        structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
+        same = [fit_structure(train, structure).model]
+    return stage_numbers_in_user_units(same[0], network.dynamics)

@@ -1,0 +1,41 @@
+"""What a law makes of a log once its effort is turned, where the effort opposes the slip as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.fit.data_check import Finding
+from erclutch.fit.kinds.law import LawCandidate, structures_of, with_memory
+from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.settings import AUTO, Settings
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.array import Array, Mask
+
+
+def with_turned_fit(
+    finding: Finding, data: Dataset, test: Mask, settings: Settings, outcomes: Sequence[AnyOutcome]
+) -> Finding:
+    """The finding that a sign is wrong, with what a law makes of the log once its effort is turned.
+
+    No law can follow an effort that opposes the slip, so the ranking of such a log says nothing of what the turned log
+    would give. One law is fitted to it, with memory as far as the rows ask for it.
+    """
+    turned = replace(data, effort=-data.effort)
+    train = turned.take(~test)
+    stages = settings.lag if settings.lag != AUTO else "none"
+    base = [LawCandidate(law).fit(train, (), 1) for law in structures_of(turned, settings, [("bingham", stages)])]
+    remembering = with_memory(train, base)[0] if settings.lag in (AUTO, "none") else []
+    law = remembering[-1].fit(train, (), 1) if remembering else base[-1]
+    spread = float(np.std(data.effort[test])) or 1.0
+    error: Array = turned.effort - law.model.predict(turned)
+    rmse = float(np.sqrt(np.mean(error[test] ** 2)))
+    as_it_is = min((o.train_cost / o.train_rows for o in outcomes if not o.weights), default=np.inf) ** 0.5
+    message = (
+        f"{finding.message}; with the effort turned, {law.model.name} errs by {rmse / spread:.1%} of the standard "
+        f"deviation on the rows held out, while no law of the log as it is comes below "
+        f"{as_it_is / float(np.std(data.effort[~test])):.0%} on the training rows"
+    )
+    return replace(finding, message=message)
