@@ -27,12 +27,47 @@ def synthetic_log(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, 
     rng = np.random.default_rng(seed)
     n = int(seconds * RATE)
     command, slip = _steps(rng, n), _motion(rng, n)
-    field = np.empty(n)
-    torque = np.empty(n)
+    torque = _torque(command, slip)
+    return {
+        "time": ("s", np.arange(n) / RATE),
+        "field": ("V", command),
+        "slip": ("rad/s", slip),
+        "torque": ("N*m", _measured(torque, rng)),
+    }
+
+
+def synthetic_pair(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, Array]]:
+    """Columns of a log of two such clutches on one output, driven in opposite directions: name -> (unit, samples).
+
+    One of the two has a field at a time, or none has. The motor turns at some 40 rad/s and the output to and fro.
+
+    Args:
+        seconds: length of the log; sampled at 1 kHz.
+        seed: of the random commands, motions and noise.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(seconds * RATE)
+    one_after_another = _steps(rng, n)
+    first_is_on = _steps(rng, n) > 0.0
+    first, second = (np.where(on, one_after_another, 0.0) for on in (first_is_on, ~first_is_on))
+    motor, output = 40.0 + 0.5 * _motion(rng, n), _motion(rng, n)
+    torque = _torque(first, motor - output) + _torque(second, -motor - output)
+    return {
+        "time": ("s", np.arange(n) / RATE),
+        "E1": ("V", first),
+        "E2": ("V", second),
+        "theta_dot": ("rad/s", motor),
+        "alpha_dot": ("rad/s", output),
+        "T": ("N*m", _measured(torque, rng)),
+    }
+
+
+def _torque(command: Array, slip: Array) -> Array:
+    """Torque of one clutch in N*m, from its command in V and its slip in rad/s, row by row."""
+    torque = np.empty(command.size)
     x = bend = 0.0
-    for k in range(n):
+    for k in range(command.size):
         x += -np.expm1(-1.0 / (RATE * _TAU)) * (command[max(k - _DEAD_ROWS, 0)] - x)
-        field[k] = x
         strength = x / 1500.0
         yield_torque = 0.02 + 0.45 * strength**1.5 * np.tanh(strength**0.5)
         # Pre-yield strain of the chains: elastic at first, then sliding (Dahl's model, implicit in the strain).
@@ -40,13 +75,12 @@ def synthetic_log(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, 
         bend = (bend + rate / RATE) / (1.0 + abs(rate) / RATE)
         viscosity = 4.0e-3 * (1.0 + 1.5 * strength) / (1.0 + abs(slip[k]) / 60.0) ** 0.3
         torque[k] = yield_torque * bend + viscosity * slip[k]
-    measured = np.round((torque + 2.0e-3 * rng.standard_normal(n)) / 1e-4) * 1e-4
-    return {
-        "time": ("s", np.arange(n) / RATE),
-        "field": ("V", command),
-        "slip": ("rad/s", slip),
-        "torque": ("N*m", measured),
-    }
+    return torque
+
+
+def _measured(torque: Array, rng: np.random.Generator) -> Array:
+    """The torque with the noise and the resolution of a sensor."""
+    return np.round((torque + 2.0e-3 * rng.standard_normal(torque.size)) / 1e-4) * 1e-4
 
 
 def _steps(rng: np.random.Generator, n: int) -> Array:
