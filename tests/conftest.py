@@ -42,7 +42,7 @@ TOGETHER = {
     "tests/report/test_tagged_pdf.py": "report",
     "tests/wings/rig/": "twin",
     "tests/runs/test_large_fit.py": "large",
-    "tests/test_house.py": "house",
+    "tests/house/test_house.py": "house",
 }
 #: Tests of one exported model: its step, its C and its test vectors are made once.
 EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")

@@ -7,7 +7,6 @@ how to pin anew after a change that is meant.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,8 @@ from erclutch.arithmetic.precision import PRECISIONS, PrecisionName
 from erclutch.arithmetic.record import Record, recorded, traced
 from erclutch.arithmetic.recursion import starts_of, step_of, steps_of, switched
 from erclutch.signals.clock import Clock, Span
+from tests.support.pinning import Pinned
 
-Pinned = Callable[..., None]
 #: Both signs, over all magnitudes, and what stands at the edges.
 SIZES = np.concatenate([np.ldexp(1.0 + np.arange(40) / 40.0, k) for k in range(-40, 12)])
 EDGES = [0.0, -0.0, np.inf, -np.inf, np.nan, 1e308, -1e308, 5e-324, 88.0, -88.0, 709.0, -709.0, 20.0, -20.0]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
@@ -77,15 +75,13 @@ def test_step_is_numpys_on_ten_thousand_rows(model: Model, precision: str) -> No
 @pytest.mark.slow
 def test_a_fitted_model_gives_predicts_bits(tmp_path: Path, need: Callable[..., None]) -> None:
     """Gains of 1e7 that cancel, large weights: what a unit in the last place of an exp becomes."""
-    from erclutch.runs.run_folder import read_run
+    from erclutch.fit.comparison import Settings, compare
+    from erclutch.runs.run_folder import read_run, write_run
+    from tests.support.pair import pair_log, pair_rows
 
     need("gcc")
-    command = [sys.executable, "-m", "erclutch"]
-    subprocess.run(
-        [*command, "simulate", "training", "--seconds", "20", "--out", "log.parquet"], cwd=tmp_path, check=True
-    )
-    words = ["fit", "log.parquet", "--device", "coaxial", "--derivative", "difference", "--lag", "none", "--out", "run"]
-    subprocess.run([*command, *words, "--models", "rbfm-10", "fnn-16", "rbfn-50"], cwd=tmp_path, check=True)
+    found = compare(pair_rows(20.0), Settings(models=("rbfm-10", "fnn-16", "rbfn-50"), lag="none"))
+    write_run(tmp_path / "run", found, [pair_log(20.0)])
     fitted = read_run(tmp_path / "run")
     kernels = fitted.model("rbfm-10")
     assert isinstance(kernels, TorqueModel)

@@ -1,19 +1,19 @@
-"""A law's fit on the weighted centroids of a long log against one on all of its rows. TWIN."""
+"""A law's fit on the weighted centroids of a long log against one on all of its rows (SYNTHETIC)."""
 
 from __future__ import annotations
 
 import pytest
 
 from erclutch.fit.laws.fit_law import MANY_ROWS, fit_structure
-from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
-from erclutch.wings.rig.twin.scenarios import prepare
+from tests.support.pair import pair_rows
 
 
 @pytest.fixture(scope="module")
 def long_log() -> Dataset:
-    return build_dataset(prepare("training").recording(), device="coaxial")
+    return pair_rows(290.0)
 
 
 @pytest.mark.slow

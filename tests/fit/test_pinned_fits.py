@@ -6,15 +6,12 @@ the last digits (`tests/conftest.py` says how to pin anew).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from erclutch.errors import ErclutchError
 from erclutch.fit import scoring
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.data_check import check, sensor_findings, steady_command
@@ -40,23 +37,7 @@ from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
-from erclutch.wings.rheology.flow_curve import FlowCurve, ranked
-
-Pinned = Callable[..., None]
-
-
-def summed(values: Any) -> list[float]:
-    """How large numbers are, and a sum that knows their order."""
-    flat = np.asarray(values, np.float64).ravel()
-    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
-
-
-def told(of: Callable[[], Any]) -> Any:
-    """What comes of it, or the words of the error."""
-    try:
-        return of()
-    except ErclutchError as error:
-        return f"{type(error).__name__}: {error}"
+from tests.support.pinning import Pinned, summed, told
 
 
 @cache
@@ -319,17 +300,6 @@ def test_bands(pinned: Pinned) -> None:
     ends = found[0][0].around(rows.effort - errors[0], rows.elements, rows.clock)
     taught = adapted(found[0][0], ends, rows.effort - errors[0], rows.effort, rows.clock)
     pinned([[None if f is None else [vars(f[0]), f[1]] for f in found], [summed(end) for end in taught]])
-
-
-def test_flow_curves(pinned: Pinned) -> None:
-    rate = np.geomspace(0.5, 300.0, 12)
-    noise = np.exp(0.03 * np.random.default_rng(4).normal(size=12))
-    curve = FlowCurve("1 kV/mm", rate, (120.0 + 5.0 * rate**0.6) * noise)
-    laws = ("bingham", "casson", "herschel-bulkley")
-    found = [[f.law, f.stop, f.log_rmse, f.rmse, f.aicc, summed(f.predicted)] for f in ranked(curve, laws)]
-    fewer = [FlowCurve("x", rate[:n], curve.stress[:n]) for n in (3, 4, 5)]
-    odd = [*fewer, replace(curve, stress=-curve.stress)]
-    pinned([found, [told(lambda c=c: [f.law for f in ranked(c, laws)]) for c in odd]], rel=1e-3)
 
 
 def test_steps_of_the_ladder(pinned: Pinned) -> None:

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, read, read_table, timing
@@ -29,19 +26,11 @@ from erclutch.logs.time_window import seconds_of, within
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
-from erclutch.wings.align.aligned_logs import align
-from erclutch.wings.align.clock_match import _overlap, _search, _width, match_clocks, track_of
+from tests.support.pinning import Pinned, summed
 
-Pinned = Callable[..., None]
 N = 60
 ROWS = np.arange(float(N))
 WAVE, TURN, PUSH = 0.5 + 0.4 * np.sin(0.2 * ROWS), np.cos(0.31 * ROWS), 3.0 * np.sin(0.17 * ROWS) + 0.5
-
-
-def summed(values: Any) -> list[float]:
-    """How large numbers are, and a sum that knows their order."""
-    flat = np.asarray(values, np.float64).ravel()
-    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
 
 
 _FOLDER = re.compile(r"(?<=erclutch inspect )\S*/")  # of the file in a command
@@ -282,74 +271,6 @@ def test_stamps(name: str, pinned: Pinned) -> None:
         return [summed(found.time - found.time[0]), found.period, found.starts, found.uniform, kept, found.notes]
 
     pinned([told(clock), told(lambda: clock(0.010001)), told(lambda: clock(1e-3))])
-
-
-@cache
-def _signal() -> Array:
-    return np.asarray(lfilter([1.0], [1.0, -0.97], np.random.default_rng(8).normal(size=40_000)))
-
-
-def logged(rows: int, period: float = 0.01, offset: float = 0.0, drift: float = 0.0) -> Any:
-    """A made-up signal and its clock."""
-    fine, time = _signal(), period * np.arange(rows)
-    return (1.0 + drift) * time + offset, np.interp(5.0 + time, 0.01 * np.arange(fine.size), fine)
-
-
-#: Rows, period, offset and drift of B against A, and what the user says.
-MATCHES: dict[str, tuple[int, float, float, float, float | None]] = {
-    "same rate": (3000, 0.01, 0.123, 2e-5, None),
-    "faster": (6000, 0.005, -2.5, -5e-5, None),
-    "slower": (1200, 0.03, 1.7, 1e-4, None),
-    "short": (150, 0.01, 0.02, 0.0, None),
-    "said": (3000, 0.01, 0.5, 0.0, 0.4),
-}
-
-
-@pytest.mark.parametrize("name", list(MATCHES))
-def test_clocks(name: str, pinned: Pinned) -> None:
-    rows, period, offset, drift, near = MATCHES[name]
-    a, values = track_of(logged(3000)[0], logged(3000)[1], 0.01), logged(rows, period, offset, drift)
-    b = track_of(values[0], np.where(np.arange(rows) % 997 < 3, np.nan, 2.0 * values[1] + 1.0), period)
-
-    def found() -> Any:
-        match = match_clocks(a, b, near=near)
-        names = ("origin", "offset", "offset_interval", "drift", "drift_interval", "overlap", "gain", "correlation")
-        own = [getattr(match, name) for name in (*names, "independent")]
-        return [*own, summed(match.centres), summed(1e6 * match.residuals)]
-
-    def searched() -> Any:
-        line, width, independent = _search(a, b, near, 1.0)
-        return [line.at, line.middle, line.drift, width, independent, _overlap(a, b, line), _width(b, period, 20.0)]
-
-    pinned([told(found), told(searched)], rel=1e-4)
-
-
-def test_clocks_that_do_not_match(pinned: Pinned) -> None:
-    time: Any = 0.01 * np.arange(2000)
-    periodic, other = np.sin(7.0 * time), np.random.default_rng(1).normal(size=2000)
-    a, b, c = (track_of(time, values, 0.01) for values in (periodic, logged(2000)[1], other))
-    flat, short = track_of(time, np.ones(2000), 0.01), track_of(time[:40], periodic[:40], 0.01)
-    later = replace(a, time=a.time + 0.3)
-    pairs = {"noise": (b, c), "periodic": (a, later), "flat": (a, flat), "flat A": (flat, a), "short": (short, a)}
-    words = {name: told(lambda x=x, y=y: match_clocks(x, y).offset) for name, (x, y) in pairs.items()}
-    words["periodic"] = words["periodic"].rpartition(" ms: ")[2]  # which of equal offsets are named is chance
-    for near in (0.3, 0.75, 1.2):
-        words[f"near {near}"] = told(lambda near=near: match_clocks(a, later, near=near).offset)
-    pinned(words, rel=1e-4)
-
-
-def test_two_logs_joined(tmp_path: Path, pinned: Pinned) -> None:
-    paths = tmp_path / "a.csv", tmp_path / "b.csv"
-    for path, (time, values), more in zip(
-        paths, (logged(3000), logged(2500, 0.012, 0.25, 3e-5)), ("u", "w [N]"), strict=True
-    ):
-        path.write_text(csv({"t [s]": time, "both": values, more: np.cos(time)}, form="{:.9f}"))
-    both = align(*paths)
-    table = told(lambda: both.joined)
-    own = [both.signal, both.offset, both.drift_ppm, [len(track.values) for track in both.traces[1]]]
-    words = [told(lambda: align(*paths, on="u").notes), told(lambda: align(*paths, near=9.0).signal)]
-    metadata = table.pop("metadata")
-    pinned([{k: v for k, v in table.items() if k != "notes"}, sorted(metadata), own, words], rel=1e-4, least=1e-6)
 
 
 # --- recordings ------------------------------------------------------------------------------------------------------

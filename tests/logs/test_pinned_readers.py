@@ -17,8 +17,8 @@ import pytest
 
 from erclutch.errors import ErclutchError
 from erclutch.logs.table import Table
+from tests.support.pinning import Pinned
 
-Pinned = Callable[..., None]
 ROWS = np.arange(20.0)
 A, B = np.sin(ROWS), np.cos(ROWS)
 

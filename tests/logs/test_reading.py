@@ -1,4 +1,4 @@
-"""One way of reading serves commands, fleets, large fits and what a run says of other logs."""
+"""One way of reading serves commands, large fits and what a run says of other logs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from erclutch.fit.comparison import Settings
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import write_synthetic_log
-from erclutch.wings.fleet.fleet import DeviceTask, fit_device
-
-WINDOW = LogOptions(begin="200ms", end="0.7", resample="500 Hz")
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +21,6 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("reading") / "log.csv"
     write_synthetic_log(path, 1.0)
     return path
-
-
-def test_a_fleet_takes_the_window_and_the_rate_that_were_given(log: Path) -> None:
-    (direct,) = WINDOW.read([log])
-    assert direct.period == pytest.approx(2e-3)
-    task = DeviceTask("log", (str(log),), Settings(("quadratic",), lag="none"), WINDOW.how(), "single")
-    found = fit_device(task)["run"]["logs"][0]
-    assert (found["rows"], found["period_s"]) == (direct.rows, direct.period)
 
 
 def test_batches_refuse_what_needs_the_whole_log(log: Path) -> None:

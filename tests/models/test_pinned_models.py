@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.errors import ErclutchError
 from erclutch.models.band import Band, centres
 from erclutch.models.covered_cells import CoveredCells, cells_of
 from erclutch.models.gain_tracking import BASE, tracking_of
@@ -29,8 +28,8 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import TEMPERATURE
+from tests.support.pinning import Pinned, summed, told
 
-Pinned = Callable[..., None]
 UNITS, ROWS = Units("N*m", "V", "rad/s"), 160
 T = np.arange(ROWS) / 1000.0
 #: Two stretches, and a row that comes late in the second.
@@ -38,20 +37,6 @@ CLOCK = Clock(np.where(np.arange(ROWS) > 130, T + 0.0004, T), (Span(0, 90, 1e-3)
 FIELDS = [np.where(T % 0.05 < 0.03, 500.0, 90.0) * (1.0 + T), np.where(T % 0.05 < 0.03, 0.0, 300.0)]
 SLIPS = [18.0 * np.sin(70.0 * T), 9.0 * np.cos(90.0 * T)]
 EXTRAS = {TEMPERATURE: 300.0 + 200.0 * T, "u": np.sin(50.0 * T)}
-
-
-def summed(values: Any) -> list[float]:
-    """How large numbers are, and a sum that knows their order."""
-    flat = np.asarray(values, np.float64).ravel()
-    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
-
-
-def told(of: Callable[[], Any]) -> Any:
-    """What comes of it, or the words of the error."""
-    try:
-        return of()
-    except ErclutchError as error:
-        return f"{type(error).__name__}: {error}"
 
 
 def law_model(name: str, device: Any = "single", dynamics: str = "none", extras: tuple[str, ...] = ()) -> TorqueModel:

@@ -2,38 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pytest
 
-from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.registry import GROUPS, find, hidden, names, plugins, require
-from erclutch.wings.rig.rig_plugins import UdpRig, hardware
-
-Install = Callable[[str, str, str], None]
-
-
-@pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Install, None, None]:
-    """Makes a package with a module and entry points, as pip would."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def make(package: str, points: str, text: str) -> None:
-        module = package.replace("-", "_")
-        (tmp_path / f"{module}.py").write_text(text, encoding="utf-8")
-        about = tmp_path / f"{module}-1.5.dist-info"
-        about.mkdir()
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.5\n", encoding="utf-8")
-        (about / "entry_points.txt").write_text(points, encoding="utf-8")
-        registry._others.cache_clear()
-        monkeypatch.delitem(sys.modules, module, raising=False)
-
-    yield make
-    monkeypatch.undo()
-    registry._others.cache_clear()
+from tests.support.installed_plugin import Install
 
 
 def test_ours_are_files_and_need_no_list() -> None:
@@ -41,7 +16,7 @@ def test_ours_are_files_and_need_no_list() -> None:
     measured = {"mdf", "tdms", "ros2", "hdf5", "spreadsheet", "lvm", "jsonl"}
     assert {"mat", "mcap", "parquet", "text", *measured} <= set(names("erclutch.readers"))
     assert {"lag", "rise-fall", "dahl", "effort-lag", "inertia", "stiffness"} <= set(names("erclutch.stages"))
-    assert {"c", "cpp", "simulink"} <= set(names("erclutch.targets"))
+    assert {"c", "python"} <= set(names("erclutch.targets"))
     for group in GROUPS:
         for plugin in plugins(group):
             assert plugin.own
@@ -65,55 +40,6 @@ def test_two_packages_of_one_name_are_refused(install: Install) -> None:
         install(package, f"[erclutch.laws]\nmine = {package.replace('-', '_')}:LAW\n", "LAW = 1\n")
     with pytest.raises(PluginError, match=r"'mine' is in 2 packages: one-law, two-law.*pip uninstall two-law"):
         find("erclutch.laws", "mine")
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("def rig():\n    raise OSError('not plugged\\n in')", "failed: OSError: not plugged in"),
-        ("def rig():\n    return 5", "returns a int; it must return a UdpRig"),
-        ("rig = 5", "is of type int, it must be Callable"),
-        ("import nothing_of_this_name", "cannot be loaded: ModuleNotFoundError"),
-        ("import sys\nsys.exit(3)", "cannot be loaded: SystemExit: 3"),
-        ("", "cannot be loaded: AttributeError"),
-    ],
-)
-def test_a_rig_that_fails_is_named(install: Install, text: str, said: str) -> None:
-    install("my-bench", "[erclutch.rigs]\nmine = my_bench:rig\n", text)
-    with pytest.raises(PluginError, match=r"the rig .mine. of my-bench 1\.5") as caught:
-        hardware("mine")
-    assert said in str(caught.value)
-    assert "pip uninstall my-bench" in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_rig_comes_by_name(install: Install) -> None:
-    text = (
-        "from erclutch.wings.rig.rig_plugins import UdpRig\n"
-        "def rig():\n    return UdpRig('mine', '10.0.0.1', 5005, 3)\n"
-    )
-    install("my-bench", "[erclutch.rigs]\nmine = my_bench:rig\n", text)
-    assert hardware("mine") == UdpRig("mine", "10.0.0.1", 5005, 3)
-    with pytest.raises(SettingError, match=r"unknown rig 'yours'.*Known are twin, twin-brake, replay, udp, mine"):
-        hardware("yours")
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"channels": {"speed": "x"}},
-        {"channels": {"position": "wheel"}},
-        {"device": "single", "channels": {"field2": "x"}},
-        {"device": "single", "channels": {"position": "wheel [deg]"}},
-        {"device": "single", "channels": {"effort": "[N]"}},
-        {"device": "triple"},
-        {"field_limit": 0.0},
-        {"field_limit": float("nan")},
-    ],
-)
-def test_a_rig_that_cannot_be(wrong: dict[str, object]) -> None:
-    with pytest.raises(SettingError):
-        UdpRig("mine", "10.0.0.1", 5005, **wrong)  # pyright: ignore[reportArgumentType]
 
 
 def test_what_a_file_needs() -> None:

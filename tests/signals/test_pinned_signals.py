@@ -5,21 +5,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from erclutch.errors import ErclutchError
 from erclutch.signals import units
 from erclutch.signals.channels import channels_of, named, wired
 from erclutch.signals.clock import Carry, Clock, Span, cut_spans, stretches, within
 from erclutch.signals.device import Units, elements_of, slips_of, speeds_of
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.speed import DERIVATIVES, Derivative, differentiate, live, reach
+from tests.support.pinning import Pinned, told
 
-Pinned = Callable[..., None]
 ROWS = 90
 X = np.sin(0.11 * np.arange(ROWS)) + 0.3 * np.cos(0.7 * np.arange(ROWS))
 TEXTS = (
@@ -78,14 +76,6 @@ TEXTS = (
         "RPM",
     ),
 )
-
-
-def told(of: Callable[[], Any]) -> Any:
-    """What comes of it, or the words of the error."""
-    try:
-        return of()
-    except ErclutchError as error:
-        return f"{type(error).__name__}: {error}"
 
 
 def test_units(pinned: Pinned) -> None:

@@ -25,19 +25,19 @@ from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.logs.blocks import OneBlock
-from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.models.networks import is_network, network_from_name
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import forward_fnn, forward_rbfn, network_from_dict
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
-from erclutch.wings.rig.twin.scenarios import prepare
+from tests.support.pair import pair_rows
 
 
 @pytest.fixture(scope="module")
 def data() -> Dataset:
-    return build_dataset(prepare("training", seconds=12.0, seed=4).recording(), device="coaxial")
+    return pair_rows(12.0, seed=4)
 
 
 def single(rows: int = 2000, seed: int = 0) -> Dataset:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,14 +18,7 @@ from erclutch.fit.networks.fit_fnn import schedule_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.fit.networks.pruning import smaller, without_one
 from erclutch.signals.array import Array
-
-Pinned = Callable[..., None]
-
-
-def summed(values: Any) -> list[float]:
-    """How large numbers are, and a sum that knows their order."""
-    flat = np.asarray(values, np.float64).ravel()
-    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
+from tests.support.pinning import Pinned, summed
 
 
 def inputs(count: int = 400) -> tuple[Array, Array]:

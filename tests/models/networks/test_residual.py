@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import CheckError, RunError, SettingError
-from erclutch.export import ExportOptions, export_model
+from erclutch.export import ExportOptions
 from erclutch.export.step_numbers import run
 from erclutch.export.step_record import SWITCHED_OFF, step_of, step_record
 from erclutch.export.targets.python import compile_model
@@ -212,22 +212,6 @@ def test_the_inverse_of_the_next_step_feels_the_switch(kind: str, on: bool, requ
     wanted = made.step(0.9, 7.6) + 0.05
     field = made.inverse_now((0.0, 7.7), wanted)
     assert made.step(field, 7.7) == pytest.approx(wanted, abs=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("version", [2, 3])
-def test_an_fmu_has_the_switch_as_a_parameter(version: int, model: ResidualModel, tmp_path: Path) -> None:
-    fmpy = pytest.importorskip("fmpy")
-    export_model(model, tmp_path / "f", f"fmu{version}", ExportOptions(name="m"))
-    archive = str(tmp_path / "f" / f"m_fmi{version}.fmu")
-    at = {"field": 1.0, "slip": 8.0}
-    one = [Element(np.array([1.0]), np.array([8.0]))], Clock(np.zeros(1), (Span(0, 1, PERIOD),))
-    assert model.effort(*one) != model.law.effort(*one)
-    for on, expected in ((1.0, model), (0.0, model.law)):
-        result = fmpy.simulate_fmu(
-            archive, start_values={**at, "residual": on}, output=["effort"], stop_time=0.005, output_interval=PERIOD
-        )
-        assert result["effort"][-1] == expected.effort(*one)[0]
 
 
 def test_the_state_has_the_switch_only_where_there_is_a_network_on_a_law(model: ResidualModel) -> None:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.errors import ErclutchError
 from erclutch.export import ExportOptions, encode, export_model, step_of, verify_export
 from erclutch.export.c import compilers
 from erclutch.export.cost import cost_text
@@ -30,8 +29,8 @@ from erclutch.models.model import Model
 from erclutch.signals.speed import Derivative
 from erclutch.wings.exporters.fmu.fmu_archive import token
 from erclutch.wings.exporters.fmu.fmu_description import interface
+from tests.support.pinning import Pinned, told
 
-Pinned = Callable[..., None]
 LABELS = (
     "bingham, single",
     "hem+rise-fall, coaxial",
@@ -39,14 +38,6 @@ LABELS = (
     "fnn-16, coaxial",
     "bingham+fnn-3, single",
 )
-
-
-def told(of: Callable[[], Any]) -> Any:
-    """What comes of it, or the words of the error."""
-    try:
-        return of()
-    except ErclutchError as error:
-        return f"{type(error).__name__}: {error}"
 
 
 OPTIONS: tuple[dict[str, Any], ...] = (

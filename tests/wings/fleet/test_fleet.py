@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 
 from erclutch.cli import main
+from erclutch.cli.options import LogOptions
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.fit.comparison import Settings
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
-from erclutch.wings.fleet.fleet import Fleet, fit_many
+from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many
 from erclutch.wings.fleet.fleet_page import fleet_panels
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 
@@ -215,3 +216,14 @@ def test_the_same_tables_on_processes_and_on_dask(study: Any, fleet: Fleet, logs
         assert study.peak(scheduler) < 200.0
         assert os.path.exists(f"/proc/{scheduler}"), "a cluster that was running goes on"
     assert made.digest == fleet.digest
+
+
+def test_a_fleet_takes_the_window_and_the_rate_that_were_given(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    write_synthetic_log(log, 1.0)
+    window = LogOptions(begin="200ms", end="0.7", resample="500 Hz")
+    (direct,) = window.read([log])
+    assert direct.period == pytest.approx(2e-3)
+    task = DeviceTask("log", (str(log),), Settings(("quadratic",), lag="none"), window.how(), "single")
+    found = fit_device(task)["run"]["logs"][0]
+    assert (found["rows"], found["period_s"]) == (direct.rows, direct.period)

@@ -11,7 +11,7 @@ from erclutch.wings.live.c_build import build
 from erclutch.wings.live.layout import FRAME, HEADER
 from erclutch.wings.live.ring import RingReader
 from tests.support.exported_models import boards, law, models, need, network
-from tests.support.own_machine import own_machine
+from tests.wings.own_machine import own_machine
 
 __all__ = ["boards", "law", "models", "need", "network", "own_machine"]
 

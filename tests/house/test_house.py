@@ -9,7 +9,7 @@ import pytest
 
 from studies import house as study
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 #: Places where the name of a module is data: the lazy names of the package, a plug-in, what shows a value in a
 #: notebook, a module that was exported, and the reader that a child runs.

@@ -21,7 +21,7 @@ from packaging.requirements import Requirement
 
 import erclutch
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 BILL: dict[str, Any] = json.loads((ROOT / "sbom.cdx.json").read_text(encoding="utf-8"))
 #: Packages under the LGPL, which may be used by an Apache-2.0 program: readers of MDF4 and TDMS, both of an extra.
 LESSER = {"asammdf", "nptdms"}

@@ -17,12 +17,11 @@ from erclutch.errors import SettingError
 from erclutch.estimators import FnnRegressor, LawRegressor, RbfnRegressor
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.logs.dataset import build_dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import ladder, law_from_name
 from erclutch.models.networks import network_from_name
 from erclutch.signals.clock import Clock, Span
-from erclutch.wings.rig.twin.scenarios import prepare
+from tests.support.pair import pair_rows
 
 LAWS = [LawRegressor(law) for law in ladder()]
 NETWORKS = [
@@ -54,7 +53,7 @@ def test_scikit_learns_own_checks(estimator: Any, check: Any) -> None:
 
 @pytest.fixture(scope="module")
 def rows() -> tuple[np.ndarray, np.ndarray, Any]:
-    data = build_dataset(prepare("training", seconds=20.0).recording(), device="coaxial")
+    data = pair_rows(20.0)
     first, second = data.elements
     columns = [first.field, second.field, 0.5 * (first.slip - second.slip), -0.5 * (first.slip + second.slip)]
     return np.column_stack(columns), data.effort, data

@@ -9,7 +9,7 @@ import pytest
 
 from studies import mutate as study
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def mutants(folder: Path, source: str, suffix: str = ".py") -> list[str]:

@@ -11,17 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.wings.rheology.flow_curve import fit_flow_curve
-from erclutch.wings.rheology.flow_curve_file import read_flow_curves
-
-SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 
 if not SHARED.is_dir():
     pytest.skip(f"needs the measured data beside the project: {SHARED}", allow_module_level=True)
 
 NEES = SHARED / "mr_damper_nees" / "ranran_50_converted.csv"
 UTFSM = SHARED / "mr_damper_utfsm"
-FLOW = SHARED / "flow_curves"
 
 
 def fit(*arguments: str | Path) -> dict[str, Any]:
@@ -113,44 +109,3 @@ def test_raw_exports_open(name: str, rows: int, segments: int, more: tuple[str, 
     assert body["rows"] == rows
     assert len(body["segments"]) == segments
     assert body["signals"]["effort"] == "N"
-
-
-# --- flow curves ------------------------------------------------------------------------------------------------------
-
-
-def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
-    curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv").curves
-    assert [curve.label for curve in curves] == ["0.68", "0.7", "0.72", "0.74", "0.76", "0.78", "0.8"]
-    for curve in curves:
-        found = fit_flow_curve(curve, "herschel-bulkley")
-        assert found.stop == "converged"
-        assert found.log_rmse <= 0.030, curve.label
-        values = {e.name: e for e in found.estimates}
-        assert values["T_y"].low < values["T_y"].value < values["T_y"].high
-        assert 0.3 < values["m"].value < 0.7
-
-
-def test_all_eight_files_are_read() -> None:
-    files = sorted(FLOW.glob("*.csv"))
-    assert len(files) == 8
-    for path in files:
-        curves = read_flow_curves(path).curves
-        assert curves
-        assert all(curve.rate.size == curve.stress.size >= 4 for curve in curves), path.name
-        assert all(curve.rate.min() > 0 and curve.stress.min() > 0 for curve in curves), path.name
-
-
-@pytest.mark.slow
-def test_every_law_fits_every_flow_curve() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "erclutch", "flowcurve", *sorted(FLOW.glob("*.csv")), "--json"],
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
-    for curve in json.loads(done.stdout):
-        assert len(curve["fits"]) == 5
-        assert curve["fits"][0]["log_rmse"] <= 0.06, (curve["file"], curve["curve"])
-        errors = {f["law"]: f["log_rmse"] for f in curve["fits"]}
-        assert errors["herschel-bulkley"] <= errors["bingham"] * (1 + 1e-6)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 #: Programs of others that check an export. Whoever verifies one has it, or reads in one line what to install.
 VERIFIERS = {"fmpy", "mujoco", "onnxruntime"}
 
