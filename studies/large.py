@@ -25,11 +25,11 @@ import pyarrow.parquet as pq
 from scipy.signal import lfilter
 from threadpoolctl import threadpool_limits
 
-from erclutch.fit.kinds.law import structures_for
-from erclutch.fit.kinds.network import networks_for
+from erclutch.fit.fit_settings import Settings
+from erclutch.fit.kinds.law_alone import structures_for
+from erclutch.fit.kinds.network_alone import networks_for
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.settings import Settings
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.models.law_model import Structure

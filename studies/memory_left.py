@@ -9,9 +9,9 @@ import argparse
 
 import numpy as np
 
-from erclutch.fit.kinds.law import structures_for
+from erclutch.fit.fit_settings import Settings
+from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.settings import Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask
 from erclutch.wings.paper.tables import twin_runs

@@ -462,7 +462,7 @@ def test_out_is_looked_at_before_the_fit(log: Path, monkeypatch: pytest.MonkeyPa
     def begun(*_: object) -> None:
         raise FittedError
 
-    monkeypatch.setattr("erclutch.fit.kinds.law.fit_structure", begun)
+    monkeypatch.setattr("erclutch.fit.kinds.law_alone.fit_structure", begun)
     refused_here("fit", log, "--out", "no/run", cwd=log.parent, monkeypatch=monkeypatch)
 
 

@@ -11,8 +11,8 @@ import pytest
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.data_check import ONE_FIELD
-from erclutch.fit.kinds.law import structures_for
-from erclutch.fit.kinds.network import networks_for
+from erclutch.fit.kinds.law_alone import structures_for
+from erclutch.fit.kinds.network_alone import networks_for
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.recalibration import recalibrate
@@ -153,7 +153,7 @@ def test_an_error_inside_a_fit_comes_out(data: Dataset, monkeypatch: pytest.Monk
     def broken(*_: object) -> None:
         raise ZeroDivisionError("provoked")
 
-    monkeypatch.setattr("erclutch.fit.kinds.law.fit_structure", broken)
+    monkeypatch.setattr("erclutch.fit.kinds.law_alone.fit_structure", broken)
     with pytest.raises(ZeroDivisionError, match="provoked"):
         compare(data, Settings(models=("quadratic", "bingham"), lag="none"))
 

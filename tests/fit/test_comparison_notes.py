@@ -10,8 +10,8 @@ import pytest
 
 from erclutch.fit import ranking as c
 from erclutch.fit.candidate import asked, kinds, names
-from erclutch.fit.kinds.network import constants_for, networks_for, remembered
-from erclutch.fit.settings import Settings
+from erclutch.fit.fit_settings import Settings
+from erclutch.fit.kinds.network_alone import constants_for, networks_for, remembered
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import PAPER
 from erclutch.models.networks import PAPER_NETWORKS

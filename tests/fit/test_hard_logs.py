@@ -13,7 +13,7 @@ from erclutch.cli.ranking_table import verdict
 from erclutch.errors import CheckError, RunError
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.data_check import SIGN, check
-from erclutch.fit.kinds import network as module
+from erclutch.fit.kinds import network_alone as module
 from erclutch.fit.scoring import explains
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.runs.run_folder import read_run, write_run

@@ -53,7 +53,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Path]
 
 
 def test_ours_are_files_in_the_order_in_which_one_builds_on_another() -> None:
-    assert [plugin.name for plugin, _ in kinds()] == ["law", "law-with-network", "network"]
+    assert [plugin.name for plugin, _ in kinds()] == ["law-alone", "law-with-network", "network-alone"]
 
 
 def test_another_kind_is_one_file(packages: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_what_fails_in_another_kind_is_told_with_its_name(packages: Path, monkey
 
 
 def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    from erclutch.fit.kinds import law
+    from erclutch.fit.kinds import law_alone as law
 
     fit = law.fit_structure
 

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 
 from erclutch import registry
 from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.settings import AUTO, Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import canonical

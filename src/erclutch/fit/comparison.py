@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit.candidate import Candidate, FitProgress, Fitted, Kind, kinds, silent
 from erclutch.fit.data_check import ONE_FIELD, SIGN, Finding, check, steady_command
+from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.history import history_finding
 from erclutch.fit.log_zeros import log_differences
 from erclutch.fit.one_thread import one_thread
@@ -20,7 +21,6 @@ from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
 from erclutch.fit.scoring import recommend
-from erclutch.fit.settings import AUTO, Settings
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset

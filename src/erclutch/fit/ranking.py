@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.fit_settings import Settings
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
-from erclutch.fit.settings import Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band
 from erclutch.signals.array import Array

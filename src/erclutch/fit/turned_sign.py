@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.fit.data_check import Finding
-from erclutch.fit.kinds.law import LawCandidate, structures_of, with_memory
+from erclutch.fit.fit_settings import AUTO, Settings
+from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.settings import AUTO, Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask
 

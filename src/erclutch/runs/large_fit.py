@@ -25,9 +25,9 @@ from erclutch.fit.candidate import SETS
 from erclutch.fit.centroids import not_on_disk
 from erclutch.fit.comparison import Settings
 from erclutch.fit.data_check import Finding, check
-from erclutch.fit.kinds.law import structures_for
+from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.kinds.law_with_network import residuals_for
-from erclutch.fit.kinds.network import networks_for
+from erclutch.fit.kinds.network_alone import networks_for
 from erclutch.fit.laws.fit_law import fit_structure, require_no_stimulus
 from erclutch.fit.networks.fit_network import fit_network, require_no_past
 from erclutch.fit.outcome import AnyOutcome

@@ -18,7 +18,7 @@ from erclutch.export.step_numbers import run
 from erclutch.export.step_record import SWITCHED_OFF, step_of, step_record
 from erclutch.export.targets.python import compile_model
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.kinds.law import structures_for
+from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.kinds.law_with_network import residuals_for
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.logs.dataset import Dataset

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from erclutch.fit.candidate import Fitted, Grown, Kind, asked
-from erclutch.fit.kinds.law import LawCandidate, structures_of
-from erclutch.fit.kinds.network import fnns_with, network_for, remembering_law
+from erclutch.fit.fit_settings import Settings
+from erclutch.fit.kinds.law_alone import LawCandidate, structures_of
+from erclutch.fit.kinds.network_alone import fnns_with, network_for, remembering_law
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.settings import Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import full_name
 from erclutch.models.residual_model import ResidualStructure, parts_of

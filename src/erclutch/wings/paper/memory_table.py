@@ -9,7 +9,7 @@ from typing import Any
 
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.data_check import steady_command
-from erclutch.fit.kinds.law import structures_for
+from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.ladder import grown
 from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset, joined

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from erclutch.errors import shell_word
 from erclutch.fit.candidate import Fitted, Grown, Kind, asked
 from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.ladder import grown, helpful
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.scoring import TOLERATED, independent_rows, information_criteria
-from erclutch.fit.settings import AUTO, Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from erclutch.fit.candidate import Fitted, Grown, Kind, asked
-from erclutch.fit.kinds.law import laws_among
+from erclutch.fit.fit_settings import AUTO, Settings
+from erclutch.fit.kinds.law_alone import laws_among
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.past_samples import past_rows
-from erclutch.fit.settings import AUTO, Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure, TorqueModel
 from erclutch.models.laws import law_from_name
