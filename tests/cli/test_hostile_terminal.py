@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +17,6 @@ from erclutch.cli import main, terminal
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.model_file import digest_of
 
-pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 HOSTILE = "\x1b]0;PWN\x07\x1b[2J\u202e"
 SHOWN = "\\x1b]0;PWN\\x07\\x1b[2J\\u202e"
 _HIDDEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069]")
@@ -33,8 +31,7 @@ def said(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.chdir(tmp_path)
 
     def run(*words: str, code: int = 0) -> str:
-        monkeypatch.setattr(sys, "argv", ["erclutch", *words])
-        assert main() == code
+        assert main(words) == code
         text = "".join(capfd.readouterr())
         assert not _HIDDEN.search(text), text
         return text

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 
 import erclutch
-from erclutch.cli import main
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.model_file import digest_of
+from tests.support.command import run
 
-pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
 
 
@@ -27,15 +23,6 @@ def _write(path: Path, seed: int, effort: bool = True, seconds: float = 3.0) -> 
     columns = {name: column for name, column in synthetic_log(seconds, seed).items() if effort or name != "torque"}
     header = ",".join(f"{NAMES[name]} [{unit}]" for name, (unit, _) in columns.items())
     np.savetxt(path, np.column_stack([v for _, v in columns.values()]), delimiter=",", header=header, comments="")
-
-
-def _run(*arguments: str | Path, cwd: Path) -> tuple[int, str, str]:
-    out, said = io.StringIO(), io.StringIO()
-    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
-        patch.chdir(cwd)
-        patch.setattr(sys, "argv", ["erclutch", *map(str, arguments)])
-        code = main()
-    return code, out.getvalue(), said.getvalue()
 
 
 @pytest.fixture(scope="module")
@@ -50,23 +37,23 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copy(folder / name, folder / "several")
     named = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--effort", "M [N*m]")
     models = ("--models", "bingham", "quadratic", "--lag", "none", "--out", "run")
-    assert _run("fit", "one.csv", *named, *models, cwd=folder)[0] == 0
+    assert run("fit", "one.csv", *named, *models, cwd=folder)[0] == 0
     return folder
 
 
 def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, tmp_path: Path) -> None:
-    code, said, _ = _run(
+    code, said, _ = run(
         "predict", place / "blind.csv", "--model", place / "run", "--band", "--out", "p.csv", cwd=tmp_path
     )
     assert code == 0
     assert "3,000 rows" in said
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert lines[1] == "time [s],field [V],slip [rad/s],effort [N*m],low [N*m],high [N*m],outside"
-    run = erclutch.read_run(place / "run")
+    kept = erclutch.read_run(place / "run")
     log = erclutch.read(
         place / "two.csv", {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]", "time": "t [s]"}
     )
-    data, model = erclutch.build_dataset(log), run.model()
+    data, model = erclutch.build_dataset(log), kept.model()
     assert model.band is not None
     effort = model.predict(data)
     ends = model.band.around(effort, data.elements, data.clock)
@@ -77,23 +64,23 @@ def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, 
 
 
 def test_the_command_line_wins_over_how_the_run_read_its_logs(place: Path, tmp_path: Path) -> None:
-    run = tmp_path / "run"
-    shutil.copytree(place / "run", run)
-    body = json.loads((run / "run.json").read_text())
+    copy = tmp_path / "run"
+    shutil.copytree(place / "run", copy)
+    body = json.loads((copy / "run.json").read_text())
     body["reading"] |= {"field": None, "name_pattern": "{field}A"}
     del body["reading"]["field"], body["digest"]
-    (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
-    asked = ("score", place / "two.csv", "--model", run)
-    assert "does not match the pattern" in _run(*asked, cwd=tmp_path)[2]
-    assert _run(*asked, "--constant", "field=0.75 V", cwd=tmp_path)[0] == 0
-    assert _run("score", place / "two.csv", "--model", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
+    (copy / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
+    asked = ("score", place / "two.csv", "--model", copy)
+    assert "does not match the pattern" in run(*asked, cwd=tmp_path)[2]
+    assert run(*asked, "--constant", "field=0.75 V", cwd=tmp_path)[0] == 0
+    assert run("score", place / "two.csv", "--model", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
 
 
 def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path: Path) -> None:
     file = place / "run" / "models" / "quadratic.json"
     given = ("--field", "u", "--slip", "w", "--effort", "M", "--time", "t")
     asked = ("predict", place / "two.csv", "--model", file, "--sensor", "--out", "p.parquet", *given)
-    assert _run(*asked, cwd=tmp_path)[0] == 0
+    assert run(*asked, cwd=tmp_path)[0] == 0
     table = pq.read_table(tmp_path / "p.parquet").to_pydict()
     measured = synthetic_log(3.0, 1)["torque"][1]
     inside = (np.array(table["low"]) <= measured) & (measured <= np.array(table["high"]))
@@ -102,13 +89,13 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
 
 
 def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: Path) -> None:
-    code, said, _ = _run("score", place / "two.csv", "--model", place / "run", cwd=tmp_path)
+    code, said, _ = run("score", place / "two.csv", "--model", place / "run", cwd=tmp_path)
     assert code == 0
     lines = [line.split() for line in said.splitlines() if line.strip().startswith(("bingham", "quadratic"))]
     assert len(lines) == 2
     assert float(lines[0][1]) < float(lines[1][1])
     assert "worst second" in said
-    both = _run(
+    both = run(
         "score", place / "one.csv", place / "two.csv", "--model", place / "run", "--name", "bingham", cwd=tmp_path
     )
     assert "worst log" in both[1]
@@ -116,11 +103,11 @@ def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: P
 
 
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
-    code, said, _ = _run("predict", place / "several", "--model", place / "run", "--out", "p", cwd=tmp_path)
+    code, said, _ = run("predict", place / "several", "--model", place / "run", "--out", "p", cwd=tmp_path)
     assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (0, ["one.csv", "two.csv"])
     assert said.count("3,000 rows") == 2
     shutil.copytree(place / "run", tmp_path / "sister")
-    _, said, _ = _run("score", place / "two.csv", "--model", place / "run", "sister", "--name", "bingham", cwd=tmp_path)
+    _, said, _ = run("score", place / "two.csv", "--model", place / "run", "sister", "--name", "bingham", cwd=tmp_path)
     assert "Models of 2 runs" in said
     assert "sister" in said
 
@@ -128,7 +115,7 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
 def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:
     shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
     for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
-        code, said, _ = _run("score", log, "--model", place / "run", "--name", "bingham", cwd=tmp_path)
+        code, said, _ = run("score", log, "--model", place / "run", "--name", "bingham", cwd=tmp_path)
         assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
 
 
@@ -138,7 +125,7 @@ def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
         _write(tmp_path / name, seed)
     names = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--effort", "M [N*m]")
     logs = ("one.csv", "two.csv", "three.csv")
-    fitted = _run(
+    fitted = run(
         "fit",
         *logs,
         "--test",
@@ -156,14 +143,14 @@ def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
     assert fitted[0] == 0, fitted[2]
     assert "held out: two.csv, three.csv" in " ".join(fitted[1].split())
     for log, trained in (("one.csv", True), ("two.csv", False), ("three.csv", False)):
-        code, said, _ = _run("score", log, "--model", "r", cwd=tmp_path)
+        code, said, _ = run("score", log, "--model", "r", cwd=tmp_path)
         assert (code, "was trained on" in said) == (0, trained), said
 
 
 def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)
-    _run("predict", place / "two.csv", "--model", place / "run", "--out", "p.csv", cwd=tmp_path)
+    run("predict", place / "two.csv", "--model", place / "run", "--out", "p.csv", cwd=tmp_path)
     assert np.allclose(found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8)
     assert found.index[0] == 10
     frame.loc[7, "u [V]"] = np.nan
@@ -178,13 +165,13 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
 def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
     how = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--resample", "500Hz", "--from", "1s")
     models = ("--effort", "M [N*m]", "--models", "bingham", "--lag", "none", "--out", "run")
-    assert _run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
-    _run("predict", place / "two.csv", "--model", "run", "--out", "p.csv", cwd=tmp_path)
+    assert run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
+    run("predict", place / "two.csv", "--model", "run", "--out", "p.csv", cwd=tmp_path)
     written, found = pd.read_csv(tmp_path / "p.csv", comment="#"), erclutch.predict(tmp_path / "run", place / "two.csv")
     assert len(written) < 1500 < 2 * len(written)
     np.testing.assert_allclose(found["effort"], written["effort [N*m]"], atol=1e-8)
     np.testing.assert_allclose(found.index, written["time [s]"], atol=1e-9)
-    _, said, _ = _run("score", place / "two.csv", "--model", "run", cwd=tmp_path)
+    _, said, _ = run("score", place / "two.csv", "--model", "run", cwd=tmp_path)
     assert f"{len(written):,} rows" in said
     assert f"{erclutch.score(tmp_path / 'run', place / 'two.csv')['rmse'][0]:.4g}" in said
 
@@ -206,14 +193,14 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
     shutil.copytree(place / "run", tmp_path / "old")
     _without_bands(tmp_path / "old")
     asked = ("predict", place / "two.csv", "--model", "old", "--out", "p.csv")
-    code, _, error = _run(*asked, "--band", cwd=tmp_path)
+    code, _, error = run(*asked, "--band", cwd=tmp_path)
     assert (code, error.count("\n")) == (2, 1)
     assert "the model has no band" in error
     assert not (tmp_path / "p.csv").exists()
-    assert _run(*asked, cwd=tmp_path)[0] == 0
+    assert run(*asked, cwd=tmp_path)[0] == 0
     assert "low" not in (tmp_path / "p.csv").read_text().splitlines()[1]
-    assert "no band" in _run("score", place / "two.csv", "--model", "old", cwd=tmp_path)[1]
-    assert _run("report", "old", cwd=tmp_path)[0] == 0
+    assert "no band" in run("score", place / "two.csv", "--model", "old", cwd=tmp_path)[1]
+    assert run("report", "old", cwd=tmp_path)[0] == 0
 
 
 @pytest.mark.parametrize(
@@ -233,7 +220,7 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
 )
 def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:
     before = {path: path.stat().st_mtime_ns for path in place.iterdir()}
-    code, out, error = _run(*arguments, cwd=place)
+    code, out, error = run(*arguments, cwd=place)
     assert (code, out, error.count("\n")) == (2, "", 1), error
     assert said in error
     assert {path: path.stat().st_mtime_ns for path in place.iterdir()} == before

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.report.html.provenance_section import command_of
 from erclutch.runs.run_folder import read_run
+from tests.support.command import good, run
 
 
 def write(path: Path, gain: float, seed: int, force: str = "N*m", seconds: float = 6.0) -> Path:
@@ -22,18 +21,6 @@ def write(path: Path, gain: float, seed: int, force: str = "N*m", seconds: float
     rows = np.column_stack([values for _, values in columns.values()])
     np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")
     return path
-
-
-def run(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "erclutch", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120)
-
-
-def good(*arguments: str | Path, cwd: Path) -> str:
-    done = run(*arguments, cwd=cwd)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    return done.stdout
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +96,7 @@ def test_errors_are_one_line(base: Path, tmp_path: Path) -> None:
     }
     for arguments, text in cases.items():
         done = run("recalibrate", *arguments, cwd=tmp_path)
-        assert done.returncode == 2, (arguments, done.stdout)
-        assert done.stderr.startswith("error: ")
-        assert done.stderr.count("\n") == 1, done.stderr
-        assert text in done.stderr
+        assert done.code == 2, (arguments, done.out)
+        assert done.error.startswith("error: ")
+        assert done.error.count("\n") == 1, done.error
+        assert text in done.error

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from erclutch.models.law_model import TorqueModel
-
-
-def call(*words: str, code: int = 0) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "erclutch", *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == code, done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
-    return done
+from tests.support.command import good, run
 
 
 @pytest.fixture
@@ -31,7 +22,7 @@ def saved(law: Callable[..., TorqueModel], tmp_path: Path) -> Path:
 def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = ("export", str(saved), "--out", str(out), "--precision", "float32", "--name", "hem1")
-    said = call(*words).stdout
+    said = good(*words)
     made = {p.name for p in out.iterdir()}
     assert made == {"hem1.c", "hem1.h", "hem1_check.c", "hem1_vectors.h", "Makefile", "model.json", "export.json"}
     assert f"erclutch verify {out}" in said.replace("\n", "")
@@ -51,7 +42,9 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
 )
 def test_bad_words_give_one_error(saved: Path, tmp_path: Path, words: tuple[str, ...], says: str) -> None:
     before = sorted(tmp_path.iterdir())
-    said = call("export", str(saved), "--out", str(tmp_path / "out"), *words, code=2).stderr
+    done = run("export", saved, "--out", tmp_path / "out", *words)
+    said = done.error
+    assert done.code == 2
     assert says in said.replace("\n", " ")
     assert said.count("error:") == 1
     assert sorted(tmp_path.iterdir()) == before
@@ -61,8 +54,8 @@ def test_bad_words_give_one_error(saved: Path, tmp_path: Path, words: tuple[str,
 def test_verify_prints_a_line_each(saved: Path, tmp_path: Path, need: Callable[..., None]) -> None:
     need("gcc")
     out = tmp_path / "out"
-    call("export", str(saved), "--to", "python", "--out", str(out))
-    assert "Python, step" in call("verify", str(out)).stdout
-    checks = json.loads(call("verify", str(out), "--json").stdout)
+    good("export", saved, "--to", "python", "--out", out)
+    assert "Python, step" in good("verify", out)
+    checks = json.loads(good("verify", out, "--json"))
     assert [c["other_bits"] for c in checks] == [0, 0]
     assert all(c["passed"] for c in checks)

@@ -42,7 +42,6 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.speed import Derivative, differentiate, reach
 
-pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 Columns = Mapping[str, tuple[str, np.ndarray]]
 COAXIAL: Any = "coaxial"
 
@@ -468,12 +467,7 @@ def test_the_command_writes_models_that_load(short: Path, tmp_path: Path, capsys
 
 
 def run(arguments: list[str]) -> int:
-    before = sys.argv
-    sys.argv = ["erclutch", *arguments]
-    try:
-        return main()
-    finally:
-        sys.argv = before
+    return main(arguments)
 
 
 def test_a_folder_that_is_something_else_is_kept(short: Path, tmp_path: Path) -> None:

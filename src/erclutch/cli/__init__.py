@@ -91,12 +91,17 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
     return 0
 
 
-def main() -> int:
-    """Run the command line; returns the exit code: 0 done, 1 usage, 2 bad input, 130 interrupted."""
+def main(words: Sequence[str] | None = None) -> int:
+    """Run a command, that of this process where no words are given.
+
+    Returns:
+        The exit code: 0 done, 1 usage, 2 bad input, 130 interrupted.
+    """
+    words = sys.argv[1:] if words is None else words
     _end_by_signals()
     try:
-        _load_foreign(sys.argv[1:2])
-        result = app(exit_on_error=False, print_error=True)
+        _load_foreign(words)
+        result = app(words, exit_on_error=False, print_error=True)
     except CycloptsError:
         return 1
     except ErclutchError as error:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +23,7 @@ from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.paper.sweeps import RunsRecipe, fnn_sweep, kernel_sweep, rbfn_sweep
 from erclutch.wings.paper.tables import printed, table, twin_runs
 from erclutch.wings.rig.twin.parameters import default_rig
+from tests.support.command import run
 
 RECIPE = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", 20.0), ("seed", 3)))
 
@@ -50,11 +48,11 @@ def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
     rows = table(runs, models=("bingham/forward", "rbfm-5/forward", "fnn-4"))
     assert [r.name for r in rows] == ["bingham/forward", "rbfm-5/forward", "fnn-4"]
     for row in rows:
-        for run, data in runs.items():
+        for name, data in runs.items():
             error = float(np.mean((data.effort - row.model.predict(data)) ** 2))
-            assert row.errors[run] == pytest.approx(error)
-            low, high = row.bands[run]
-            assert low <= row.errors[run] <= high
+            assert row.errors[name] == pytest.approx(error)
+            low, high = row.bands[name]
+            assert low <= row.errors[name] <= high
     errors = [row.errors["training"] for row in rows]
     assert errors == sorted(errors, reverse=True)
     assert printed("bingham/forward")["training"] == APPROACHES["bingham/forward"].train
@@ -154,27 +152,21 @@ def test_points_of_other_settings_are_not_used(tmp_path: Path) -> None:
         Points(path, {})
 
 
-def run(*words: str | Path, cwd: Path) -> Any:
-    return subprocess.run(
-        [sys.executable, "-m", "erclutch", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False
-    )
-
-
 @pytest.mark.slow
 def test_tables_on_the_command_line(tmp_path: Path) -> None:
     done = run("reproduce", "table2", "--seconds", "15", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "Table II: TWIN beside the paper" in done.stdout
+    assert done.code == 0, done.error
+    assert "Table II: TWIN beside the paper" in done.out
     with (tmp_path / "reproduced" / "table2.csv").open() as file:
         rows = {r["model"]: r for r in csv.DictReader(file)}
     assert list(rows) == list(APPROACHES)
     assert float(rows["fnn-16"]["training_paper"]) == APPROACHES["fnn-16"].train
     for name, scenario in (("log", "training"), ("zero", "zero-field"), ("held", "zero-motion")):
-        assert run("simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path).returncode == 0
+        assert run("simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path).code == 0
     own = ("--log", "log.parquet", "--zero-field", "zero.parquet", "--zero-motion", "held.parquet")
     done = run("reproduce", "table3", *own, "--device", "coaxial", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "Table III" in done.stdout
+    assert done.code == 0, done.error
+    assert "Table III" in done.out
 
 
 @pytest.mark.parametrize(
@@ -189,9 +181,9 @@ def test_tables_on_the_command_line(tmp_path: Path) -> None:
 def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: str) -> None:
     (tmp_path / "file").write_text("")
     done = run("reproduce", *words, cwd=tmp_path)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
+    assert done.code == 2
+    assert said in done.error
+    assert "Traceback" not in done.error
 
 
 def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> None:

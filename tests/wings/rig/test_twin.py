@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,9 +17,7 @@ from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.parameters import SECTIONS, default_rig, load_rig
 from erclutch.wings.rig.twin.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS, prepare
 from erclutch.wings.rig.twin.twin import Twin
-
-COMMAND = (sys.executable, "-m", "erclutch")
-
+from tests.support.command import good, run
 
 # --- parameters -------------------------------------------------------------------------------------------------------
 
@@ -263,11 +259,7 @@ def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.slow
 def test_the_command(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [*COMMAND, "simulate", "test", "--seconds", "2", "--out", "t.csv"], cwd=tmp_path, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert "TWIN test: 2,000 rows" in done.stdout
+    assert "TWIN test: 2,000 rows" in good("simulate", "test", "--seconds", "2", "--out", "t.csv", cwd=tmp_path)
     assert (tmp_path / "t.csv").read_text().startswith("# TWIN: ")
     for bad in (
         ["nope"],
@@ -276,10 +268,9 @@ def test_the_command(tmp_path: Path) -> None:
         ["test", "--seconds", "-1"],
         ["test", "--out", "x.doc"],
     ):
-        done = subprocess.run([*COMMAND, "simulate", *bad], cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 2
-        assert done.stderr.startswith("error: ")
-        assert "Traceback" not in done.stderr
+        done = run("simulate", *bad, cwd=tmp_path)
+        assert done.code == 2
+        assert done.error.startswith("error: ")
 
 
 # --- excitation -------------------------------------------------------------------------------------------------------
