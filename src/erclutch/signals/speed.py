@@ -27,7 +27,7 @@ CAUSAL: tuple[DerivativeName, ...] = ("difference", "lowpass", "kalman")
 
 @dataclass(frozen=True)
 class Derivative:
-    """A choice of filter. The default is the one nearest to the true speed on the twin (studies/velocity.py).
+    """A choice of filter. The default is the nearest to the true speed on the TWIN, of those tried.
 
     Attributes:
         name: which one.
