@@ -15,6 +15,8 @@ _BEYOND_LOG = 8.0
 _FASTEST = 10.0
 #: Times the band of a model under a settled field by which a healthy device jumps for longer than a few periods.
 _BANDS = 3.0
+#: Share of the largest effort that is at least allowed for: beyond its log a model guesses.
+_LEAST_BAND = 0.1
 #: Share of the largest effort by which the model's torque moves before a sensor that reads the same is stuck.
 _STILL = 0.02
 #: Share of that limit that a torque crosses in a period at most.
@@ -29,7 +31,7 @@ def torque_limits(effort: float, band: float, period: float) -> dict[str, float]
     return {
         "torque_limit": limit,
         "torque_rate": _CROSSES * limit / period,
-        "torque_band": _BANDS * band,
+        "torque_band": max(_BANDS * band, _LEAST_BAND * effort) if band > 0.0 else 0.0,
         "torque_still": _STILL * effort,
     }
 

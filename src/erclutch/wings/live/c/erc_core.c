@@ -8,6 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+#define OUTSIDE 1u /* the model's flag */
+
 uint32_t erc_core_size(void) {
     return (uint32_t)sizeof(erc_core);
 }
@@ -279,6 +281,7 @@ static uint32_t estimate(erc_core *core, const double applied[3]) {
     const uint32_t flags =
         core->model.step(core->model.state, core->config.device == ERC_SINGLE ? single : coaxial, &effort);
     core->estimate = effort;
+    core->meter.guessed = (flags & OUTSIDE) != 0u;
     return flags;
 }
 

@@ -7,6 +7,7 @@
 #define MOST_PERIODS 1000000u
 #define UNLIKELY_SHARE 0.5 /* of the model's torque that a device may lack, or give beyond it */
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
+#define GUESSES 5.0        /* times its band by which a model is off outside its log */
 #define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
 #define LIVELY 1000u       /* readings after which it is known how often a sensor repeats itself */
 #define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
@@ -101,14 +102,16 @@ static double moved(const erc_meter *m) {
 /* Whether a reading is further from the model's torque than device and model may differ; or, where an observer follows
  * the sensor, so far from what it has observed: a device drifts, it does not jump. */
 static bool disagrees(const erc_core *core, double torque) {
-    const double band = core->config.torque_band, expected = core->meter.expected;
+    const double band = core->config.torque_band * (core->meter.guessed ? GUESSES : 1.0);
+    const double expected = core->meter.expected;
     const erc_stages *s = &core->stages;
     if (!(band > 0.0) || !isfinite(core->estimate)) {
         return false;
     }
     const double rings = moved(&core->meter);
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
-    const bool jumped = core->config.observer == ERC_BY_SENSOR && fabs(torque - observed) > band + rings;
+    const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
+    const bool jumped = follows && fabs(torque - observed) > band + rings;
     return jumped || fabs(torque - expected) > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
 }
 

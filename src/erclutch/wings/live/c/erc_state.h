@@ -55,7 +55,7 @@ typedef struct {
     uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */
     uint32_t little;             /* good readings in a row that say little */
     uint32_t doubted;            /* how long it has been wrong, in periods; a good reading takes one off */
-    bool seen, wrong;            /* ever read; the latest cannot be */
+    bool seen, wrong, guessed;   /* ever read; the latest cannot be; what the model expects lies outside its log */
     bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
 } erc_meter;
 

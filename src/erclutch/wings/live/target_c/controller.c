@@ -45,7 +45,7 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
 
 uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *output) {
     double ask[3] = {0.0, 0.0, 0.0}, applied[3] = {0.0, 0.0, 0.0}, sample[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
-    uint32_t events = 0u, doubt;
+    uint32_t events = 0u, doubt, flags;
     const bool placed = isfinite(input->alpha) || !(core->config.stroke > 0.0);
     /* NaN is no speed either. Both sides of a single device may turn fast: its slip is looked at. */
     const double slip = ERC_DEVICE == ERC_SINGLE ? input->theta_dot - input->alpha_dot : input->theta_dot;
@@ -84,9 +84,10 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     @MEASURED@
     @SAMPLE@
     @KNOWN@
-    events |= @STEP@;
+    flags = @STEP@;
+    core->meter.guessed = (flags & NAME_OUTSIDE_RANGE) != 0u;
     output->field1 = applied[0];
     output->field2 = applied[1];
     output->estimate = core->estimate;
-    return events | (good ? 0u : NAME_NON_FINITE);
+    return events | flags | (good ? 0u : NAME_NON_FINITE);
 }
