@@ -18,7 +18,7 @@ from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.export.c.compilers import EXACT, STRICT, native
 from erclutch.export.targets.python import build
 from erclutch.wings.live.c_core import Core
-from erclutch.wings.live.layout import FRAME, SAMPLE
+from erclutch.wings.live.layout import FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
 from studies import proof
@@ -35,11 +35,18 @@ def numbers(members: list[str]) -> type[ctypes.Structure]:
     return type("Numbers", (ctypes.Structure,), {"_fields_": fields})
 
 
-def compiled(model: Any, folder: Path) -> ctypes.CDLL:
+def compiled(model: Any, folder: Path, *more: str) -> ctypes.CDLL:
     files = controller.write_core(step_of(model, FLOAT64), folder)
     size = '#include "m.h"\nunsigned size(void) { return (unsigned)sizeof(m_controller); }\n'
     (folder / "size.c").write_text(size)
-    native().build([*files, folder / "size.c"], folder / "m.so", "-O2", "-shared", "-fPIC", f"-I{folder}")
+    native().build(
+        [*files, *(folder / name for name in ("size.c", *more))],
+        folder / "m.so",
+        "-O2",
+        "-shared",
+        "-fPIC",
+        f"-I{folder}",
+    )
     return ctypes.CDLL(str(folder / "m.so"))
 
 
@@ -200,6 +207,44 @@ def test_the_same_bits_everywhere(
     assert "1 not to the bit" in failed.stdout
     with pytest.raises(ExportError, match="was changed after the export"):
         verify_export(folder)
+
+
+#: Whether what the stages keep is finite, in the order of the struct.
+KEPT = """
+#include "m.h"
+unsigned finite(const m_controller *c)
+{
+    const double kept[] = {c->stages.rest, c->stages.integral, c->stages.late, c->stages.modelled, c->stages.reaction,
+        c->stages.speed, c->stages.slow_speed, c->stages.found, c->stages.gave, c->stages.slope, c->stages.turned,
+        c->stages.lacking, c->stages.learned[0].gain, c->stages.learned[0].drag, c->stages.learned[0].spread[0],
+        c->stages.learned[0].spread[1], c->stages.learned[0].spread[2], c->meter.expected, c->field, c->estimate};
+    unsigned i;
+    for (i = 0u; i < sizeof kept / sizeof kept[0]; i++) { if (!(kept[i] - kept[i] == 0.0)) { return i + 1u; } }
+    return 0u;
+}
+"""
+
+
+def test_whatever_a_reset_accepts_nothing_overflows(models: Mapping[str, Any], tmp_path: Path) -> None:
+    """Each setting at the ends of its range, with samples of any size: what the stages keep stays finite."""
+    (tmp_path / "kept.c").write_text(KEPT)
+    lib = compiled(models["bingham, single"], tmp_path, "kept.c")
+    program, rng = step_of(models["bingham, single"], FLOAT64), np.random.default_rng(1)
+    effort = steady(lib, program, 0.5, 20.0)
+    plain = {**controller.defaults(program), "period_ns": 1_000_000, "integral_rate": 5.0, "gain_rate": 2.0}
+    out = (ctypes.c_double * 3)()
+    for name in [*controller.settings_of()][1:-1]:
+        for end in (SETTINGS[name].least, MOST):
+            for observer in (1, 2, 3):
+                config = numbers([*controller.settings_of()])(**{**plain, name: end, "observer": observer})
+                memory = ctypes.create_string_buffer(lib.size())
+                assert lib.m_control_reset(memory, ctypes.byref(config)) == 1, (name, end)
+                for k in range(80):
+                    row = [effort, 0.0, 20.0, 0.0, 0.0, effort, 0.1]
+                    if k % 4 == 3:
+                        row[rng.integers(7)] = float(rng.choice([1e308, -1e308, 1e30, 0.0, -20.0]))
+                    lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
+                    assert lib.finite(memory) == 0, (name, end, observer, k, lib.finite(memory))
 
 
 def test_settings_that_cannot_be_leave_the_field_at_zero(models: Mapping[str, Any], tmp_path: Path) -> None:

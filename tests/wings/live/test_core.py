@@ -29,9 +29,11 @@ from erclutch.wings.live.layout import (
     EVENTS,
     FRAME,
     HEADER,
+    MOST,
     ORDER,
     PROGRAM,
     SAMPLE,
+    SETTINGS,
     STRUCTS,
 )
 from erclutch.wings.live.live_model import live_model
@@ -92,7 +94,10 @@ def test_layouts_are_those_of_c(tmp_path: Path) -> None:
 
 def test_the_header_is_read_whole() -> None:
     """No line of a struct, no number and no event is left out by the reader of the header."""
-    header = (SOURCES / "erc_layout.h").read_text()
+    header, settings = ((SOURCES / f"erc_{name}.h").read_text() for name in ("layout", "settings"))
+    names = re.findall(r"^ERC_SETTING\(\w+, (\w+)\)", settings, re.MULTILINE)
+    assert names == [*SETTINGS]
+    header = header.replace('#include "erc_settings.h"', " ".join(f"double {name};" for name in names))
     code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", code, re.DOTALL):
         assert set(re.findall(r"[ ,](\w+)(?:\[\w+\])?(?=[,;])", body)) == set(STRUCTS[name].names or ()), name
@@ -458,7 +463,25 @@ def test_frames_among_faults_are_those_on_record(bingham: Path) -> None:
 )
 def test_settings_that_cannot_be(changes: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
-        LoopSettings(**changes)
+        config_of(LoopSettings(**changes))
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_a_setting_has_one_range_for_python_and_c(name: str) -> None:
+    """The range stands in ``c/erc_settings.h``; who writes a configuration by hand meets it in the C."""
+    note, library = SETTINGS[name], ctypes.CDLL(str(core_library()))
+    library.erc_config_error.restype = ctypes.c_char_p
+    record = np.frombuffer(bytearray(config_of(LoopSettings(stiffness=0.0))[0]), CONFIG)
+    below = note.least / 2.0 if note.kind == "ABOVE_ZERO" else note.least - 1e3
+    for wrong in (below, 2.0 * MOST, float("nan"), float("inf")):
+        with pytest.raises(SettingError, match=name):
+            LoopSettings(**{name: wrong})
+        changed = record.copy()
+        changed[name] = wrong
+        said = library.erc_config_error(changed.tobytes(), ctypes.c_uint64(0))
+        assert said is not None
+        assert said.decode().startswith(f"{name} is ")
+    assert name in str(LoopSettings.__doc__)
 
 
 def test_the_core_checks_again() -> None:

@@ -88,11 +88,11 @@ def test_a_hand_at_rest_is_held_and_one_that_pulls_is_let_go(brake: Path) -> Non
         assert frames["field1"][-1] == pytest.approx(end, abs=1e-3), observer
 
 
-def test_a_stiffness_that_gives_energy_away_is_refused_by_python_and_by_c(bingham: Path) -> None:
+def test_a_stiffness_that_gives_energy_away_is_refused(bingham: Path) -> None:
     """K <= 2 B / T, with a period of 1 ms."""
-    replace(PAIR, stiffness=20.0, damping=0.01)
+    config_of(replace(PAIR, stiffness=20.0, damping=0.01))
     with pytest.raises(SettingError, match="at most 2 damping / period, 20 N m/rad"):
-        replace(PAIR, stiffness=20.1, damping=0.01)
+        config_of(replace(PAIR, stiffness=20.1, damping=0.01))
     config = np.frombuffer(config_of(PAIR)[0], CONFIG).copy()[0]
     config["stiffness"] = 20.1
     import ctypes
@@ -107,9 +107,9 @@ def test_a_stiffness_that_gives_energy_away_is_refused_by_python_and_by_c(bingha
 @pytest.mark.parametrize("words", [{"stiffness": -1.0}, {"damping": np.nan}, {"wall_play": -0.1}, {"device": "single"}])
 def test_settings_that_cannot_be(words: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
-        replace(PAIR, **words)
+        config_of(replace(PAIR, **words))
     with pytest.raises(SettingError):
-        replace(BRAKE, device="coaxial")
+        config_of(replace(BRAKE, device="coaxial"))
 
 
 @given(

@@ -61,7 +61,8 @@ class Core:
         model: shared library of a compiled model; None estimates nothing.
 
     Raises:
-        RunError: the core refuses the settings, or the library is no model.
+        SettingError: the core refuses the settings.
+        RunError: the library is no model.
     """
 
     def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
@@ -69,12 +70,8 @@ class Core:
         lib = self._library
         lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
         lib.erc_core_state.restype = ctypes.c_uint32
-        lib.erc_config_error.restype = ctypes.c_char_p
         config, self._table = config_of(settings)
         assert lib.erc_core_config_size() == CONFIG.itemsize
-        error = lib.erc_config_error(config, ctypes.c_uint64(len(self._table)))
-        if error is not None:
-            raise RunError(error.decode(), remedy="Mend the settings")
         self._memory = np.zeros(lib.erc_core_size() // 8 + 1)
         self._model = None if model is None else _Model(model)  # its memory must live as long as the core
         self._core = ctypes.c_void_p(self._memory.ctypes.data)

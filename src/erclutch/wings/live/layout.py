@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,16 @@ import numpy as np
 
 from erclutch.signals.channels import LiveChannel
 
-_HEADER = (Path(__file__).parent / "c" / "erc_layout.h").read_text(encoding="utf-8")
+_C = Path(__file__).parent / "c"
+_SETTINGS = (_C / "erc_settings.h").read_text(encoding="utf-8")
+_SETTING = re.compile(r"ERC_SETTING\((\w+), (\w+)\) +/\* (?:\[(.*?)\] )?(.*?) \*/")
+#: The layout, with the members that its settings are.
+_HEADER = (_C / "erc_layout.h").read_text(encoding="utf-8")
+_HEADER = _HEADER.replace('#include "erc_settings.h"\n', _SETTING.sub(r"    double \2;", _SETTINGS))
 _TYPES = {"uint64_t": "<u8", "uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
 _STRUCT = re.compile(r"typedef struct \{\n(.*?)\} (\w+);", re.DOTALL)
 _MEMBERS = re.compile(r"^ +(\w+) ([\w\[\], ]+);", re.MULTILINE)
-_DEFINED = re.compile(r"#define (\w+) (\w+)")
+_DEFINED = re.compile(r"#define (\w+) (0x\w+u|\d+u)\b")
 _ENUMERATED = re.compile(r"(ERC_\w+) = (\w+)(?: << (\d+))?")
 _EVENT = re.compile(r"ERC_(\w+) = 1u << \d+,? +/\* (.*?) \*/")
 
@@ -54,6 +60,40 @@ def _structs() -> dict[str, np.dtype[Any]]:
 
 
 STRUCTS = _structs()
+
+
+@dataclass(frozen=True)
+class SettingNote:
+    """What ``c/erc_settings.h`` says of a setting.
+
+    Attributes:
+        kind: ABOVE_ZERO, FROM_ZERO or SIGNED.
+        unit: as written there; empty where it has none, or that of the device.
+        meaning: for people.
+    """
+
+    kind: str
+    unit: str
+    meaning: str
+
+    @property
+    def least(self) -> float:
+        """The smallest that it may be."""
+        return {"ABOVE_ZERO": LEAST, "FROM_ZERO": 0.0, "SIGNED": -MOST}[self.kind]
+
+    @property
+    def wanted(self) -> str:
+        """How it may be, in words."""
+        least = {"ABOVE_ZERO": "a number above 0", "FROM_ZERO": "0 or a number above", "SIGNED": "a finite number"}
+        return f"{least[self.kind]}, at most {MOST:g}"
+
+
+#: The numbers that a loop is set by, in the order of the configuration.
+SETTINGS: dict[str, SettingNote] = {
+    name: SettingNote(kind, unit, meaning) for kind, name, unit, meaning in _SETTING.findall(_SETTINGS)
+}
+#: No setting is larger, and none that has to be above zero is smaller.
+MOST, LEAST = (float(re.findall(rf"#define ERC_{name} (\S+)", _HEADER)[0]) for name in ("MOST", "LEAST"))
 
 #: What the loop writes each step, under the names that its C has; `frames_of` gives the names of a device.
 FRAME = STRUCTS["erc_frame"]

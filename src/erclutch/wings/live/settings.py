@@ -14,7 +14,7 @@ from erclutch.errors import SettingError
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.speed import Derivative, LiveDerivative, live
-from erclutch.wings.live.layout import CONFIG, CONSTANTS, sealed
+from erclutch.wings.live.layout import CONFIG, CONSTANTS, MOST, SETTINGS, sealed
 
 MOST_PROGRAMS = CONSTANTS["ERC_PROGRAMS"]
 #: Periods from zero field to the trip.
@@ -120,42 +120,15 @@ class LoopSettings:
         device: coaxial (E1, E2) or single (E1 alone).
         period: in s.
         derivative: causal filter of the speeds.
-        theta_wrap, alpha_wrap: range of an encoder that starts again at zero, in rad; 0 for none.
-        theta_glitch, alpha_glitch: a reading further than this from the predicted speed [rad/s] cannot be; 0: none. An
-            encoder is stuck that reads the same to the bit for 5 periods after an eighth of this speed.
-        theta_fastest, alpha_fastest: nothing turns faster [rad/s]; 0: none.
-        alpha_limit: the output goes no further from the middle [rad]; 0: none.
-        torque_limit: largest torque that device and sensor can give [N m]; 0: none. torque_rate: its fastest change
-            in N m/s; 0: none.
-        torque_band: by which the measured torque may jump away from what the observer knows [N m], beside what the
-            model's torque has moved in the last 8 periods. The measured torque may differ from the model's by 3 times
-            as much and half of the model's. 0: it is not compared.
-        torque_still: a sensor is stuck that reads the same to the bit for 5 periods in which the model's torque moves
-            by more than this [N m]; or for twice as long as it ever did in its first 1000 readings. 0: none is.
-        field_limit: largest field. motor_limit: largest motor torque in N m.
-        rise_rate, fall_rate: of the field in 1/s, as the supply allows.
-        stroke: fields that drive the output further out than this [rad] are refused; 0 for none.
-        k_p, k_d: gains of equation (23), field per rad and per rad/s.
-        torque_p, torque_i: torque control: field per N m and per N m s, on the estimate.
-        observer: of torque control. off: gains on the estimate, as above. Else in stages (``c/erc_torque.c``), and what
-            the device gives beyond its model comes from nothing (none), a torque sensor, or the motion of the drive.
-        torque_lead: of the reference in s: dead time and lag between command and torque.
-        torque_lag: by which the measured torque is later than the estimate, in s.
-        observer_bandwidth: in Hz. integral_rate: of the error of the torque, in 1/s; 0 for none.
-        gain_rate: forgetting in 1/s of the share of its model's torque that each clutch gives; 0: it is not learned.
-        torque_scale: torque in N m from which that share is learned, and which a pull has that a wall lets go of.
-        least_slip: slip in rad/s below which both sides run at one speed.
-        drive_inertia, drive_friction: of motor and housings, in kg m2 and N m.
-        drive_drag_1, drive_drag_2: on the drive beside the torque of the clutch under field, in N m s/rad.
-        track_bandwidth: of tracking by computed torque, in Hz; 0 for equation 23. track_integral: in 1/s.
-        output_inertia, output_friction: of the output and all that turns with it, in kg m2 and N m.
-        stiffness, damping: of impedance and wall, in N m/rad and N m s/rad. A sampled spring gives no energy away
-            while stiffness <= 2 damping / period.
-        wall_play: by which a hand goes back before a wall lets go [rad]: shaft and fluid spring back by some of it.
+        observer: of torque control. off: gains on the estimate. Else in stages (``c/erc_torque.c``), and what the
+            device gives beyond its model comes from nothing (none), a torque sensor, or the motion of the drive.
         late_trip: a wake-up so late [s] trips.
         hold, trip: periods in a row without a good sample until the command is reduced, and until it is zero for good;
             it is zero `ZERO_BEFORE_TRIP` periods before that.
         programs: what can be run; the first runs at the start.
+
+    Raises:
+        SettingError: a number that cannot be, or programs that are none. `config_of` asks the loop's C for the rest.
     """
 
     device: DeviceName = "coaxial"
@@ -206,45 +179,16 @@ class LoopSettings:
     programs: Sequence[LoopProgram] = (REST,)
 
     def __post_init__(self) -> None:
-        above = ("period", "field_limit", "motor_limit", "rise_rate", "fall_rate", "late_trip")
-        for name in (*above, "observer_bandwidth", "torque_scale"):
-            _require(self, name, lambda value: value > 0, "a number above 0")
-        sensors = ("theta_fastest", "alpha_fastest", "alpha_limit", "torque_limit", "torque_rate", "torque_band")
-        for name in ("theta_wrap", "alpha_wrap", "theta_glitch", "alpha_glitch", "stroke", *sensors, "torque_still"):
-            _require(self, name, lambda value: value >= 0, "0 for none, or a number above 0")
-        stages = ("torque_lead", "torque_lag", "integral_rate", "gain_rate", "least_slip")
-        motion = (
-            "track_bandwidth",
-            "track_integral",
-            "output_inertia",
-            "output_friction",
-            "stiffness",
-            "damping",
-            "wall_play",
-        )
-        for name in (*stages, *motion, "drive_inertia", "drive_friction"):
-            _require(self, name, lambda value: value >= 0, "0 or a number above")
-        for name in ("k_p", "k_d", "torque_p", "torque_i", "drive_drag_1", "drive_drag_2"):
-            _require(self, name, lambda value: True, "a finite number")
-        if not (0 <= self.hold < self.trip - ZERO_BEFORE_TRIP and self.trip <= 21):
-            raise SettingError(
-                f"hold {self.hold} and trip {self.trip} samples",
-                remedy=f"Give 0 <= hold < trip - {ZERO_BEFORE_TRIP} and trip <= 21",
-            )
-        if 0.5 * self.period * self.stiffness > self.damping:
-            largest = f"{2.0 * self.damping / self.period:g} N m/rad"
-            problem = (
-                f"a stiffness of {self.stiffness:g} N m/rad, sampled each {1e3 * self.period:g} ms, gives energy away"
-            )
-            raise SettingError(problem, remedy=f"Give at most 2 damping / period, {largest}, or more damping")
-        if not 1e-4 <= self.period <= 1:
-            raise SettingError(f"a period of {self.period} s", remedy="Give 0.1 ms to 1 s")
+        for name, note in SETTINGS.items():
+            value = getattr(self, name)
+            if not note.least <= value <= MOST:
+                raise SettingError(f"{name} is {value}", remedy=f"Give {note.wanted}: {note.meaning}")
+        if not (math.isfinite(self.late_trip) and self.late_trip > 0.0):
+            raise SettingError(f"late_trip is {self.late_trip}", remedy="Give a number above 0")
+        if not 0.0 < self.period < 1e9:
+            raise SettingError(f"period is {self.period}", remedy="Give 0.1 ms to 1 s")
         if not 1 <= len(self.programs) <= MOST_PROGRAMS:
             raise SettingError(f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}")
-        foreign = Mode.IMPEDANCE if self.device == "single" else Mode.WALL
-        if any(program.mode is foreign for program in self.programs):
-            problem = f"{foreign.name.lower()} on a {self.device} device"
-            raise SettingError(problem, remedy="An impedance needs the pair, a wall a single device")
         names = [program.name for program in self.programs]
         if len(set(names)) != len(names):
             raise SettingError(
@@ -259,7 +203,8 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
         The bytes of ``erc_config``, and the rows of all tables one after another, shape (n, 3).
 
     Raises:
-        SettingError: a filter that looks ahead, or does not fit the period.
+        SettingError: a filter that looks ahead or does not fit the period, or what the loop's C refuses.
+        CompilerError: there is no C compiler.
     """
     config = np.zeros((), CONFIG)
     config["magic"], config["version"] = CONSTANTS["ERC_CONFIG_MAGIC"], CONSTANTS["ERC_CONFIG_VERSION"]
@@ -282,7 +227,24 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
             at["first"], at["rows"] = first, len(program.table)
             tables.append(program.table)
             first += len(program.table)
-    return sealed(config), np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
+    rows = np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
+    whole = sealed(config)
+    _ask_the_core(whole, len(rows))
+    return whole, rows
+
+
+def _ask_the_core(config: bytes, rows: int) -> None:
+    """What settings have to be to each other stands in ``c/erc_config.c`` alone."""
+    import ctypes
+
+    from erclutch.wings.live.c_build import core_library
+
+    library = ctypes.CDLL(str(core_library()))
+    library.erc_config_error.restype = ctypes.c_char_p
+    said: bytes | None = library.erc_config_error(config, ctypes.c_uint64(rows))
+    if said is not None:
+        problem, remedy = said.decode().split("; ")
+        raise SettingError(problem, remedy=remedy)
 
 
 def _copy_numbers(source: object, record: Any) -> None:
@@ -290,3 +252,9 @@ def _copy_numbers(source: object, record: Any) -> None:
     for name, (kind, *_) in record.dtype.fields.items():
         if kind == np.float64 and hasattr(source, name):
             record[name] = getattr(source, name)
+
+
+_NUMBERS = "\n".join(
+    f"        {name}: {note.meaning}{f' [{note.unit}]' if note.unit else ''}." for name, note in SETTINGS.items()
+)
+LoopSettings.__doc__ = str(LoopSettings.__doc__).replace("\n    Raises:", f"{_NUMBERS}\n\n    Raises:", 1)

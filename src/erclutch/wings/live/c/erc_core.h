@@ -4,9 +4,6 @@
 
 #include "erc_state.h"
 
-/* 0, or what is wrong with a configuration: a text that does not change. */
-const char *erc_config_error(const erc_config *config, uint64_t table_rows);
-
 void erc_core_init(erc_core *core, const erc_config *config, const erc_row *table, const erc_model *model);
 
 /* Checks an order and carries it out; 1 if the loop is to end. */

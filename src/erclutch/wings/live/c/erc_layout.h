@@ -168,41 +168,28 @@ typedef struct {
 } erc_program;
 _Static_assert(sizeof(erc_program) == 72, "program");
 
+/* How a setting may be: above zero, zero or above, or of either sign. None is larger than ERC_MOST, and none that has to
+ * be above zero is below ERC_LEAST: with larger and smaller ones the arithmetic overflows. */
+enum { ERC_ABOVE_ZERO = 0, ERC_FROM_ZERO = 1, ERC_SIGNED = 2 };
+#define ERC_MOST 1e12
+#define ERC_LEAST 1e-9
+
 /* A row of the table file: reference and its rate, or the two fields; then the motor torque. */
 typedef struct {
     double first, second, motor_torque;
 } erc_row;
 
+#define ERC_SETTING(kind, name) double name;
 typedef struct {
     uint32_t magic, version, size, device;
     uint64_t period_ns;
-    double theta_wrap, alpha_wrap;   /* [rad] range of an encoder that wraps; 0: none */
     double filter_g, filter_h;       /* gains of the position-speed filter (signals/speed.py) */
-    double theta_glitch, alpha_glitch; /* [rad/s] a sample further from the predicted speed cannot be; 0: none */
-    double theta_fastest, alpha_fastest; /* [rad/s] nothing turns faster; 0: none */
-    double alpha_limit;              /* [rad] from the middle: the output goes no further; 0: none */
-    double torque_limit, torque_rate; /* [N*m] largest torque that can be measured; N m/s; 0: none */
-    double torque_band, torque_still; /* [N*m] by which device and model may differ; what a live sensor must show */
-    double field_limit, motor_limit;
-    double rise_rate, fall_rate;     /* of the field, 1/s; the supply's */
-    double stroke;                   /* rad from the middle; fields that drive further out are refused; 0: none */
-    double k_p, k_d;                 /* equation (23): field per rad and per rad/s */
-    double torque_p, torque_i;       /* field per N m and per N m s, on the estimate */
-    double torque_lead, torque_lag;  /* [s] lead of the reference; by which the torque is later than the estimate */
-    double observer_bandwidth;       /* [Hz] */
-    double integral_rate;            /* [1/s] of the error of the torque */
-    double gain_rate, torque_scale;  /* [1/s] forgetting of a clutch's gain, 0: it stays 1; N m from which it is learned */
-    double least_slip;               /* [rad/s] below it both sides run at one speed */
-    double drive_inertia, drive_friction; /* [kg*m^2] of motor and housings; their dry friction in N m */
-    double drive_drag_1, drive_drag_2; /* [N*m*s/rad] on the drive, beside the torque of the clutch under field */
-    double track_bandwidth, track_integral; /* [Hz] of computed torque, 0: equation (23); 1/s */
-    double output_inertia, output_friction; /* [kg*m^2] of the output and all that turns with it; N m */
-    double stiffness, damping;       /* [N*m/rad] of impedance and wall; N m s/rad, at least stiffness x period / 2 */
-    double wall_play;                /* [rad] by which a hand goes back before a wall lets go */
+#include "erc_settings.h"
     uint64_t late_trip_ns;           /* a wake-up later than this trips */
     uint32_t hold_samples, trip_samples;
     uint32_t programs, program;      /* how many, and which at the start */
     erc_program list[ERC_PROGRAMS];
     uint32_t observer, crc;
 } erc_config;
+#undef ERC_SETTING
 _Static_assert(sizeof(erc_config) == 16 + 8 + 40 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

@@ -23,7 +23,8 @@
 #define SECANTS 8u        /* at most, before the inverse begins anew */
 #define ASIDE 1e-3        /* of the field limit, for a slope */
 #define SPEED_SCALE 100.0 /* rad/s */
-#define MOST_TORQUE 1e9   /* N m: no filter takes more, so that each forgets a sample that cannot be */
+#define MOST_TORQUE 1e9   /* N m: nothing asks for more and no filter takes more: each forgets a sample that cannot be */
+#define LEAST_KEPT 0.5    /* of what a clutch's gain is learned from, in a period */
 #define MOST_OFF 100.0    /* of torque_scale, and TIMES the model's torque: no more is learned from or integrated */
 #define TIMES 4.0
 #define MOST_SPEED 100.0  /* of SPEED_SCALE: beyond, nothing is learned */
@@ -34,7 +35,7 @@ static double bounded(double x, double low, double high) {
 
 /* How far a torque may be off where the model gives so much. */
 static double likely(const erc_core *core, double modelled) {
-    return MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled);
+    return bounded(MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled), 0.0, MOST_TORQUE);
 }
 
 /* Share by which a first-order filter moves in a period. */
@@ -155,8 +156,8 @@ static void observe(erc_core *core) {
     const double off = bounded(torque - learned->gain * s->modelled - learned->drag * omega, -MOST_TORQUE, MOST_TORQUE);
     const bool sane = fabs(off) <= likely(core, s->modelled) && fabs(omega) <= MOST_SPEED * SPEED_SCALE;
     if (config->gain_rate > 0.0 && s->settled >= SETTLED && sane) {
-        learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, 1.0 - config->gain_rate * core->dt,
-              config->torque_scale);
+        const double kept = bounded(1.0 - config->gain_rate * core->dt, LEAST_KEPT, 1.0);
+        learn(learned, s->modelled / config->torque_scale, omega / SPEED_SCALE, off, kept, config->torque_scale);
     }
     s->rest += s->fast * ((motion ? by_warmth(core, learned) : off) - s->rest);
 }
@@ -289,7 +290,7 @@ static void integrate(erc_core *core, double wanted, uint32_t events) {
     }
     const double most = likely(core, fabs(s->gave) + (isfinite(core->estimate) ? fabs(core->estimate) : 0.0));
     const double error = bounded(wanted - (measured ? core->torque : core->estimate), -most, most);
-    const double next = s->integral + s->per_period * error;
+    const double next = bounded(s->integral + s->per_period * error, -MOST_TORQUE, MOST_TORQUE);
     const bool free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
         s->integral = free || next * s->integral > 0.0 ? next : 0.0;
@@ -320,7 +321,7 @@ double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *ev
     const double zero = without_field(core); /* the gain is the field's alone */
     const double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral - zero;
     const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
-    const double field = inverse(core, ask / gain + zero, events);
+    const double field = inverse(core, bounded(ask / gain + zero, -MOST_TORQUE, MOST_TORQUE), events);
     integrate(core, wanted, *events);
     s->earlier[core->step % ERC_EARLIER][0] = s->rest;
     s->earlier[core->step % ERC_EARLIER][1] = s->integral;

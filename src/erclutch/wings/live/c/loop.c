@@ -7,6 +7,7 @@
  *                   [--table T] [--orders FD] [--steps N] [--priority 80] [--cpu N]
  */
 #define _GNU_SOURCE
+#include "erc_config.h"
 #include "erc_core.h"
 #include "erc_model.h"
 #include "erc_packet.h"

@@ -9,22 +9,24 @@ static double erc_at_rest(const erc_core *core, const double *in, double field) 
 @PLAUSIBLE@
 @TORQUE@
 @INTERLOCK@
-static bool not_negative(double x) {
-    return isfinite(x) && x >= 0.0;
+/* NaN is within nothing. */
+static bool within(const double *settings, uint32_t count, double least) {
+    bool good = true;
+    uint32_t i;
+    for (i = 0u; i < count; i++) {
+        good = good && settings[i] >= least && settings[i] <= @MOST@;
+    }
+    return good;
 }
 
 static bool usable(const erc_config *config) {
-    const double sizes[] = {@SIZES@};
-    const double above[] = {@ABOVE@};
-    bool good = config->observer <= ERC_BY_MOTION && config->period_ns >= 100000u && config->period_ns <= 1000000000u;
-    uint32_t i;
-    for (i = 0u; i < (uint32_t)(sizeof sizes / sizeof sizes[0]); i++) {
-        good = good && not_negative(sizes[i]);
-    }
-    for (i = 0u; i < (uint32_t)(sizeof above / sizeof above[0]); i++) {
-        good = good && above[i] > 0.0;
-    }
-    return good && isfinite(config->drive_drag_1) && isfinite(config->drive_drag_2);
+    const double above_zero[] = {@ABOVE_ZERO@};
+    const double from_zero[] = {@FROM_ZERO@};
+    const double with_sign[] = {@SIGNED@};
+    return config->observer <= ERC_BY_MOTION && config->period_ns >= 100000u && config->period_ns <= 1000000000u &&
+           within(above_zero, (uint32_t)(sizeof above_zero / sizeof above_zero[0]), @LEAST@) &&
+           within(from_zero, (uint32_t)(sizeof from_zero / sizeof from_zero[0]), 0.0) &&
+           within(with_sign, (uint32_t)(sizeof with_sign / sizeof with_sign[0]), -@MOST@);
 }
 
 uint32_t erc_control_reset(erc_core *core, const erc_config *config) {

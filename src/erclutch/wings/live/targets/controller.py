@@ -26,7 +26,7 @@ from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
 from erclutch.signals.array import Array
-from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS
+from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, LEAST, MOST, SETTINGS
 from erclutch.wings.live.sensor_limits import torque_limits
 from erclutch.wings.live.settings import LoopSettings
 
@@ -39,8 +39,6 @@ INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_
 OUTPUTS = ("field1", "field2", "estimate")
 #: Times the largest slip of the log: a sample beyond is none.
 _FASTEST = 10.0
-_ABOVE = ("field_limit", "motor_limit", "rise_rate", "fall_rate", "observer_bandwidth", "torque_scale")
-_SIGNED = ("drive_drag_1", "drive_drag_2")
 #: What the model's alarms get: a torque that can be, where the slip says what it has to be.
 _MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
 #: Files of the loop that the controller is made of, in the order in which they call each other.
@@ -124,13 +122,17 @@ def _static(text: str) -> str:
 def _members() -> dict[str, str]:
     """Each setting that the controller looks at, with the line of the loop's layout that declares it."""
     used = set(re.findall(r"config(?:->|\.)(\w+)", "".join(_body(f"c/erc_{part}.c") for part in _PARTS)))
-    lines = _read("c/erc_layout.h").rpartition("typedef struct {")[2].partition("} erc_config")[0].splitlines()
-    found: dict[str, str] = {}
-    for line in lines:
-        declared = re.match(r" +(?:double|uint64_t) ([\w, ]+);", line)
-        if declared:
-            found |= dict.fromkeys((n for n in declared[1].split(", ") if used & set(declared[1].split(", "))), line)
+    found = {"period_ns": "    uint64_t period_ns;"}
+    for name, note in SETTINGS.items():
+        if name in used:
+            unit = f"[{note.unit}] " if note.unit else ""
+            found[name] = f"    double {name}; /* {unit}{note.meaning} */"
     return found
+
+
+def _of_kind(kind: str) -> str:
+    """The controller's settings of a kind, as C."""
+    return ", ".join(f"config->{name}" for name in _members() if name in SETTINGS and SETTINGS[name].kind == kind)
 
 
 def defaults(program: ExportedStep) -> dict[str, float]:
@@ -158,7 +160,6 @@ def settings_of() -> dict[str, str]:
 
 
 def _places(program: ExportedStep) -> dict[str, str]:
-    members = [name for name in _members() if name != "period_ns"]
     rest = "rest_miss" if feels_state(program) else "miss"
     coaxial = ("applied[0]", "applied[1]", "input->theta_dot", "input->alpha_dot")
     signals = coaxial if program.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
@@ -169,9 +170,12 @@ def _places(program: ExportedStep) -> dict[str, str]:
         "HOLD": f"{LoopSettings().hold}u",
         "TRIP": f"{LoopSettings().trip}u",
         "MEASURED": _MEASURED if program.measures else "",
-        "SIZES": ", ".join(f"config->{name}" for name in members if name not in _SIGNED),
         "FASTEST": program.precision.constant(_FASTEST * max(abs(end) for end in program.slip.range)),
-        "ABOVE": ", ".join(f"config->{name}" for name in _ABOVE),
+        "ABOVE_ZERO": _of_kind("ABOVE_ZERO"),
+        "FROM_ZERO": _of_kind("FROM_ZERO"),
+        "SIGNED": _of_kind("SIGNED"),
+        "MOST": program.precision.constant(MOST),
+        "LEAST": program.precision.constant(LEAST),
         "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
         **_places_of_known(program),
     }
