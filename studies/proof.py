@@ -97,6 +97,14 @@ def proved_interlock(folder: Path) -> Proof:
     return analysed(folder, ["interlock_any.c", "erc_interlock.c"], *options)
 
 
+def proved_plausibility(folder: Path) -> Proof:
+    """Run Eva on what the live loop believes of a torque sensor, fed with any bits."""
+    for source in (*LIVE.glob("*.[ch]"), TESTS / "wings" / "live" / "plausible_any.c"):
+        shutil.copy(source, folder)
+    history = ("-eva-split-return", "full", "-eva-partition-history", "1", "-eva-interprocedural-history")
+    return analysed(folder, ["plausible_any.c", "erc_plausible.c"], "-c11", "-eva-slevel", "60", *history)
+
+
 def proved_controller(step: ExportedStep, folder: Path) -> Proof:
     """Run Eva on the exported controller with any settings and samples, and resets at any time; and on its interlock.
 
@@ -190,6 +198,7 @@ static uint32_t any(void) {{ return (uint32_t)source; }}
 {config}        if (any()) {{ (void){n}_control_reset(&controller, &settings); }}
 {given}        (void){n}_control_step(&controller, &input, &out);
         /*@ check step: \\is_finite(out.estimate); */
+        /*@ check lacking: \\is_finite(controller.stages.lacking); */
     }}
     return 0;
 }}
@@ -339,6 +348,8 @@ def main() -> None:
             print(_row(f"controller of {label}", "float32", proved_controller(step, Path(folder))), flush=True)
     with tempfile.TemporaryDirectory() as folder:
         print(_row("interlock of the live loop", "float64", proved_interlock(Path(folder))))
+    with tempfile.TemporaryDirectory() as folder:
+        print(_row("sensors of the live loop", "float64", proved_plausibility(Path(folder))))
 
 
 if __name__ == "__main__":

@@ -81,6 +81,15 @@ def test_the_interlock_for_any_bits(tmp_path: Path, need: Callable[..., None]) -
     assert said.shown == {name: [True] for name in ("never_both", "first", "second", "motor")}
 
 
+@pytest.mark.slow
+def test_no_impossible_torque_is_believed_for_any_bits(tmp_path: Path, need: Callable[..., None]) -> None:
+    need("frama-c")
+    said = proof.proved_plausibility(tmp_path)
+    assert said.alarms == 0
+    assert said.assumed == 0
+    assert said.shown == {name: [True] for name in ("believed", "zero", "no_more")}
+
+
 def _assertions(source: str) -> list[str]:
     return re.findall(r"/\*@ (assert .*?;) \*/", source)
 

@@ -308,7 +308,7 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
     need("frama-c")
     said = proof.proved_controller(step_of(models[label], FLOAT32), tmp_path)
     assert said.alarms == 0
-    assert set(said.shown) == {"step", "never_both", "first", "second"}
+    assert set(said.shown) == {"step", "lacking", "never_both", "first", "second"}
     assert all(all(shown) for shown in said.shown.values()), said.shown
     source = (tmp_path / "m.c").read_text(encoding="ascii")
     assert source.count("assert \\is_finite(value);") == 1, (

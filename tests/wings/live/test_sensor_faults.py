@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
+from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import State
 from erclutch.wings.live.sensor_limits import sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
-from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.rig.twin.parameters import default_rig
 from studies import sensor_faults as study
 
@@ -75,6 +77,30 @@ def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     frames = study.frames_of(settings, pair.library, RIG, seed=1)
     named = sum(bit for name, bit in EVENT_BITS.items() if name.endswith("-doubted") or name == "trip")
     assert not (frames["events"] & np.uint32(named)).any()
+
+
+@pytest.mark.parametrize("name", ["torque-sine", "torque-step", "impedance"])
+def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: LiveModel) -> None:
+    frames = program_frames(pair, name).frames(4000)[0]
+    unwanted = ("unreachable", "trip", "torque-doubted", "theta-doubted", "alpha-doubted")
+    assert {event: said(frames, event).size for event in unwanted} == dict.fromkeys(unwanted, 0)
+
+
+def test_a_rest_is_no_drift(pair: LiveModel) -> None:
+    """A clutch at rest holds whatever twists it; each of the TWIN's programs was followed by 5 s of drift or more."""
+    run = program_frames(pair, "torque-step")
+    run.frames(3000)
+    run.core.order(Order.PROGRAM, 1.0)
+    frames = run.frames(12_000)[0]
+    assert not (frames["flags"] & 64).any()
+
+
+def program_frames(pair: LiveModel, name: str) -> AcceleratedRun:
+    """A run of the TWIN under one of the offered programs; a rest is its second."""
+    programs = standard_programs(RIG, model=True)
+    chosen = (next(p for p in programs if p.name == name), REST)
+    settings = rig_settings(RIG, chosen, observer="none", torque_lead=1.5e-3, stroke=shaft_angle(RIG, 0.9))
+    return AcceleratedRun(replace(settings, **sensor_limits("coaxial", pair, RIG)), pair.library, RIG, seed=3)
 
 
 # --- sample by sample, on the hand-written Bingham model --------------------------------------------------------------

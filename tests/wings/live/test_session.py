@@ -532,8 +532,6 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--rig", "nothing"), "unknown rig 'nothing'"),
         (("--rig", "replay"), "Give --log FILE"),
         (("--rig", "replay", "--log", "any.csv", "--field-limit", "1"), "--field-limit with a replay"),
-        (("--explain-page", "."), "Give a name such as states.html"),
-        (("--explain-page", "states.txt"), "a page's name ends in .html"),
         (("--rig", "udp"), "no address"),
         (("--seconds", "0"), "--seconds 0"),
         (("--priority", "100"), "--priority 100"),

@@ -25,8 +25,11 @@ from erclutch.wings.rig.twin.parameters import RigParameters
 _AMPLITUDE = 0.02
 _SECONDS = 60
 _MOTOR = 0.1  # N m
-#: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick.
-_TORQUE = 0.02
+#: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick. A step drives
+#: the output further than a sine does.
+_TORQUE, _TORQUE_STEP = 0.02, 0.012
+#: rad: with the stiffness that `erclutch live` has by default a step of the spring asks for what the pair can give.
+_SPRING = 0.3
 _WALL = 1.0  # rad
 #: Half-waves are mirrored beyond this share of the stroke, so that the table comes back.
 SOFT = 0.18
@@ -55,7 +58,7 @@ def standard_programs(
     programs = (REST, *trackings, *_excitations(rig, motor, seed, device, drive))
     if not model:
         return programs
-    return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(rig, motor))
+    return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(motor))
 
 
 def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
@@ -102,14 +105,15 @@ def _excitations(
 
 def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
     middle = 0.0 if device == "coaxial" else motor  # a brake gives no torque of the other sign
+    step = _TORQUE_STEP if device == "coaxial" else _TORQUE
 
-    def torque(name: str, shape: Waveform, meaning: str) -> LoopProgram:
+    def torque(name: str, shape: Waveform, amplitude: float, meaning: str) -> LoopProgram:
         about = f" about {middle:g} N m" if middle else ""
         return LoopProgram(
             name,
             Mode.TORQUE,
             shape,
-            _TORQUE,
+            amplitude,
             5.0,
             middle,
             motor_torque=motor,
@@ -117,16 +121,15 @@ def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
         )
 
     return (
-        torque("torque-sine", Waveform.SINE, f"{_TORQUE:g} N m at 5 Hz"),
-        torque("torque-step", Waveform.SQUARE, f"steps between {_TORQUE:g} and -{_TORQUE:g} N m"),
+        torque("torque-sine", Waveform.SINE, _TORQUE, f"{_TORQUE:g} N m at 5 Hz"),
+        torque("torque-step", Waveform.SQUARE, step, f"steps between {step:g} and -{step:g} N m"),
     )
 
 
-def _impedance(rig: RigParameters, motor: float) -> LoopProgram:
-    height = 0.125 * 2.0 * math.pi * _AMPLITUDE / rig.value("screw.lead")
-    meaning = f"spring and damper to a point that steps by {height:.2g} rad to either side of where the output is"
+def _impedance(motor: float) -> LoopProgram:
+    meaning = f"spring and damper to a point that steps by {_SPRING:g} rad to either side of where the output is"
     return LoopProgram(
-        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, height, 0.25, motor_torque=motor, relative=True, meaning=meaning
+        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, _SPRING, 0.25, motor_torque=motor, relative=True, meaning=meaning
     )
 
 

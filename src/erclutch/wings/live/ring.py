@@ -235,7 +235,7 @@ class RingReader:
         """Why the fields are held at zero: an event, or a sensor and what is wrong with it; empty if they are not."""
         bits = int(self._header["trip_reason"][0])
         names = [name for name, bit in EVENT_BITS.items() if bits & bit]
-        return " ".join(sorted(names, key=lambda name: not name.endswith("-doubted")))
+        return ": ".join(sorted(names, key=lambda name: not name.endswith("-doubted")))
 
     def close(self) -> None:
         """Unmap. Frames that were read stay: they are copies."""

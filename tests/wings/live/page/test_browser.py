@@ -251,7 +251,9 @@ def test_recording_freezing_and_the_alarm(seen: Seen) -> None:
     seen.loop.flags = 1
     seen.until("document.getElementById('coverage').textContent.startsWith('outside')")
     seen.loop.flags = 96
-    seen.until("/^drift.* wide band$/.test(document.getElementById('coverage').textContent)")
+    seen.until(
+        "/^drift: the torque left the band.*; wide band: /.test(document.getElementById('coverage').textContent)"
+    )
     page.click("#record")
     seen.until("document.getElementById('recording').hidden")
     seen.until("[...document.querySelectorAll('#events .what')].some(e => e.textContent.includes('is complete'))")

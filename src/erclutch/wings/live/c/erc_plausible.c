@@ -36,7 +36,7 @@ double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods) {
 }
 
 double erc_at_most(double x, double most) {
-    return x <= most ? x : most; /* NaN is no more than anything */
+    return isfinite(x) && x <= most ? x : most;
 }
 
 void erc_torque_expect(erc_core *core, uint32_t periods) {
@@ -78,7 +78,7 @@ static uint32_t impossible(const erc_core *core, double torque) {
     const erc_config *config = &core->config;
     const erc_meter *m = &core->meter;
     const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
-    if (!(fabs(torque) <= limit)) {
+    if (!isfinite(torque) || torque < -limit || torque > limit) {
         return ERC_OUT_OF_RANGE;
     }
     if (config->torque_rate > 0.0 && m->seen &&

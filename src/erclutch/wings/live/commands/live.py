@@ -155,7 +155,6 @@ def live(
     no_model: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
     explain: Annotated[bool, Parameter(negative=())] = False,
-    explain_page: Path | None = None,
     rig: RigOptions = _DEFAULTS[0],
     control: ControlOptions = _DEFAULTS[1],
     loop: LoopOptions = _DEFAULTS[2],
@@ -168,7 +167,6 @@ def live(
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
-        explain_page: Only write an HTML page that plays events to the loop's own C, without a network.
         rig: What is driven.
         control: What is done.
         loop: How the loop runs.
@@ -179,8 +177,8 @@ def live(
     from erclutch.wings.live.session_figures import SessionFigures
     from erclutch.wings.rig.twin.parameters import load_rig
 
-    if explain or explain_page is not None:
-        return _explained(terminal.console(), explain, explain_page)
+    if explain:
+        return _explained(terminal.console())
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = terminal.console(stderr=loop.json)
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
@@ -216,19 +214,13 @@ def _file_of(model: Path) -> Path:
     return read_run(model).model_file() if model.is_dir() else model
 
 
-def _explained(output: Console, table: bool, page: Path | None) -> int:
+def _explained(output: Console) -> int:
     from erclutch.cli import terminal
     from erclutch.wings.live.explained_states import transitions
-    from erclutch.wings.live.state_explorer import write_explorer
 
-    if page is not None:
-        write_explorer(page)
-        terminal.say(page)
-    if not table:
-        return 0
-    found = list(transitions())
-    for state in dict.fromkeys(line.state for line in found):
-        rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in found if t.state is state]
+    answers = list(transitions())
+    for state in dict.fromkeys(answer.state for answer in answers):
+        rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in answers if t.state is state]
         title = f"In the state {state.name.lower()}"
         output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
     output.print("Asked of tracking. Torque, impedance and wall are answered alike.")

@@ -18,9 +18,10 @@ EDGES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000)
 _SILENT = 0.1  # s without a frame
 _JOINED = 0.5  # s: an event that comes again within goes to the same line
 _KEPT = 300  # lines
+_BAD = ("sample-lost", "sample-invalid", "glitch")
 #: A bad sample has one line: that the command was held for its want follows from it.
 _HOLD = np.uint32(EVENT_BITS["hold"])
-_BAD_SAMPLE = np.uint32(EVENT_BITS["sample-lost"] | EVENT_BITS["sample-invalid"] | EVENT_BITS["glitch"])
+_BAD_SAMPLE = np.uint32(sum(bit for name, bit in EVENT_BITS.items() if name in _BAD or name.endswith("-doubted")))
 #: How an event is shown: what fails safe, what is worth a look, what is only told.
 _ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
 _NOTES = {"order", "wrap", "stopping", "rate-limited"}

@@ -226,8 +226,12 @@ function numbers() {
   if (tracked) write("error", tracked === "effort" ? small(error) : `${error.toFixed(3)} rad${hello.lead ? ` · ${(error * hello.lead * 500 / Math.PI).toFixed(2)} mm` : ""}`);
   const modelled = Number.isFinite(estimate);
   const drift = (flags & DRIFT) !== 0, wide = (flags & WIDE_BAND) !== 0;
-  const alarms = [drift && "drift", outside && `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s`, wide && "wide band"].filter(Boolean);
-  write("coverage", !modelled ? "–" : alarms.join(", ") || "inside");
+  const alarms = [
+    drift && "drift: the torque left the band, or stays to one side of the estimate",
+    outside && `outside ${Math.max(1, Math.round(outside * 100))} % of 1 s: beyond its log the model guesses`,
+    wide && "wide band: the estimate is uncertain here",
+  ].filter(Boolean);
+  write("coverage", !modelled ? "–" : alarms.join("; ") || "inside");
   $("coverage").dataset.level = !modelled ? "none" : alarms.length ? "bad" : "good";
 }
 
