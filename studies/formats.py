@@ -13,7 +13,6 @@ mutation is known by format and number, so the study can be stopped and goes on 
 from __future__ import annotations
 
 import argparse
-import gzip
 import json
 import os
 import resource
@@ -23,10 +22,9 @@ import tempfile
 import time
 import zlib
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -36,243 +34,10 @@ from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
 from erclutch.logs.table import Table
 
-Columns = Mapping[str, tuple[str, np.ndarray]]  # name -> unit and samples
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.log_formats import FORMATS, choices, mutated, small_log
+
 SECONDS, CHUNK = 60, 250  # by the clock; `child_process` limits processor time
-
-
-def write_mdf(path: Path, columns: Columns, **options: Any) -> None:
-    """MDF4 by asammdf: one channel group."""
-    from asammdf import MDF, Signal
-
-    time = columns["time"][1]
-    with MDF(version=options.pop("version", "4.10")) as file:
-        file.append([Signal(v, time, name=n, unit=u) for n, (u, v) in columns.items() if n != "time"], comment="run 1")
-        file.save(path, overwrite=True, **options)
-
-
-def write_tdms(path: Path, columns: Columns) -> None:
-    """TDMS by npTDMS: one group, waveform properties."""
-    from nptdms import ChannelObject, TdmsWriter
-
-    time = columns["time"][1]
-    clock = {"wf_increment": float(time[1] - time[0]), "wf_start_offset": float(time[0])}
-    with TdmsWriter(path) as file:
-        channels = [(n, v, {**clock, "unit_string": u}) for n, (u, v) in columns.items() if n != "time"]
-        file.write_segment([ChannelObject("run 1", name, values, more) for name, values, more in channels])
-
-
-def write_xlsx(path: Path, columns: Columns) -> None:
-    """Excel by openpyxl: a row of names, a row of units."""
-    from openpyxl import Workbook
-
-    book = Workbook(write_only=True)
-    sheet = book.create_sheet("run 1")
-    sheet.append(list(columns))
-    sheet.append([unit for unit, _ in columns.values()])
-    for row in zip(*(values.tolist() for _, values in columns.values()), strict=True):
-        sheet.append(row)
-    book.save(path)
-
-
-def write_ods(path: Path, columns: Columns) -> None:
-    """OpenDocument by hand, after the standard (OASIS ODF 1.3): no office program was at hand."""
-    import zipfile
-
-    def cell(value: object) -> str:
-        kind = "string" if isinstance(value, str) else f'float" office:value="{value!r}'
-        return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
-
-    rows = [[f"{n} [{u}]" for n, (u, _) in columns.items()]]
-    rows += map(list, zip(*(values.tolist() for _, values in columns.values()), strict=True))
-    body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
-    names = "".join(f' xmlns:{n}="urn:oasis:names:tc:opendocument:xmlns:{n}:1.0"' for n in ("office", "table", "text"))
-    with zipfile.ZipFile(path, "w") as file:
-        kind = "application/vnd.oasis.opendocument.spreadsheet"
-        file.writestr("mimetype", kind)
-        entry = f'<manifest:file-entry manifest:full-path="/" manifest:media-type="{kind}"/>'
-        space = 'xmlns:manifest="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0"'
-        manifest = f'<manifest:manifest {space} manifest:version="1.3">{entry}</manifest:manifest>'
-        file.writestr("META-INF/manifest.xml", manifest)
-        file.writestr(
-            "content.xml",
-            f'<?xml version="1.0" encoding="UTF-8"?><office:document-content{names} office:version="1.3"><office:body>'
-            f'<office:spreadsheet><table:table table:name="run 1">{body}</table:table></office:spreadsheet>'
-            "</office:body></office:document-content>",
-            zipfile.ZIP_DEFLATED,
-        )
-
-
-def write_hdf5(path: Path, columns: Columns, **options: Any) -> None:
-    """HDF5 by h5py: one group, units as attributes."""
-    import h5py
-
-    with h5py.File(path, "w") as file:
-        for name, (unit, values) in columns.items():
-            file.create_dataset(f"run 1/{name}", data=values, **options).attrs["unit"] = unit
-
-
-def write_bag(path: Path, columns: Columns, storage: str = "SQLITE3") -> None:
-    """A ROS 2 bag by rosbags: a folder, one topic of a message of its own with a header."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-    names = [name for name in columns if name != "time"]
-    store, kind = get_typestore(Stores.ROS2_HUMBLE), "rig/msg/Row"
-    store.register(get_types_from_msg("std_msgs/Header header\n" + "".join(f"float64 {n}\n" for n in names), kind))
-    make, header, stamp = (store.types[n] for n in (kind, "std_msgs/msg/Header", "builtin_interfaces/msg/Time"))
-    with Writer(path, version=9, storage_plugin=StoragePlugin[storage]) as bag:
-        topic = bag.add_connection("/rig", kind, typestore=store)
-        for row, seconds in enumerate(columns["time"][1]):
-            at = round(seconds * 1e9)
-            message = make(header(stamp(*divmod(at, 10**9)), "rig"), *(float(columns[n][1][row]) for n in names))
-            bag.write(topic, 1_700_000_000 * 10**9 + at, store.serialize_cdr(message, kind))
-
-
-def write_lvm(path: Path, columns: Columns) -> None:
-    """LVM by hand, after National Instruments' specification of the file format: no LabVIEW was at hand."""
-    channels = [(name, unit, values) for name, (unit, values) in columns.items() if name != "time"]
-    time, count = columns["time"][1], len(columns["time"][1])
-
-    def line(key: str, *values: object) -> str:
-        return "\t".join([key, *map(str, values)]) + "\n"
-
-    head = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n"
-    head += "Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/01/31\nTime\t12:00:00.5\n"
-    head += "***End_of_Header***\t\n\t\n" + line("Channels", len(channels)) + line("Samples", *[count] * len(channels))
-    head += line("Y_Unit_Label", *(unit for _, unit, _ in channels)) + line("X_Dimension", *["Time"] * len(channels))
-    head += line("X0", *[f"{time[0]:.16E}"] * len(channels))
-    head += line("Delta_X", *[f"{time[1] - time[0]:.6f}"] * len(channels)) + "***End_of_Header***\t\n"
-    head += line("X_Value", *(name for name, _, _ in channels), "Comment")
-    rows = zip(time.tolist(), *(values.tolist() for _, _, values in channels), strict=True)
-    path.write_text(head + "".join(line(*map(repr, row)) for row in rows), encoding="utf-8")  # pyright: ignore
-
-
-def write_jsonl(path: Path, columns: Columns) -> None:
-    """JSON Lines by Python's json."""
-    labels = [f"{name} [{unit}]" for name, (unit, _) in columns.items()]
-    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
-    path.write_text("".join(json.dumps(dict(zip(labels, row, strict=True))) + "\n" for row in rows), encoding="utf-8")
-
-
-def write_mcap(path: Path, columns: Columns) -> None:
-    """MCAP by the library mcap: one topic of flat ROS 1 messages, with checksums."""
-    import struct
-
-    from mcap.writer import Writer
-
-    names = [name for name in columns if name != "time"]
-    with path.open("wb") as out:
-        writer = Writer(out, chunk_size=1000)
-        writer.start()
-        kind = writer.register_schema("rig/Row", "ros1msg", "".join(f"float64 {n}\n" for n in names).encode())
-        topic = writer.register_channel("/rig", "ros1", kind, {f"unit.{n}": columns[n][0] for n in names})
-        for row, seconds in enumerate(columns["time"][1]):
-            message = struct.pack(f"<{len(names)}d", *(columns[n][1][row] for n in names))
-            writer.add_message(topic, round(seconds * 1e9), message, round(seconds * 1e9))
-        writer.finish()
-
-
-def write_text(path: Path, columns: Columns, separator: str = ",", names: bool = True) -> None:
-    """Rows of numbers, with names and units or without, by hand."""
-    head = [separator.join(f"{name} [{unit}]" for name, (unit, _) in columns.items())] if names else []
-    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
-    text = "\n".join([*head, *(separator.join(map(repr, row)) for row in rows)]) + "\n"
-    path.write_bytes(gzip.compress(text.encode(), mtime=0) if path.suffix == ".gz" else text.encode())
-
-
-def write_daq(path: Path, columns: Columns) -> None:
-    """An export of a data logger: a block of facts, a row of names, dates, remarks behind the first and last row."""
-    names = [f"{name} ({unit})" for name, (unit, _) in columns.items() if name != "time"]
-    head = ["Device: logger", "Rate: 1000 Hz", "", ", ".join(["Sample", "Date/Time", *names, "Events"])]
-    rows = [
-        f"{k}, 05/25/2022 05:50:06.{k:03d} PM, " + ", ".join(repr(float(values[k])) for _, values in signals)
-        for signals in [[pair for name, pair in columns.items() if name != "time"]]
-        for k in range(len(columns["time"][1]))
-    ]
-    rows[0], rows[-1] = rows[0] + ", DAQ Start", rows[-1] + ", DAQ Pause, DAQ Stop"
-    path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
-
-
-def write_mat(path: Path, columns: Columns) -> None:
-    """MATLAB 5 by SciPy, packed: a vector a signal."""
-    from scipy.io import savemat
-
-    savemat(path, {name: values for name, (_, values) in columns.items()}, do_compression=True)
-
-
-def write_mat73(path: Path, columns: Columns) -> None:
-    """MATLAB 7.3 by h5py: MATLAB's 512 bytes before an HDF5 file whose data sets say their class."""
-    import h5py
-
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, (_, values) in columns.items():
-            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(b"double")
-    with path.open("r+b") as file:
-        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-
-
-def write_parquet(path: Path, columns: Columns, checksums: bool = False) -> None:
-    """Parquet by pyarrow: units as metadata of the fields."""
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in columns.items()]
-    table = pa.table([values for _, values in columns.values()], schema=pa.schema(fields))
-    parquet.write_table(table, path, write_page_checksum=checksums)
-
-
-#: Name of the format -> reader, name of the file or folder, its writer.
-FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
-    "mdf": ("mdf", "a.mf4", write_mdf),
-    "mdf packed": ("mdf", "b.mf4", lambda path, columns: write_mdf(path, columns, compression=2)),
-    "mdf 3": ("mdf", "a.mdf", lambda path, columns: write_mdf(path, columns, version="3.30")),
-    "tdms": ("tdms", "a.tdms", write_tdms),
-    "xlsx": ("spreadsheet", "a.xlsx", write_xlsx),
-    "ods": ("spreadsheet", "a.ods", write_ods),
-    "hdf5": ("hdf5", "a.h5", write_hdf5),
-    "hdf5 checked": ("hdf5", "b.h5", lambda path, columns: write_hdf5(path, columns, fletcher32=True)),
-    "bag sqlite": ("ros2", "bag1", write_bag),
-    "bag mcap": ("ros2", "bag2", lambda path, columns: write_bag(path, columns, "MCAP")),
-    "lvm": ("lvm", "a.lvm", write_lvm),
-    "jsonl": ("jsonl", "a.jsonl", write_jsonl),
-    "mcap": ("mcap", "a.mcap", write_mcap),
-    "csv": ("text", "a.csv", write_text),
-    "white space": ("text", "a.txt", lambda path, columns: write_text(path, columns, "  ", names=False)),
-    "daq": ("text", "daq.csv", write_daq),
-    "csv gz": ("text", "a.csv.gz", write_text),
-    "mat 5": ("mat", "a.mat", write_mat),
-    "mat 7.3": ("mat", "b.mat", write_mat73),
-    "parquet": ("parquet", "a.parquet", write_parquet),
-    "parquet checked": ("parquet", "b.parquet", lambda path, columns: write_parquet(path, columns, checksums=True)),
-}
-
-
-def small_log(rows: int = 200) -> Columns:
-    """A log to damage: 1 kHz, voltage, speed, torque."""
-    random = np.random.default_rng(7)
-    field, slip, effort = random.uniform(0, 2, rows), 10 * random.normal(size=rows), random.normal(size=rows)
-    columns = {"field": ("V", field), "slip": ("rad/s", slip), "effort": ("N*m", effort)}
-    return {"time": ("s", np.arange(rows) / 1000), **{n: (u, v.round(4)) for n, (u, v) in columns.items()}}
-
-
-def mutated(data: bytes, seed: tuple[int, ...]) -> bytes:
-    """A file with a few other bytes, a part cut off at the end, set to zero, left out, or in there twice."""
-    random = np.random.default_rng(seed)
-    out, kind = bytearray(data), random.integers(6)
-    start = int(random.integers(len(data)))
-    part = slice(start, start + int(random.integers(1, max(2, len(data) // 10))))
-    if kind <= 1:
-        for place in random.integers(len(data), size=int(random.integers(1, 9))):
-            out[place] = random.integers(256)
-    elif kind == 2:
-        del out[start:]
-    elif kind == 3:
-        out[part] = bytes(len(out[part]))
-    elif kind == 4:
-        del out[part]
-    else:
-        out[start:start] = out[part]
-    return bytes(out)
 
 
 def finder(reader: str) -> Callable[[str], Table]:
@@ -325,14 +90,6 @@ def outcome(find: Callable[[str], Table], log: Path, whole: Table, notes: Callab
         return f"noted: {found}"
     more = notes()
     return f"silent: {found}, then {'refused' if more is None else 'noted' if more else 'silent'}"
-
-
-def choices(name: str) -> dict[str, Any] | None:
-    """Columns and units of a format that has no names or no units; None for the others."""
-    if name not in ("white space", "mat 5", "mat 7.3"):
-        return None
-    places = enumerate(small_log().items(), 1)
-    return {s: {"column": k if name == "white space" else s, "unit": unit} for k, (s, (unit, _)) in places}
 
 
 def notes_of(log: Path, name: str) -> frozenset[str] | None:

@@ -11,189 +11,30 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.signals.device import DeviceName
-from erclutch.wings.live.c_core import Core
-from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
-from erclutch.wings.live.live_model import live_model
-from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
-from erclutch.wings.live.sensor_limits import sensor_limits
-from erclutch.wings.live.session import LiveModel
-from erclutch.wings.live.settings import LoopSettings
-from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
-from erclutch.wings.rig.twin.twin import Twin
+from erclutch.wings.rig.twin.parameters import default_rig
 
-ROWS = 2500
-#: Rows in which a fault begins: drive and output are on their way.
-BEGINS = (600, 1600)
-#: Above the healthy field by more than this share, and this field (1 % of the TWIN's limit).
-ABOVE, LEAST = 0.1, 0.005
-#: Rows by which the healthy loop may be earlier or later.
-NEAR = 2
-#: Rows with a field that is too high, and rows until it is zero.
-MOST_ABOVE, ZERO_WITHIN = 5, 20
-LATE = 30  # rows
-#: Never too high and zero in time; never too high; too high.
-OUTCOMES = ("held", "safe", "not held")
-_DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
-
-#: Control -> device, program, and settings that differ.
-CONTROLS: Mapping[str, tuple[DeviceName, str, Mapping[str, Any]]] = {
-    "equation 23": ("coaxial", "tracking-fast", {}),
-    "torque": ("coaxial", "torque-sine", {}),
-    "computed torque": (
-        "coaxial",
-        "tracking-fast",
-        {"track_bandwidth": 20.0, "output_inertia": 1.5e-5, "output_friction": 0.003},
-    ),
-    "impedance": ("coaxial", "impedance", {"observer_bandwidth": 8.0, "stiffness": 0.1, "damping": 0.004}),
-    "wall": ("single", "wall", {"stiffness": 5.0, "damping": 0.01}),
-}
-Change = Callable[[NDArray[Any], int, int], float]
-
-
-def _stuck(seen: NDArray[Any], begin: int, k: int) -> float:
-    return float(seen[begin - 1])
-
-
-#: Kind of fault -> the reading at row k of a fault that begins at row `begin`, from the true readings up to now.
-FAULTS: Mapping[str, Change] = {
-    "1e30": lambda seen, begin, k: 1e30,
-    "100": lambda seen, begin, k: 100.0,
-    "5": lambda seen, begin, k: 5.0,
-    "-5": lambda seen, begin, k: -5.0,
-    "0": lambda seen, begin, k: 0.0,
-    "stuck": _stuck,
-    "reversed": lambda seen, begin, k: -float(seen[k]),
-    "late": lambda seen, begin, k: float(seen[max(k - LATE, begin - 1)]),
-    "doubled": lambda seen, begin, k: 2.0 * float(seen[k]),
-}
-SENSORS = ("torque", "theta", "alpha")
-
-
-@dataclass(frozen=True)
-class FaultRun:
-    """What a fault came to.
-
-    Attributes:
-        above: longest run of rows in which the field was too high.
-        zero: rows from the fault to zero field for good; -1: never.
-        said: events that named a sensor.
-        most: largest field above the healthy one.
-    """
-
-    above: int
-    zero: int
-    said: tuple[str, ...]
-    most: float
-
-    @property
-    def held(self) -> bool:
-        """Whether the field did what a fault that lasts asks for."""
-        return self.outcome == "held"
-
-    @property
-    def outcome(self) -> str:
-        """One of `OUTCOMES`."""
-        if self.above > MOST_ABOVE:
-            return "not held"
-        return "held" if 0 <= self.zero <= ZERO_WITHIN else "safe"
-
-
-def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor") -> LoopSettings:
-    """Settings as `erclutch live` makes them."""
-    device, name, changes = CONTROLS[control]
-    programs = standard_programs(rig, model=True, device=device)
-    program = next(p for p in programs if p.name == name)
-    common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3}
-    stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
-    settings = rig_settings(rig, (program,), **common, **stroke)
-    return replace(settings, **sensor_limits(device, model, rig), **changes)
-
-
-def frames_of(
-    settings: LoopSettings, model: Path, rig: RigParameters, seed: int, fault: tuple[str, str, int] | None = None
-) -> Any:
-    """Frames of the loop on the TWIN, dtype `FRAME`, shape (ROWS,).
-
-    Args:
-        settings: of the loop.
-        model: compiled.
-        rig: parameters of the TWIN.
-        seed: of the torque meter's noise.
-        fault: sensor, kind and row of the fault.
-    """
-    single, turns = settings.device == "single", 2.0 * np.pi / rig.value("screw.lead")
-    twin, core = Twin(rig, seed=seed, locked=single, single=single), Core(settings, model)
-    frames, sample = np.zeros(ROWS, FRAME), np.zeros(1, SAMPLE)
-    seen = {name: np.zeros(ROWS) for name in SENSORS}
-    for k in range(ROWS):
-        read = twin.sense()
-        for name, value in zip(SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True):
-            seen[name][k] = sample[name][0] = value
-        if fault is not None and k >= fault[2]:
-            sensor, kind, begin = fault
-            sample[sensor] = FAULTS[kind](seen[sensor], begin, k)
-        sample["seq"], sample["time_ns"] = k + 1, (k + 1) * 1_000_000
-        command, frames[k] = core.step(sample, k)
-        twin.command(command_of(command))
-        twin.step()
-    return frames
-
-
-def command_of(command: Any) -> Any:
-    """What the TWIN is told."""
-    from erclutch.wings.rig.interface import RigCommand
-
-    return RigCommand(float(command["field1"]), float(command["field2"]), float(command["motor_torque"]))
-
-
-def judged(healthy: Any, faulty: Any, begin: int) -> FaultRun:
-    """What came of a fault, beside the healthy loop."""
-    well, ill = (frames["field1"] - frames["field2"] for frames in (healthy, faulty))
-    size = np.abs(well)
-    most = np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
-    above = (np.abs(ill) - (1.0 + ABOVE) * most - LEAST)[begin:]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], (above > 0).astype(int), [0]))))
-    on = np.flatnonzero(ill != 0.0)
-    last = int(on[-1]) if on.size else begin - 1
-    bits = int(np.bitwise_or.reduce(faulty["events"][begin:]))
-    named = (*_DOUBTS, "glitch", "out-of-range", "stuck", "disagrees")
-    return FaultRun(
-        above=int(np.max(np.diff(edges)[::2], initial=0)),
-        zero=max(0, last + 1 - begin) if last + 1 < len(ill) else -1,
-        said=tuple(name for name in named if bits & EVENT_BITS[name]),
-        most=float(np.max(np.abs(ill) - most)),
-    )
-
-
-def doubted(frames: Any) -> int:
-    """Rows in which a sensor is in doubt."""
-    return int(np.count_nonzero(frames["events"] & np.uint32(sum(EVENT_BITS[name] for name in _DOUBTS))))
-
-
-def under_field(frames: Any) -> NDArray[np.intp]:
-    """Rows between `BEGINS` with a field that matters."""
-    field = np.abs(frames["field1"] - frames["field2"])
-    rows = np.arange(len(field))
-    return np.flatnonzero((field > 10.0 * LEAST) & (rows >= BEGINS[0]) & (rows < BEGINS[1]))
-
-
-def model_of(rig: RigParameters, name: str, device: DeviceName) -> LiveModel:
-    """A law or network for the pair or the brake, fitted to the TWIN once."""
-    from rich.console import Console
-
-    from erclutch.wings.rig.twin_model import twin_models
-
-    return live_model(twin_models(rig, (name,), Console(stderr=True), device)[0], device)
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.sensor_faults import (
+    CONTROLS,
+    FAULTS,
+    OUTCOMES,
+    SENSORS,
+    FaultRun,
+    doubted,
+    frames_of,
+    judged,
+    model_of,
+    settings_of,
+    under_field,
+)
 
 
 def main() -> int:

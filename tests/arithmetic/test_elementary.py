@@ -64,6 +64,6 @@ def test_functions_stay_finite_for_anything(precision: PrecisionName) -> None:
 
 @pytest.mark.slow
 def test_coefficients_are_those_of_the_study() -> None:
-    from studies import elementary as study
+    from tests.support.elementary_coefficients import found
 
-    assert {name: list(numbers) for name, numbers in COEFFICIENTS.items()} == study.found()
+    assert {name: list(numbers) for name, numbers in COEFFICIENTS.items()} == found()

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import pytest
 
-from studies import figures as study
+from tests.support import figures as cited
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -78,12 +78,12 @@ def stands_in(figure: str, values: list[float]) -> bool:
 
 
 def numbers(text: str) -> list[float]:
-    return [float(found.replace(",", "")) for found in study.NUMBER.findall(text)]
+    return [float(found.replace(",", "")) for found in cited.NUMBER.findall(text)]
 
 
 def sources(page: str, names: frozenset[str]) -> list[float]:
     texts = [body for language, body in _FENCE.findall(page) if language == "text"] if "printed" in names else []
-    texts += [(study.KEPT / f"{name}.txt").read_text("utf-8") for name in sorted(names - {"printed"})]
+    texts += [(cited.KEPT / f"{name}.txt").read_text("utf-8") for name in sorted(names - {"printed"})]
     return numbers("\n".join(texts))
 
 
@@ -101,11 +101,11 @@ def test_each_figure_has_a_source(page: Path) -> None:
 
 
 def test_each_file_of_figures_has_its_command_and_is_cited() -> None:
-    listed = tomllib.loads(study.LISTED.read_text(encoding="utf-8"))
-    cited = {name for page in PAGES for part in stretches(page.read_text("utf-8")) for name in part.sources}
-    assert {file.stem for file in study.KEPT.glob("*")} == set(listed) == cited - {"once", "set", "printed"}
+    listed = tomllib.loads(cited.LISTED.read_text(encoding="utf-8"))
+    sources = {name for page in PAGES for part in stretches(page.read_text("utf-8")) for name in part.sources}
+    assert {file.stem for file in cited.KEPT.glob("*")} == set(listed) == sources - {"once", "set", "printed"}
     for name, entry in listed.items():
-        assert (study.KEPT / f"{name}.txt").read_text("utf-8").startswith(f"$ {entry['command']}\n")
+        assert (cited.KEPT / f"{name}.txt").read_text("utf-8").startswith(f"$ {entry['command']}\n")
 
 
 def test_records_of_decisions_say_when_they_measured() -> None:
@@ -154,16 +154,22 @@ def test_a_figure_is_a_printed_number_rounded(figure: str, same: bool) -> None:
 def test_a_command_is_run_and_shown(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("a,b\n")
     entry = {"command": "cat log.csv; echo; echo took 3 s; echo 12 N", "needs": "log.csv", "leave_out": " s$"}
-    assert study.printed(entry, tmp_path) == f"$ {entry['command']}\na,b\n12 N\n"
+    assert cited.printed(entry, tmp_path) == f"$ {entry['command']}\na,b\n12 N\n"
     with pytest.raises(SystemExit, match="--data"):
-        study.printed(entry, tmp_path / "nowhere")
+        cited.printed(entry, tmp_path / "nowhere")
     with pytest.raises(SystemExit, match="exit code 3"):
-        study.printed({"command": "exit 3"}, tmp_path)
+        cited.printed({"command": "exit 3"}, tmp_path)
 
 
 def test_what_moved_is_told() -> None:
     old = "$ x\nbingham 198.4 N\ncasson 12 N\n"
     new = "$ x\nbingham 199.1 N\nhem 12 N\nmore\n"
-    assert study.moved(old, new) == ["- bingham 198.4 N", "- casson 12 N", "+ bingham 199.1 N", "+ hem 12 N", "+ more"]
-    assert study.moved(old, old.replace("198.4", "199.1")) == ["bingham 199.1: 198.4 -> 199.1"]
-    assert study.moved(old, old) == []
+    assert cited.moved(old, new) == [
+        "- bingham 198.4 N",
+        "- casson 12 N",
+        "+ bingham 199.1 N",
+        "+ hem 12 N",
+        "+ more",
+    ]
+    assert cited.moved(old, old.replace("198.4", "199.1")) == ["bingham 199.1: 198.4 -> 199.1"]
+    assert cited.moved(old, old) == []

@@ -16,7 +16,7 @@ from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compilers import EXACT
 from erclutch.export.targets.c import write_core
 from erclutch.models.model import Model
-from studies import proof
+from tests.support import proof
 
 
 @pytest.mark.slow

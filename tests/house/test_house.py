@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,17 @@ def test_no_arrow_points_up(house: Any) -> None:
 def test_no_function_is_long(house: Any) -> None:
     lengths = [length for length, _ in house.functions]
     assert lengths[-1] <= 100, house.functions[-1]
+
+
+def test_tests_need_no_study() -> None:
+    """What both need stands in tests/support; `studies` are not shipped with the tests."""
+    own = {"test_house.py", "test_mutate.py"}  # these test the study itself
+    takers = {
+        path.name
+        for path in ROOT.glob("tests/**/*.py")
+        if re.search(r"^ *(from|import) studies\b", path.read_text(), re.M)
+    }
+    assert takers <= own
 
 
 def test_modules_are_imported_by_name(house: Any) -> None:

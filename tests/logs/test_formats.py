@@ -1,12 +1,11 @@
 """Logs of each format, written by the usual library of the format (LVM and OpenDocument by hand), read as numbers.
 
-The writers and the damage are those of `studies/formats.py`.
+`studies/formats.py` damages the same files 10,000 times.
 """
 
 from __future__ import annotations
 
 import datetime
-import importlib.util
 import json
 import sqlite3
 import subprocess
@@ -22,6 +21,7 @@ import pytest
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, log_reader, read, read_table
 from erclutch.logs.readers import found_recordings
+from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
 ROOT = Path(__file__).parents[2]
 UNITS = ("--field", "field [V]", "--slip", "slip [rad/s]", "--effort", "effort [N*m]")
@@ -34,28 +34,17 @@ X_Columns\t{x}
 """
 
 
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("studies_formats", ROOT / "studies" / "formats.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-STUDY = load()
-COLUMNS = STUDY.small_log()
+COLUMNS = small_log()
 # Libraries of text formats are in this package: their files are read at once.
 AT_ONCE = ("lvm", "jsonl", "mcap", "csv", "white space", "daq", "csv gz", "parquet", "parquet checked")
 every = pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=() if n in AT_ONCE else pytest.mark.slow) for n in STUDY.FORMATS],
+    [pytest.param(n, marks=() if n in AT_ONCE else pytest.mark.slow) for n in FORMATS],
 )
 
 
 def written(folder: Path, name: str) -> Path:
-    _, file, write = STUDY.FORMATS[name]
+    _, file, write = FORMATS[name]
     write(folder / file, COLUMNS)
     return folder / file
 
@@ -68,7 +57,7 @@ def refused(path: Path, variable: str | None = None) -> str:
 
 @every
 def test_a_log_of_each_format_has_the_numbers_that_were_written(tmp_path: Path, name: str) -> None:
-    recording = read(written(tmp_path, name), STUDY.choices(name))
+    recording = read(written(tmp_path, name), choices(name))
     for signal in ("field", "slip", "effort"):
         np.testing.assert_array_equal(recording.signals[signal], COLUMNS[signal][1])
     np.testing.assert_allclose(recording.time, COLUMNS["time"][1], rtol=0, atol=1e-15)
@@ -110,7 +99,7 @@ def test_a_damaged_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, name: 
     part = log if log.is_file() else next(path for path in log.iterdir() if path.suffix != ".yaml")
     data = part.read_bytes()
     for number in range(30 if name in ("lvm", "jsonl") else 5):
-        part.write_bytes(STUDY.mutated(data, (77, number)))
+        part.write_bytes(mutated(data, (77, number)))
         with suppress(ErclutchError):
             assert isinstance(read_table(log), Table)
 
@@ -121,7 +110,7 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
     from asammdf import MDF, Signal
 
     slow = np.arange(50) / 100
-    path = tmp_path / STUDY.FORMATS[name][1]
+    path = tmp_path / FORMATS[name][1]
     if name == "mdf":
         time, effort = COLUMNS["time"][1], COLUMNS["effort"][1]
         with MDF() as file:

@@ -23,6 +23,7 @@ from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many
 from erclutch.wings.fleet.fleet_page import fleet_panels
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
+from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
 FAST = Settings(lag="none")
 MODELS = ("quadratic",)
@@ -165,24 +166,12 @@ def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> No
         assert 1e-2 < np.nanmax(np.abs(bars)) < 1e5
 
 
-@pytest.fixture(scope="module")
-def study() -> Any:
-    from importlib.util import module_from_spec, spec_from_file_location
-
-    spec = spec_from_file_location("fleet_study", Path(__file__).parents[3] / "studies/fleet.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_later(
-    study: Any, fleet: Fleet, logs: Path, tmp_path: Path
+    fleet: Fleet, logs: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "d"
-    with study.dask_cluster(tmp_path, 1) as (address, scheduler):
+    with dask_cluster(tmp_path, 1) as (address, scheduler):
 
         def kill(done: int, total: int, name: str) -> None:
             if done == 2:
@@ -198,18 +187,18 @@ def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_late
 
 
 @pytest.mark.slow
-def test_the_same_tables_on_processes_and_on_dask(study: Any, fleet: Fleet, logs: Path, tmp_path: Path) -> None:
+def test_the_same_tables_on_processes_and_on_dask(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
     """A real scheduler and real workers; one is killed with -9 on the way."""
     made = fit_many(logs, MODELS, out=tmp_path / "p", settings=FAST, cluster="processes")
     assert made.digest == fleet.digest
-    with study.dask_cluster(tmp_path, 2) as (address, scheduler):
+    with dask_cluster(tmp_path, 2) as (address, scheduler):
 
         def kill(done: int, total: int, name: str) -> None:
             if done == 1:
-                study.kill_a_worker(address)
+                kill_a_worker(address)
 
         made = fit_many(logs, MODELS, out=tmp_path / "d", settings=FAST, cluster=address, progress=kill)
-        assert study.peak(scheduler) < 200.0
+        assert peak(scheduler) < 200.0
         assert os.path.exists(f"/proc/{scheduler}"), "a cluster that was running goes on"
     assert made.digest == fleet.digest
 

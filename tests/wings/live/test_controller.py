@@ -21,7 +21,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
-from studies import proof
+from tests.support import proof
 
 FLOAT32 = ExportOptions("m", "float32", 1e-3)
 FLOAT64 = ExportOptions("m", "float64", 1e-3)

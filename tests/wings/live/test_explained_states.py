@@ -45,7 +45,7 @@ def test_torque_and_motion_control_are_answered_as_tracking_is(
 
 @pytest.mark.slow
 def test_the_picture_is_that_of_this_core(tmp_path: Path) -> None:
-    from studies.pictures import draw_states
+    from tests.support.state_diagram import draw_states
 
     draw_states(tmp_path / "states.svg")
     new, kept = ((folder / "states.svg").read_text("utf-8") for folder in (tmp_path, PICTURE.parent))

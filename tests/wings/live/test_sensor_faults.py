@@ -19,7 +19,7 @@ from erclutch.wings.live.sensor_limits import sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.rig.twin.parameters import default_rig
-from studies import sensor_faults as study
+from tests.support import sensor_faults as study
 
 RIG = default_rig()
 #: Torques that no device gives; each was answered with the full field.

@@ -12,7 +12,7 @@ from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, to
 from erclutch.wings.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
 from erclutch.wings.rig.twin.parameters import default_rig
 from erclutch.wings.rig.twin.part_parameters import POINTS, Parts, parts_of
-from studies import twin_step as study
+from tests.support.twin_energy import stored
 
 STEP = default_rig().value("integration.step")
 
@@ -53,7 +53,7 @@ def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int, changes: dic
     parts = parts_of(default_rig().changed(changes))
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
-    gained = study.stored(x, parts, before) - start
+    gained = stored(x, parts, before) - start
     assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
     assert x[k.SMALLEST] >= 0.0
     assert x[k.DISSIPATED] > 0.0
@@ -198,16 +198,16 @@ def test_the_field_of_a_clutch_acts_in_its_own_gap(channel: int) -> None:
 def test_the_stored_energy_of_each_part_by_itself() -> None:
     parts, still = parts_of(default_rig()), np.zeros(3)
 
-    def stored(**entries: float) -> float:
+    def energy(**entries: float) -> float:
         x = np.zeros(k.SIZE)
         for name, value in entries.items():
             x[getattr(k, name)] = value
-        return study.stored(x, parts, still)
+        return stored(x, parts, still)
 
     screw, drive, fluid, gaps = parts.screw, parts.drive, parts.fluid, parts.gaps
-    assert stored(BRISTLE_IN=1e-3) == pytest.approx(0.5 * drive.coulomb / drive.presliding * 1e-6)
-    assert stored(BRISTLE_L=1e-3) == pytest.approx(0.5 * screw.coulomb / screw.presliding * 1e-6)
-    assert stored(PHI_R=1e-3) == pytest.approx(0.5 * screw.stiffness * 1e-6)
+    assert energy(BRISTLE_IN=1e-3) == pytest.approx(0.5 * drive.coulomb / drive.presliding * 1e-6)
+    assert energy(BRISTLE_L=1e-3) == pytest.approx(0.5 * screw.coulomb / screw.presliding * 1e-6)
+    assert energy(PHI_R=1e-3) == pytest.approx(0.5 * screw.stiffness * 1e-6)
     for channel, strength in enumerate((parts.clutch_1.strength, parts.clutch_2.strength)):
         for i in (0, POINTS):
             x = np.zeros(k.SIZE)
@@ -215,4 +215,4 @@ def test_the_stored_energy_of_each_part_by_itself() -> None:
             x[k.STRUCTURE + i], x[k.STRAIN + i] = 0.5, 1e-2
             own = yield_stress(2e6, strength, fluid) if (i == POINTS) == (channel == 1) else 0.0
             stiffness = (0.5 * own + fluid.residual_yield) / fluid.yield_strain
-            assert study.stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)
+            assert stored(x, parts, still) == pytest.approx(0.5 * gaps.volume[i] * stiffness * 1e-4)

@@ -1,0 +1,285 @@
+r"""What Frama-C's Eva proves of exported C, of the interlock and of the controller (see docs/proof.md).
+
+The exported functions are called in a loop of unknown length, with any bits as inputs: numbers, NaN and infinities.
+`studies/proof.py` prints the table, kind by kind of model. Needs frama-c-base.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import resource
+import shutil
+import subprocess
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.export import ExportedStep
+from erclutch.export.c.c_printer import rings_of
+from erclutch.export.step_record import step_record
+from erclutch.export.targets.c import write_core
+from erclutch.wings.live.targets import controller
+
+DRIVERS = Path(__file__).resolve().parents[1] / "wings" / "live"
+LIVE = Path(__file__).resolve().parents[2] / "src" / "erclutch" / "wings" / "live" / "c"
+#: Models that also go through Eva with positions as inputs, which are differentiated inside.
+ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
+#: Models that also go through Eva with a gain and an offset that follow a torque sensor.
+ADAPTING = ("bingham, single", "fnn-16, coaxial")
+
+#: States that Eva keeps apart at each place of a function; more of them where these do not suffice.
+_LEVELS = (12, 30)
+
+#: Models whose controller goes through Eva.
+CONTROLLED = ("bingham, single", "bingham+rise-fall, coaxial")
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What Eva says of one file.
+
+    Attributes:
+        alarms: what it cannot exclude.
+        functions, of_functions: how many it has analysed, and how many there are.
+        statements: how many of these functions it has reached.
+        assumed: assertions of the exported file that are proved elsewhere.
+        shown: for each name of a check in the driver, whether each such check is proved.
+        seconds: CPU time.
+    """
+
+    alarms: int
+    functions: int
+    of_functions: int
+    statements: str
+    assumed: int
+    shown: Mapping[str, list[bool]]
+    seconds: float
+
+
+def proved(step: ExportedStep, folder: Path) -> Proof:
+    """Run Eva on the exported files of a step.
+
+    Raises:
+        subprocess.CalledProcessError: Frama-C fails.
+    """
+    write_core(step, folder)
+    (folder / "driver.c").write_text(driver(step), encoding="ascii")
+    loops = ("-eva-auto-loop-unroll", str(_longest_loop(step)), "-eva-subdivide-non-linear", "10")
+    for level in _LEVELS:
+        proof = analysed(folder, ["driver.c", f"{step.name}.c"], "-eva-slevel", str(level), *loops)
+        if all(map(all, proof.shown.values())):
+            break
+    return proof
+
+
+def proved_interlock(folder: Path) -> Proof:
+    """Run Eva on the interlock of the live loop, under the configurations that the loop lets through."""
+    for source in (*LIVE.glob("*.[ch]"), DRIVERS / "interlock_any.c"):
+        shutil.copy(source, folder)
+    options = ("-c11", "-eva-slevel", "200", "-eva-partition-history", "2")
+    return analysed(folder, ["interlock_any.c", "erc_interlock.c"], *options)
+
+
+def proved_plausibility(folder: Path) -> Proof:
+    """Run Eva on what the live loop believes of a torque sensor, fed with any bits."""
+    for source in (*LIVE.glob("*.[ch]"), DRIVERS / "plausible_any.c"):
+        shutil.copy(source, folder)
+    history = ("-eva-split-return", "full", "-eva-partition-history", "1", "-eva-interprocedural-history")
+    return analysed(folder, ["plausible_any.c", "erc_plausible.c"], "-c11", "-eva-slevel", "60", *history)
+
+
+def proved_controller(step: ExportedStep, folder: Path) -> Proof:
+    """Run Eva on the exported controller with any settings and samples, and resets at any time; and on its interlock.
+
+    The fields that leave the controller are those of its interlock, so what is shown of these holds for the controller.
+    """
+    controller.write_core(step, folder)
+    files = {"driver.c": controller_driver(step), "limits.c": limits_driver(step)}
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="ascii")
+    loops = ("-eva-slevel", "12", "-eva-auto-loop-unroll", str(max(16, _longest_loop(step))))
+    whole = analysed(folder, ["driver.c", f"{step.name}.c"], *loops)
+    last = analysed(folder, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2")
+    return replace(
+        whole,
+        alarms=whole.alarms + last.alarms,
+        shown={**whole.shown, **last.shown},
+        seconds=whole.seconds + last.seconds,
+    )
+
+
+def _any_real(kind: str) -> str:
+    """C that makes a number of any bits."""
+    return f"""static {kind} any_real(void)
+{{
+    union {{ uint64_t bits; {kind} real; }} both;
+    both.bits = source;
+    return both.real;
+}}
+"""
+
+
+def limits_driver(step: ExportedStep) -> str:
+    """C that asks the interlock of the exported file for any bits, under settings that a reset lets through."""
+    n, p = step.name, step.precision
+    limit, tiny, huge = (p.constant(float(x)) for x in (step.field.range[1], *_ends(p.dtype)))
+    kind = "float" if p.width == 32 else "double"
+    return f"""#include "{n}.c"
+#include "__fc_builtin.h"
+volatile uint64_t source;
+{_any_real(f"{n}_real")}int main(void)
+{{
+    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
+    {n}_real field = 0, ask[3], out[3];
+    while (source)
+    {{
+        settings.period_ns = 100000u + source % 999900001u;
+        settings.rise_rate = Frama_C_{kind}_interval({tiny}, {huge});
+        settings.fall_rate = Frama_C_{kind}_interval({tiny}, {huge});
+        settings.stroke = Frama_C_{kind}_interval(0, {huge});
+        ask[0] = any_real();
+        ask[1] = any_real();
+        ask[2] = any_real();
+        {n}_interlock(&settings, field, any_real(), any_real(), ask, out);
+        /*@ check never_both: out[0] == 0 || out[1] == 0; */
+        /*@ check first: \\is_finite(out[0]) && 0 <= out[0] <= {limit}; */
+        /*@ check second: \\is_finite(out[1]) && 0 <= out[1] <= {limit}; */
+        field = out[0] - out[1];
+    }}
+    return 0;
+}}
+"""
+
+
+def _ends(dtype: np.dtype[Any]) -> tuple[float, float]:
+    """The smallest number above zero with all its digits, and the largest."""
+    return float(np.finfo(dtype).tiny), float(np.finfo(dtype).max)
+
+
+def controller_driver(step: ExportedStep) -> str:
+    """C that resets and steps the controller in a loop of unknown length."""
+    n = step.name
+    any_of = {"double": "any_real()", "uint64_t": "source", "uint32_t": "any()"}
+    config = "".join(
+        f"        settings.{name} = {any_of[kind]};\n"
+        for name, kind in controller.settings_of().items()
+        if name != "field_limit"
+    )
+    given = "".join(f"        input.{name} = any_real();\n" for name in controller.INPUTS)
+    return f"""#include "{n}.h"
+volatile uint64_t source;
+static uint32_t any(void) {{ return (uint32_t)source; }}
+{_any_real(f"{n}_real")}int main(void)
+{{
+    static {n}_controller controller;
+    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
+    {n}_input input;
+    {n}_output out;
+    (void){n}_control_reset(&controller, &settings);
+    while (any())
+    {{
+{config}        if (any()) {{ (void){n}_control_reset(&controller, &settings); }}
+{given}        (void){n}_control_step(&controller, &input, &out);
+        /*@ check step: \\is_finite(out.estimate); */
+        /*@ check lacking: \\is_finite(controller.stages.lacking); */
+    }}
+    return 0;
+}}
+"""
+
+
+def analysed(folder: Path, files: list[str], *options: str) -> Proof:
+    """Run Eva on C files of a folder, the driver first; in it each check is a line with a name."""
+    words = ["frama-c", "-eva", *options]
+    words += ["-warn-special-float", "none", *files, "-then", "-report-csv", "report.csv"]
+    began = _cpu()
+    # Frama-C looks for files where the shell's variable says that it is.
+    run = subprocess.run(
+        words, cwd=folder, env={**os.environ, "PWD": str(folder)}, capture_output=True, text=True, check=False
+    )
+    seconds = _cpu() - began
+    alarms, coverage = (re.search(x, run.stdout) for x in (r"(\d+) alarms? generated", _COVERAGE))
+    if run.returncode or alarms is None or coverage is None:
+        raise RuntimeError(f"Frama-C fails on {folder}: {(run.stderr or run.stdout)[-800:]}")
+    rows = csv.DictReader((folder / "report.csv").read_text(encoding="utf-8").splitlines(), delimiter="\t")
+    asked = dict(enumerate((folder / files[0]).read_text(encoding="ascii").splitlines(), start=1))
+    shown: dict[str, list[bool]] = {}
+    assumed = Counter[str]()
+    for row in rows:
+        name = re.search(r"/\*@ check (\w+):", asked.get(int(row["line"]), "")) if row["file"] == files[0] else None
+        if name:
+            shown.setdefault(name[1], []).append(row["status"] == "Valid")
+        elif row["property kind"] == "user assertion" and row["status"] != "Valid":
+            assumed[row["property"]] += 1
+    return Proof(int(alarms[1]), int(coverage[1]), int(coverage[2]), coverage[3], assumed.total(), shown, seconds)
+
+
+#: Functions analysed and in all, statements reached.
+_COVERAGE = r"(\d+) functions analyzed \(out of (\d+)\)[^\n]*\n *In these functions, (\d+ statements reached[^:]*)"
+
+
+def _cpu() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def driver(step: ExportedStep) -> str:
+    """C that calls every function in a loop of unknown length, and says what is to be proved."""
+    n, N, k = f"{step.name}_", f"{step.name}_".upper(), step.precision.constant
+    least, most = (k(x) for x in (min(step.limits[0], 0.0), max(step.limits[1], 0.0)))
+    s = step.search
+    number = step.precision.dtype.type
+    ends = [number(s.origin) + number(s.segments) * number((end - s.origin) / s.segments) for end in (s.minus, s.plus)]
+    first, last = (k(float(x)) for x in ends)
+    switch = f"        if (any()) {{ {n}use_residual(&state, any()); }}\n" if step.model.correction else ""
+    checks = "\n".join(f"        /*@ check state: \\is_finite(state.{place}); */" for place in places(step))
+    return f"""#include "{step.name}.h"
+volatile uint64_t source;
+static uint32_t any(void) {{ return (uint32_t)source; }}
+{_any_real(f"{n}real")}int main(void)
+{{
+    {n}state state;
+    {n}real input[{N}INPUTS], wanted, found;
+    uint32_t i;
+    {n}reset(&state);
+    while (any())
+    {{
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        if (any()) {{ {n}reset(&state); }}
+{switch}        {n}step(&state, input, &found);
+        /*@ check step: \\is_finite(found) && {least} <= found <= {most}; */
+{checks}
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        {n}steady(input, &found);
+        /*@ check steady: \\is_finite(found) && {least} <= found <= {most}; */
+        wanted = any_real();
+        {n}inverse(input, wanted, &found);
+        /*@ check inverse: \\is_finite(found) && {first} <= found <= {last}; */
+        for (i = 0u; i < {N}INPUTS; i++) {{ input[i] = any_real(); }}
+        {n}inverse_now(&state, input, wanted, &found);
+        /*@ check inverse_now: \\is_finite(found) && {first} <= found <= {last}; */
+    }}
+    return 0;
+}}
+"""
+
+
+def places(step: ExportedStep) -> Iterator[str]:
+    """The real numbers of the state, as C."""
+    record = step_record(step).record
+    yield from (name for name, node in record.after.items() if node.kind == "real")
+    for length, count in rings_of(record).items():
+        yield from (f"ring{length}[{i}][{j}]" for i in range(length) for j in range(count))
+
+
+def _longest_loop(step: ExportedStep) -> int:
+    """Turns of the longest loop over an array; the search of the inverse may have more."""
+    network = step.network
+    hidden = () if network is None else (*network.structure.hidden, len(network.structure.inputs))
+    return max(8, len(step.inputs), *hidden, *rings_of(step_record(step).record))
