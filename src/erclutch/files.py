@@ -1,22 +1,24 @@
-"""Files and folders are there whole or not at all; this module writes them, and knows the user's cache."""
+"""Files and folders are there whole or not at all, and take nobody's place; this module writes them.
+
+A command reserves a name when it looks at it, before any work, and holds the name until the finished file or folder is
+moved there (`erclutch.places`).
+"""
 
 from __future__ import annotations
 
-import errno
-import glob
 import hashlib
 import os
 import shutil
 import tempfile
-import time
 import tomllib
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from json import JSONDecodeError
 from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
+from erclutch.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
 
 
 def cache_folder() -> Path:
@@ -72,10 +74,19 @@ def unwritable(
     return kind(f"{problem}: {error.strerror or error}", where=str(path), remedy=remedy)
 
 
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's bytes, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+# --- the look before any work, which also reserves the name -----------------------------------------------------------
+
+
 def may_write(
     folder: Path, force: bool, marker: str, what: str = "a run", kind: type[ErclutchError] = RunError
 ) -> None:
-    """Say before any work whether a folder may be made, or replaced, and claim its place.
+    """Say before any work whether a folder may be made, or replaced; the name is then reserved, see `reserve`.
 
     Args:
         folder: its name.
@@ -87,260 +98,136 @@ def may_write(
     Raises:
         ErclutchError: it may not, or its parent is missing or cannot be written; of the class ``kind``.
     """
+
+    def ours(place: Path) -> bool:
+        return (place / marker).is_file()
+
     if not folder.parent.is_dir():
         raise kind("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
     if not os.access(folder.parent, os.W_OK):
         raise kind("its parent folder cannot be written", where=str(folder), remedy="Give --out another place")
-    claim(folder, kind)
-    if not os.path.lexists(folder):
+    reserve(folder, ours if force else nothing, kind)
+    if not is_there(folder) or (force and ours(folder)):
         return
-    try:
-        if not (folder / marker).is_file():
-            raise kind(f"exists and is not {what}", where=str(folder), remedy="Give --out another name")
-        if not force:
-            raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
-    except ErclutchError:
-        _release(folder)
-        raise
+    release(folder)
+    if not ours(folder):
+        raise kind(f"exists and is not {what}", where=str(folder), remedy="Give --out another name")
+    raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
 
 
 def may_write_file(path: Path | None, force: bool, option: str = "out") -> None:
-    """Say before any work whether a file may be made, or replaced, and claim its place; None is no file.
+    """Say before any work whether a file may be made, or replaced; the name is then reserved. None is no file.
 
     Raises:
         RunError: there is a file of this name, and it may not be replaced; ``option`` gave the name.
     """
     if path is None:
         return
-    if os.path.lexists(path) and not force:
-        raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
-    claim(path)
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-# --- one place that writes --------------------------------------------------------------------------------------------
-#
-# Three things keep two commands from taking each other's place. A command claims the place before its work, so that a
-# second one is told at once and not after an hour. The finished file or folder is moved by a rename that refuses an
-# occupied place. And what loses that race all the same, on a network disk say, is kept beside under a free name.
-
-#: Places that this process has claimed, each with the descriptor that holds the lock.
-_claims: dict[Path, int] = {}
-_ABANDONED = 3600.0  # s without a change
-_NO_REPLACE, _EXCHANGE = 1, 2  # flags of renameat2(2)
-
-
-def claim(path: Path, kind: type[ErclutchError] = RunError) -> None:
-    """Keep other commands of this user from writing to a place, until it is written or this process ends.
-
-    The kernel frees a claim when its process dies, however it dies. Where there are no locks nothing is claimed, and
-    the move at the end still refuses an occupied place.
-
-    Raises:
-        ErclutchError: another process writes there; of the class ``kind``.
-    """
-    place = Path(os.path.abspath(path))
-    if place in _claims:
+    reserve(path, is_plain_file if force else nothing, option=option)
+    if not is_there(path) or (force and is_plain_file(path)):
         return
-    try:
-        import fcntl
-
-        folder = Path(tempfile.gettempdir()) / f"erclutch-{os.getuid()}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-        if folder.stat().st_uid != os.getuid() or folder.is_symlink():
-            return
-        name = hashlib.sha256(os.fsencode(place)).hexdigest()[:32]
-        lock = os.open(folder / f"{name}.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-    except (ImportError, AttributeError, OSError):
-        return
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        os.close(lock)
-        remedy = "Wait until it has ended, or give another name"
-        raise kind("another command is writing to this place", where=str(path), remedy=remedy) from error
-    except OSError:
-        os.close(lock)
-        return
-    _claims[place] = lock
+    release(path)
+    if path.is_dir():
+        raise RunError("this is a folder", where=str(path), remedy=f"Give --{option} the name of a file")
+    if not is_plain_file(path):
+        raise RunError("this is no plain file", where=str(path), remedy=f"Give --{option} the name of a file")
+    raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
 
 
-def _sweep(target: Path) -> None:
-    """Take away what a command that was killed has left of this place; old enough that no command writes it still."""
-    if Path(os.path.abspath(target)) not in _claims:
-        return
-    for ending in ("partial", "old"):
-        for left in target.parent.glob(f".{glob.escape(target.name)}.{ending}-*"):
-            try:
-                state = left.lstat()
-            except OSError:
-                continue
-            if state.st_uid != os.getuid() or time.time() - state.st_mtime < _ABANDONED:
-                continue
-            if left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left, ignore_errors=True)
-            else:
-                left.unlink(missing_ok=True)
+def is_plain_file(path: Path) -> bool:
+    """Whether it is a file that may be replaced by a file: no folder, no device, no pipe."""
+    return path.is_file()
 
 
-def _release(path: Path) -> None:
-    lock = _claims.pop(Path(os.path.abspath(path)), None)
-    if lock is not None:
-        os.close(lock)
+# --- the one place that writes ----------------------------------------------------------------------------------------
 
 
 @contextmanager
 def whole_file(
     target: Path,
     unwritable: Callable[[Path, OSError], ErclutchError] = unwritable,
-    *,
-    replace: bool | None = None,
+    may_replace: Callable[[Path], bool] = is_plain_file,
 ) -> Generator[Path]:
     """A file to write that gets its name once it is whole; whatever goes wrong before leaves nothing.
 
     Args:
         target: its name.
         unwritable: the error to raise when it cannot be written.
-        replace: whether an old file of that name is replaced; None: one that is there when writing begins is.
+        may_replace: whether a file that stands there may be replaced; a reservation, see `reserve`, says so itself.
 
     Raises:
-        RunError: a file of that name came meanwhile; the new one is kept under another name, which the error tells.
+        ErclutchError: it cannot be written; or its name was taken meanwhile, and the file is kept under another name.
     """
-    replace = os.path.lexists(target) if replace is None else replace
-    _sweep(target)
-    partial: Path | None = None
-    try:
+    with _mine(target, unwritable, may_replace) as reservation:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.partial-", suffix=target.suffix, dir=target.parent)
         os.close(handle)
         partial = Path(name)
-        yield partial
-        partial.chmod(0o644)
-        if replace:
-            os.replace(partial, target)
-        else:
-            _to_free_place(partial, target)
-    except OSError as error:
-        raise unwritable(target, error) from error
-    finally:
-        if partial is not None:
+        try:
+            yield partial
+            partial.chmod(0o644)
+            _put(partial, target, reservation.may_replace, unwritable)
+        finally:
             partial.unlink(missing_ok=True)
-        _release(target)
 
 
 @contextmanager
-def whole_folder(
-    target: Path, unwritable: Callable[[Path, OSError], ErclutchError], *, replace: bool | None = None
-) -> Generator[Path, None, None]:
+def whole_folder(target: Path, unwritable: Callable[[Path, OSError], ErclutchError]) -> Generator[Path]:
     """A folder to fill that gets its name once it is whole; whatever goes wrong before leaves nothing.
 
     Args:
-        target: its name.
+        target: its name. An old folder of that name is replaced where a reservation, see `reserve`, allows it.
         unwritable: the error to raise when it cannot be written.
-        replace: whether an old folder of that name is deleted once the new one is there; None: one that is there when
-            writing begins is.
 
     Raises:
-        RunError: a folder of that name came meanwhile; the new one is kept under another name, which the error tells.
+        ErclutchError: it cannot be written; or its name was taken meanwhile, and the folder is kept under another name.
     """
-    replace = os.path.lexists(target) if replace is None else replace
-    _sweep(target)
-    try:
+    with _mine(target, unwritable, nothing) as reservation:
         partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
-    except OSError as error:
-        raise unwritable(target, error) from error
+        try:
+            partial.chmod(0o755)
+            yield partial
+            _put(partial, target, reservation.may_replace, unwritable)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+
+
+def _put(
+    partial: Path,
+    target: Path,
+    may_replace: Callable[[Path], bool],
+    unwritable: Callable[[Path, OSError], ErclutchError],
+) -> None:
+    while True:
+        try:
+            put_new(partial, target)
+            return
+        except FileExistsError as error:
+            if not may_replace(target):
+                kept = put_beside(partial, target)
+                kind = type(unwritable(target, error))
+                problem = "another program made it meanwhile, and it may not be replaced"
+                raise kind(problem, where=str(target), remedy=f"Take what was made here from {kept}") from error
+        with suppress(FileNotFoundError):  # what stood there went away: the name is free after all
+            if replaced(partial, target, may_replace):
+                return
+
+
+_PATIENCE = 60.0  # [s] for a name that nobody reserved for long: a report, a file of a cache
+
+
+@contextmanager
+def _mine(
+    target: Path, unwritable: Callable[[Path, OSError], ErclutchError], may_replace: Callable[[Path], bool]
+) -> Generator[Reservation]:
+    """The reservation of a name, for the time of writing where it was not reserved before; then it is given free."""
     try:
-        partial.chmod(0o755)
-        yield partial
-        if replace:
-            _replace_folder(partial, target)
-        else:
-            _to_free_place(partial, target)
+        if held(target) is None:
+            kind = type(unwritable(target, OSError()))
+            reserve(target, may_replace, kind, patience=_PATIENCE)
+        reservation = held(target)
+        assert reservation is not None
+        yield reservation
     except OSError as error:
         raise unwritable(target, error) from error
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
-        _release(target)
-
-
-def _to_free_place(partial: Path, target: Path) -> None:
-    """Give a finished file or folder its name; where another has it, the next free name, and say so.
-
-    Raises:
-        RunError: another has the name.
-    """
-    try:
-        _move_new(partial, target)
-        return
-    except FileExistsError:
-        pass
-    for number in range(2, 10_000):
-        beside = target.with_name(f"{target.stem}-{number}{target.suffix}")
-        try:
-            _move_new(partial, beside)
-        except FileExistsError:
-            continue
-        remedy = f"What this command made is kept as {beside.name}"
-        raise RunError("another command has made this meanwhile", where=str(target), remedy=remedy)
-    raise FileExistsError(errno.EEXIST, "the names beside it are taken too")
-
-
-def _move_new(source: Path, target: Path) -> None:
-    """Rename a file or folder to a name that nothing has.
-
-    Raises:
-        FileExistsError: something has it.
-    """
-    if _renameat2(source, target, _NO_REPLACE):
-        return
-    if source.is_dir():
-        # An empty folder reserves the name, and a rename takes its place in one step.
-        os.mkdir(target)
-        os.rename(source, target)
-    else:
-        os.link(source, target)
-        source.unlink()
-
-
-def _replace_folder(partial: Path, target: Path) -> None:
-    """Put a folder in the place of another; where two do so at once, each is whole and the last one stays."""
-    while True:
-        try:
-            _move_new(partial, target)
-            return
-        except FileExistsError:
-            pass
-        try:
-            if _renameat2(partial, target, _EXCHANGE):
-                return  # the old folder has the partial's name now, and goes with it
-            old = Path(tempfile.mkdtemp(prefix=f".{target.name}.old-", dir=target.parent))
-            try:
-                os.rename(target, old / target.name)
-            finally:
-                shutil.rmtree(old, ignore_errors=True)
-        except FileNotFoundError:
-            continue  # another command has taken the old one away
-
-
-def _renameat2(source: Path, target: Path, flag: int) -> bool:
-    """Rename with a flag of Linux; False where the system or the disk has no such call.
-
-    Raises:
-        OSError: the rename failed, FileExistsError where the name is taken.
-    """
-    import ctypes
-
-    call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    if call is None:
-        return False
-    here = -100  # AT_FDCWD: paths are relative to the current folder
-    if call(here, os.fsencode(source), here, os.fsencode(target), ctypes.c_uint(flag)) == 0:
-        return True
-    number = ctypes.get_errno()
-    if number in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
-        return False
-    raise OSError(number, os.strerror(number), str(target))
+        release(target)

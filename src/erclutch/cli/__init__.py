@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from erclutch._version import __version__
 from erclutch.cli.command_list import commands
 from erclutch.errors import ErclutchError
+from erclutch.places import release_all
 
 
 def _versions() -> str:
@@ -114,6 +115,8 @@ def main(words: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         return _failed(f"the output cannot be written ({error.strerror or error})", 2)
+    finally:
+        release_all()
     return result if isinstance(result, int) else 0
 
 

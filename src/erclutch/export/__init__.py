@@ -17,6 +17,7 @@ from erclutch.export.step_record import step_of
 from erclutch.export.target_check import Check
 from erclutch.export.targets import target
 from erclutch.files import whole_folder
+from erclutch.places import release
 
 __all__ = ["Check", "ExportOptions", "ExportedStep", "export_model", "step_of", "verify_export"]
 
@@ -45,12 +46,15 @@ def export_model(
         if wanted and not getattr(chosen.value, "ALARMS", False):
             raise ExportError(f"target {to} has no {name}", remedy=f"Export to c, cpp or python, or without {name}")
     may_write(folder, force)
-    program = step_of(model, asked)
-    refuse_noise(program)
-    with whole_folder(folder, unwritable, replace=force) as partial:
-        with chosen.working("failed to write"):
-            chosen.value.write(program, partial)
-        finish(program, asked, chosen, partial)
+    try:
+        program = step_of(model, asked)
+        refuse_noise(program)
+        with whole_folder(folder, unwritable) as partial:
+            with chosen.working("failed to write"):
+                chosen.value.write(program, partial)
+            finish(program, asked, chosen, partial)
+    finally:
+        release(folder)
     return folder
 
 

@@ -57,6 +57,36 @@ def write_log(
     return path
 
 
+def is_prediction(path: Path) -> bool:
+    """Whether `write_log` wrote the file, and its effort is a model's."""
+    readers = {".csv": _label_of_csv, ".parquet": _label_of_parquet, ".mat": _label_of_mat}
+    reader = readers.get(path.suffix.lower())
+    if reader is None or not path.is_file():
+        return False
+    try:
+        return reader(path) == PREDICTED
+    except Exception:  # the libraries raise anything on files of others
+        return False
+
+
+def _label_of_csv(path: Path) -> str:
+    with path.open("rb") as file:
+        return file.read(len(PREDICTED) + 3).decode().removeprefix("# ").removesuffix(":")
+
+
+def _label_of_parquet(path: Path) -> str:
+    import pyarrow.parquet as pq
+
+    about: dict[bytes, bytes] = pq.read_schema(path).metadata or {}
+    return json.loads(about[b"erclutch"])["label"]
+
+
+def _label_of_mat(path: Path) -> str:
+    from scipy.io import loadmat
+
+    return json.loads(str(loadmat(path, variable_names=["erclutch_about"])["erclutch_about"][0]))["label"]
+
+
 def _room(path: Path, needed: float) -> None:
     if not path.parent.is_dir():
         raise RunError("its folder does not exist", remedy=f"Make {path.parent} first")

@@ -12,6 +12,7 @@ from erclutch.files import unwritable, whole_file
 from erclutch.logs.assemble import understood
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.table import Table
+from erclutch.places import nothing
 from erclutch.signals.device import DeviceName
 
 
@@ -66,7 +67,7 @@ def write_mapping(path: Path, text: str) -> None:
         remedy = "Give another name, or delete the file first"
         raise MappingError("there is such a file, and it may be your own mapping", where=str(path), remedy=remedy)
     remedy = "Give a file in a folder that you may write to"
-    with whole_file(path, partial(unwritable, remedy=remedy, kind=MappingError)) as whole:
+    with whole_file(path, partial(unwritable, remedy=remedy, kind=MappingError), nothing) as whole:
         whole.write_text(text, encoding="utf-8")
 
 

@@ -76,7 +76,7 @@ def write_run(
     """
     target = Path(folder)
     may_write(target, force)
-    with whole_folder(target, unwritable, replace=force) as partial:
+    with whole_folder(target, unwritable) as partial:
         _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
     return target
 

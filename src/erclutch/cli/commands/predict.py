@@ -10,8 +10,9 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
-from erclutch.errors import SettingError
+from erclutch.errors import RunError, SettingError
 from erclutch.files import may_write_file, unwritable, whole_folder
+from erclutch.places import is_there, nothing, release, reserve
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -57,12 +58,16 @@ def predict(
     """
     from erclutch.runs.new_rows import opened
 
-    may_write_file(out, force)
+    files = expand(logs)
+    each = len(files) > 1 or logs[0].is_dir()
+    if each:
+        _may_write_folder(out, force)
+    else:
+        may_write_file(out, force)
     run, chosen = opened(model, name)
     how = reading.like(run, chosen)
     how = how if sensor else how.without_effort(chosen.units.effort)
-    files = expand(logs)
-    if len(files) == 1 and not logs[0].is_dir():
+    if not each:
         terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
     else:
         _refuse_same_names(files, out)
@@ -72,6 +77,22 @@ def predict(
                 said = _estimated(file, how, chosen, folder / f"{file.stem}.{kind}", band=band, sensor=sensor)
                 terminal.say(f"{file.name}: {said}")
     terminal.say(f"Written to {out}")
+
+
+def _may_write_folder(out: Path, force: bool) -> None:
+    """A folder of predictions may be replaced where that is asked for, and no other folder."""
+    may_replace = _are_predictions if force else nothing
+    reserve(out, may_replace)
+    if is_there(out) and not may_replace(out):
+        release(out)
+        problem = "exists and holds more than predictions" if force else "exists already"
+        raise RunError(problem, where=str(out), remedy="Give --out another name")
+
+
+def _are_predictions(folder: Path) -> bool:
+    from erclutch.logs.log_writer import is_prediction
+
+    return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
 
 
 def _refuse_same_names(files: list[Path], out: Path) -> None:

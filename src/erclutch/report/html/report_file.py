@@ -6,13 +6,15 @@ import os
 from pathlib import Path
 
 from erclutch.errors import RunError
+from erclutch.files import is_plain_file
+from erclutch.places import is_there, release, reserve
 
 _OURS = (b'<meta name="generator" content="erclutch">', b"/Creator (erclutch)")
 _LOOK = 1_000
 
 
 def may_write_report(path: Path, force: bool = False) -> None:
-    """Say before any work whether a report may be written to a path.
+    """Say before any work whether a report may be written to a path; the name is then reserved.
 
     Raises:
         RunError: the folder is missing or cannot be written, or a file is there that is no report of ours.
@@ -23,7 +25,10 @@ def may_write_report(path: Path, force: bool = False) -> None:
         raise RunError("its folder cannot be written", where=str(path), remedy="Give --out a file in another folder")
     if path.is_dir():
         raise RunError("this is a folder", where=str(path), remedy="Give --out the name of a file")
-    if path.exists() and not force and not _is_report(path):
+    may_replace = is_plain_file if force else _is_report
+    reserve(path, may_replace)
+    if is_there(path) and not may_replace(path):
+        release(path)
         raise RunError("exists and is not a report", where=str(path), remedy="Give --out another name, or --force")
 
 

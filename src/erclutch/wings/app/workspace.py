@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
+from erclutch.places import put_beside, put_new
 
 #: What the page calls the estimate of a log.
 ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")
@@ -170,7 +171,7 @@ class Workspace:
                     and await asyncio.to_thread(file_digest, self.folder / entry.name) == digest.hexdigest()
                 ):
                     return entry.name, True
-            os.link(partial, self.folder / name)
+            return put_beside(partial, self.folder / name).name, False
         except OSError as error:
             problem = f"the file cannot be written ({error.strerror or error})"
             raise WorkspaceError(
@@ -178,7 +179,6 @@ class Workspace:
             ) from error
         finally:
             partial.unlink(missing_ok=True)
-        return name, False
 
     def mappings(self) -> list[str]:
         """Names of the mapping files."""
@@ -203,10 +203,10 @@ class Workspace:
             WorkspaceError: no such run, or the name is taken.
         """
         path, target = self.path(old), self.folder / plain_name(new)
-        if target.exists():
-            raise WorkspaceError("there is such a name already", where=new, remedy="Choose another name")
         try:
-            path.rename(target)
+            put_new(path, target)
+        except FileExistsError as error:
+            raise WorkspaceError("there is such a name already", where=new, remedy="Choose another name") from error
         except OSError as error:
             problem = f"the run cannot be renamed ({error.strerror or error})"
             raise WorkspaceError(problem, where=old, remedy="Check the folder's permissions") from error

@@ -26,7 +26,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import claim, file_digest, may_write, whole_file
+from erclutch.files import file_digest, may_write, whole_file
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
@@ -34,6 +34,7 @@ from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.mapping import file_beside
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
+from erclutch.places import nothing, release, reserve
 from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array
@@ -156,7 +157,7 @@ def fit_many(
     force: bool = False,
     progress: FleetProgress = lambda done, total, name: None,
 ) -> Fleet:
-    """Fit the same models to each of many logs or devices.
+    """Fit the same models to each of many logs or devices. The folder is this call's alone until it returns.
 
     Args:
         logs: log files; a folder stands for the logs in it and in the folders below.
@@ -184,10 +185,26 @@ def fit_many(
     tasks = [DeviceTask(name, paths, asked, how, device) for name, paths in _grouped(files, by, how).items()]
     body = {"settings": asked.to_dict(), "reading": repr(how), "device": device, "by": by, "versions": versions()}
     _begin(folder, body, force)
+    try:
+        return _fill(folder, tasks, body, over, baseline, (cluster, workers), progress)
+    finally:
+        release(folder)
+
+
+def _fill(
+    folder: Path,
+    tasks: Sequence[DeviceTask],
+    body: Mapping[str, Any],
+    over: str,
+    baseline: int,
+    where: tuple[str | None, int],
+    progress: FleetProgress,
+) -> Fleet:
+    """Fit what an earlier start did not finish, and write the tables of all; ``where`` tasks run: cluster, workers."""
     found = {task.name: kept for task in tasks if (kept := _kept(folder, task)) is not None}
     taken, left = len(found), [task for task in tasks if task.name not in found]
     if left:
-        with saying_kept(found, len(tasks), f"logs are done and kept in {folder}"), task_pool(cluster, workers) as pool:
+        with saying_kept(found, len(tasks), f"logs are done and kept in {folder}"), task_pool(*where) as pool:
             for index, result in finished(pool, fit_device, left):
                 task = left[index]
                 if isinstance(result, Exception):  # its process died: it is tried again at the next start
@@ -268,7 +285,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 
 def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
-    claim(folder)
+    reserve(folder, nothing)
     known: Any = None
     if (folder / MARKER).is_file():
         try:

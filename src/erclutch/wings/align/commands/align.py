@@ -53,12 +53,13 @@ def align(
     """
     shown = picture or out.with_name(f"{out.stem}-clocks.png")
     may_write_file(out, force)
-    may_write_file(shown, force, "picture")
     if shown.suffix.lower() not in (".png", ".svg", ".pdf") or shown.with_suffix(".csv") == out:
         remedy = "Give --picture a name of its own that ends in .png, .svg or .pdf"
         raise SettingError("the picture cannot have this name", where=str(shown), remedy=remedy)
     if len(time) > 2 or len(rate) > 2:
         raise SettingError("more than two values", where="--time, --rate", remedy="Give one for both logs, or two")
+    for each in (shown, shown.with_suffix(".csv")):  # the numbers behind the picture
+        may_write_file(each, force, "picture")
     logs = aligned(a, b, on, near, time, rate)
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.align.clocks_plot import describe_clocks

@@ -31,6 +31,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Place, parse, places
 from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
+from erclutch.places import put_beside
 from erclutch.signals.units import UNKNOWN
 from erclutch.wings.live.layout import EVENT_BITS, frames_of
 from erclutch.wings.live.ring import RingInfo
@@ -119,12 +120,14 @@ class FrameFile:
     def close(self) -> None:
         """End the file with its index and give it its name; on a full disk without one, or the last chunks.
 
+        A name that was taken meanwhile stays another's: the file gets the next one that is free.
+
         Raises:
             OSError: not even that can be written; the frames in the file are then for `recover`.
         """
         os.close(self._file)
         seal(partial_of(self.path))
-        os.replace(partial_of(self.path), self.path)
+        self.path = put_beside(partial_of(self.path), self.path)
 
     def _append(self, data: bytes) -> None:
         try:

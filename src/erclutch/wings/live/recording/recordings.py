@@ -157,12 +157,15 @@ class Recordings:
 
     def _finished(self, started: Started, *, full: bool) -> None:
         why = self.progress.ended if self.progress and full else ""
-        if started.path.exists():
-            self.files.append(started.path)
+        path = started.path
+        if self.progress and Path(self.progress.path).name.startswith(f"{path.stem}-"):
+            path = Path(self.progress.path)  # its name was taken when it was done
+        if path.exists():
+            self.files.append(path)
         if full:
-            self._say(f"recording {started.path.name} was ended by the disk: {why}", "alarm")
+            self._say(f"recording {path.name} was ended by the disk: {why}", "alarm")
         else:
-            self._say(f"recording {started.path.name} is complete", "note")
+            self._say(f"recording {path.name} is complete", "note")
 
     def _killed(self, started: Started, go_on: bool) -> None:
         """Make a whole file of what a killed recorder left, and go on after its last frame in a further one."""

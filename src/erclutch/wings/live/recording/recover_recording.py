@@ -32,6 +32,7 @@ from erclutch.logs.readers.mcap_records import (
     runs_of,
     unpack_chunk,
 )
+from erclutch.places import nothing
 from erclutch.wings.live.recording.mcap_file import OWN, RecordingError, chunk_index, record_bytes, seal, unwritable
 
 _KEPT = {
@@ -111,7 +112,7 @@ def _write(data: Any, source: Path, target: Path) -> Recovered:
     sure = _described(data)
     tally = _Tally(sure)
     ahead = record_bytes(*sure.schemas.values(), *sure.channels.values())
-    with whole_file(target, unwritable) as partial:
+    with whole_file(target, unwritable, nothing) as partial:
         with open(partial, "wb") as out:
             out.write(MAGIC)
             for place, body in _good(data, tally):

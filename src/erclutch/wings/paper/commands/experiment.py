@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
+from erclutch.places import nothing, reserve
 from erclutch.wings.paper.published import WARMING
 from erclutch.wings.rig.twin.parameters import load_rig
 
@@ -85,6 +86,8 @@ def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path 
     from erclutch.wings.paper.torque_control import control_runs, describe_control, kept_runs
 
     rig = load_rig(rig_file)
+    out.mkdir(parents=True, exist_ok=True)
+    reserve(out / name, nothing)  # its figure, its numbers and what it resumes from
     with terminal.progress(name) as bar:
         if name == "control":
             runs = control_runs(seeds, rig, kept_runs(out, rig), bar)

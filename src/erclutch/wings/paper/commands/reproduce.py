@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import RunError, SettingError, require
+from erclutch.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
 
@@ -136,6 +137,7 @@ def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, 
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    reserve(out / what, nothing)  # its figures, its numbers and the points that it resumes from
 
 
 def _training_section(

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import RunError, require
+from erclutch.places import is_there, release, reserve
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison
@@ -81,16 +82,16 @@ def _may_write(folder: Path) -> None:
     """The folder of an earlier demo may be replaced, nothing else."""
     import os
 
-    from erclutch.files import claim
-
     if not folder.parent.is_dir() or not os.access(folder.parent, os.W_OK):
         raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
-    claim(folder)
-    if not folder.exists():
-        return
-    ours = {"report.html", "run", "twin.parquet"}
-    if not folder.is_dir() or {path.name for path in folder.iterdir()} != ours:
+    reserve(folder, _is_demo)
+    if is_there(folder) and not _is_demo(folder):
+        release(folder)
         raise RunError("exists and is not the folder of a demo", where=str(folder), remedy="Give another --out")
+
+
+def _is_demo(folder: Path) -> bool:
+    return folder.is_dir() and {path.name for path in folder.iterdir()} == {"report.html", "run", "twin.parquet"}
 
 
 def _run(out: Path, seconds: float, seed: int) -> None:

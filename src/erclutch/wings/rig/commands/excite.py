@@ -64,10 +64,11 @@ def excite(
         raise SettingError(
             f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"
         )
+    commands = FieldSettings(largest=largest, lowest=lowest, highest=highest)
     may_write_file(out, force)
     rng = np.random.default_rng(seed)
     rows = round(seconds * rate)
-    field = field_sequence(rows, rng, FieldSettings(largest=largest, lowest=lowest, highest=highest), rate)
+    field = field_sequence(rows, rng, commands, rate)
     motor = torque_sequence(rows, rng, low, high, rate)
     first, second = np.maximum(field, 0.0), np.maximum(-field, 0.0)
     columns = (("time", "s"), ("E1", ""), ("E2", ""), ("motor_torque", "N*m"))
