@@ -158,6 +158,17 @@ def test_a_spike_teaches_the_observer_nothing(bingham: Path) -> None:
     assert float(np.max(off[50:])) < 0.02
 
 
+def test_samples_that_come_together_are_each_asked_for_a_period(bingham: Path) -> None:
+    """A rig that was late sends two samples into one step: their torques may differ as in two steps."""
+    core, samples = Core(replace(SENSOR, observer="none"), bingham), np.zeros(200, SAMPLE)
+    samples["seq"] = np.arange(1, 201)
+    samples["time_ns"] = samples["seq"] * np.uint64(1_000_000)
+    samples["theta"] = 0.04 * np.arange(200)
+    samples["torque"] = 0.05 * np.arange(200) % 0.2
+    frames = np.array([core.step(samples[2 * k : 2 * k + 2], 2 * k + 1)[1].copy() for k in range(100)])
+    assert said(frames, "torque-doubted", "glitch").size == 0
+
+
 def test_a_repeated_reading_is_stuck_only_while_the_model_moves(bingham: Path) -> None:
     frames = closed(Core(SENSOR, bingham), 900, lambda k, torque: 0.15 if k >= 600 else torque)
     assert 604 <= said(frames, "torque-doubted", "stuck")[0] <= 620

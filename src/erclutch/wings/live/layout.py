@@ -20,8 +20,8 @@ _C = Path(__file__).parent / "c"
 _SETTINGS = (_C / "erc_settings.h").read_text(encoding="utf-8")
 _SETTING = re.compile(r"ERC_SETTING\((\w+), (\w+)\) +/\* (?:\[(.*?)\] )?(.*?) \*/")
 #: The layout, with the members that its settings are.
-_HEADER = (_C / "erc_layout.h").read_text(encoding="utf-8")
-_HEADER = _HEADER.replace('#include "erc_settings.h"\n', _SETTING.sub(r"    double \2;", _SETTINGS))
+_LAYOUT = (_C / "erc_layout.h").read_text(encoding="utf-8")
+_HEADER = _LAYOUT.replace('#include "erc_settings.h"\n', _SETTING.sub(r"    double \2;", _SETTINGS))
 _TYPES = {"uint64_t": "<u8", "uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
 _STRUCT = re.compile(r"typedef struct \{\n(.*?)\} (\w+);", re.DOTALL)
 _MEMBERS = re.compile(r"^ +(\w+) ([\w\[\], ]+);", re.MULTILINE)

@@ -81,8 +81,9 @@ static uint32_t impossible(const erc_core *core, double torque) {
     if (!isfinite(torque) || torque < -limit || torque > limit) {
         return ERC_OUT_OF_RANGE;
     }
+    const double periods = m->since > 0u ? (double)m->since : 1.0; /* two samples may come in one step */
     if (config->torque_rate > 0.0 && m->seen &&
-        fabs(torque - m->believed) > config->torque_rate * core->dt * (double)m->since) {
+        fabs(torque - m->believed) > config->torque_rate * core->dt * periods) {
         return ERC_GLITCH;
     }
     return stuck(config, m) ? ERC_STUCK : 0u;

@@ -1,0 +1,205 @@
+"""Settings of the loop, as the options, a tuning, the rig and its model say them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from erclutch.errors import SettingError
+from erclutch.files import plain_words, toml_of
+from erclutch.wings.live.command_line.chosen_rig import PERIOD
+from erclutch.wings.live.command_line.options import DEFAULTS, ControlOptions, RigOptions
+
+if TYPE_CHECKING:
+    from erclutch.signals.channels import LiveChannel
+    from erclutch.signals.device import DeviceName
+    from erclutch.wings.live.session import LiveModel, RigChoice
+    from erclutch.wings.live.settings import LoopProgram, LoopSettings
+    from erclutch.wings.rig.twin.parameters import RigParameters
+
+#: The motor's torque of a replay, and the jumps of its angles, are what they were.
+_AS_RECORDED = {"motor_limit": 1e9}
+
+_NO_JUMPS = dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), 0.0)
+
+
+def settings_of(
+    rig: RigChoice,
+    device: DeviceName,
+    model: LiveModel | None,
+    channels: Sequence[LiveChannel],
+    parameters: RigParameters,
+    options: tuple[RigOptions, ControlOptions],
+    tuning: dict[str, float],
+    replay: LoopProgram | None,
+) -> LoopSettings:
+    """Settings of a session.
+
+    Args:
+        rig: what is driven.
+        device: what hangs on it.
+        model: what estimates; None where there is none.
+        channels: what the numbers of a frame are called.
+        parameters: of the rig file.
+        options: of the rig and of control; see `supported`.
+        tuning: further settings of a tuning; see `tuned`.
+        replay: the program of a recording that is played; None where there is none.
+
+    Raises:
+        SettingError: an unknown program, or a field limit that is none or beyond the supply's.
+    """
+    of_rig, control = options
+    settings = _settings(parameters, control, device, model is not None, channels, replay, of_rig)
+    return _for_rig(_sensing(settings, rig, device, model, parameters), rig, device, control, tuning)
+
+
+def supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> ControlOptions:
+    """The options with an observer that the model allows.
+
+    Raises:
+        SettingError: an option lacks its model, or it is known that nothing measures the torque.
+    """
+    asked = {"--adapt": (adapt, adapt)}
+    asked["--observer"] = control.observer not in (None, "off"), control.observer == "sensor"
+    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    for option, (needs_model, needs_sensor) in asked.items():
+        if needs_model and model is None:
+            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+        if needs_sensor and rig.named is not None and not rig.named.sensor:
+            problem = f"{option} needs a torque sensor, and this rig has none"
+            raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
+    gains = (control.torque_p, control.torque_i) != (DEFAULTS[1].torque_p, DEFAULTS[1].torque_i)
+    return replace(control, observer=control.observer or ("off" if model is None or adapt or gains else "none"))
+
+
+def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
+    """The options with what a settings file says of those that have their defaults, and its further settings.
+
+    Raises:
+        SettingError: the file cannot be read, or holds what is no setting or no number.
+    """
+    from erclutch.wings.live.commands.tune import TUNED
+
+    if control.tuned is None:
+        return control, {}
+    try:
+        body = toml_of(control.tuned.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        problem = f"cannot be read ({plain_words(error)})"
+        raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
+    for name, value in body.items():
+        if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):
+            known = ", ".join(TUNED)
+            raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
+    options = {name: value for name, value in body.items() if hasattr(control, name)}
+    default = {name: value for name, value in options.items() if getattr(control, name) == getattr(DEFAULTS[1], name)}
+    return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+
+
+def knows_inertia(control: ControlOptions) -> None:
+    """Computed torque needs the inertia that the model's torque moves.
+
+    Raises:
+        SettingError: it is not given.
+    """
+    if control.track_bandwidth and control.output_inertia is None:
+        remedy = "Run erclutch tune RUN and give its control.toml to --tuned, or give --output-inertia in kg m2"
+        raise SettingError("--track-bandwidth without the inertia that the model's torque moves", remedy=remedy)
+
+
+def _settings(
+    parameters: RigParameters,
+    control: ControlOptions,
+    device: DeviceName,
+    model: bool,
+    channels: Sequence[LiveChannel],
+    replay: LoopProgram | None,
+    rig: RigOptions,
+) -> LoopSettings:
+    from erclutch.signals.speed import Derivative
+    from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
+
+    names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
+    gains = {name: getattr(control, name) for name in names}
+    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
+    common |= _stages(parameters, control)
+    if replay is not None:
+        largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
+        rate = (2.0 * largest or 1.0) / PERIOD
+        limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
+        return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **_NO_JUMPS, **limits)
+    # Torques of the programs are those of the rig file: a force needs programs of its own.
+    turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
+    drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
+    programs = standard_programs(
+        parameters, model=model and turns, motor=control.motor, seed=rig.seed, device=device, drive=drive
+    )
+    first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
+    first = "sine" if device == "single" and first == "tracking-slow" else first
+    stroke = shaft_angle(parameters, 0.9)
+    return rig_settings(parameters, starting_with(programs, first), **common, stroke=stroke)
+
+
+def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
+    """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
+    found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
+    if control.track_bandwidth:
+        found |= {name: getattr(control, name) for name in ("output_inertia", "output_friction")}
+    if control.observer == "off":
+        return found
+    found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
+    if control.observer == "sensor":
+        found["torque_lag"] = 1e-3
+    elif control.observer == "motion":
+        found["gain_rate"] = 0.2
+        found["drive_inertia"], found["drive_friction"] = (
+            parameters.value(f"drive.{n}") for n in ("inertia", "coulomb")
+        )
+        found |= dict.fromkeys(("drive_drag_1", "drive_drag_2"), parameters.value("drive.viscous"))
+    return found
+
+
+def _sensing(
+    settings: LoopSettings, rig: RigChoice, device: DeviceName, model: LiveModel | None, parameters: RigParameters
+) -> LoopSettings:
+    """The settings with what the sensors can read.
+
+    A recording is as it was, and a single device is not that of the rig's file unless it is the TWIN's.
+    """
+    from erclutch.wings.live.sensor_limits import sensor_limits
+
+    if rig.origin.startswith("RECORDING"):
+        return settings
+    known = device == "coaxial" or rig.origin == "TWIN"
+    limits = sensor_limits(device, model, parameters if known else None, PERIOD)
+    if not known and model is not None:
+        limits["least_slip"] = 0.05 * model.slip
+    return replace(settings, **limits)
+
+
+def _for_rig(
+    settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
+) -> LoopSettings:
+    """The settings as tuned, within the rig's supply; a single device has no stroke that ends.
+
+    The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.
+
+    Raises:
+        SettingError: a field limit that is none, or beyond the supply's.
+    """
+    from erclutch.wings.rig.rig_plugins import RigDevice
+
+    settings, asked = replace(settings, **tuned), control.field_limit
+    if not rig.origin.startswith("RECORDING"):
+        most = settings.field_limit
+        if isinstance(rig, RigDevice):
+            most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
+        if asked is not None and not 0 < asked <= min(most, 1e9):
+            remedy = "Give a number above 0" + (f", at most the supply's {most:g}" if most < math.inf else "")
+            raise SettingError(f"--field-limit {asked:g}", remedy=remedy)
+        share = (asked if most == math.inf and asked else most) / settings.field_limit
+        rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
+        settings = replace(settings, field_limit=asked or most, **rates)
+    return replace(settings, stroke=0.0) if device == "single" else settings

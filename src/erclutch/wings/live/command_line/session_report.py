@@ -1,0 +1,155 @@
+"""What a session tells while it runs and when it ends, for people and for scripts."""
+
+from __future__ import annotations
+
+import json as json_text
+import math
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from erclutch.wings.live.companions import Observers
+    from erclutch.wings.live.session import LiveModel, Session
+    from erclutch.wings.live.session_figures import SessionFigures
+
+_POLL = 0.05  # s
+_PATIENCE = 3.0  # s
+_ASTRAY = (
+    "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
+    "run (--model RUN/models/NAME.json, such as bingham+fnn-16), or a log of this motion (erclutch excite)."
+)
+_NO_SAMPLE = (
+    "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
+)
+
+
+def introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
+    """What is driven and by what, before the first frame."""
+    output.print(f"{session.origin}: {session.rig.name}", markup=False)
+    listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
+    output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
+    if session.origin == "HARDWARE":
+        output.print(f"largest field: {session.settings.field_limit:g}", markup=False)
+    output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
+    if model and model.note:
+        output.print(f"note: {model.note}.", markup=False)
+    output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
+    if observers is not None and observers.url:
+        output.print(f"page: {observers.url}", markup=False, soft_wrap=True)
+
+
+def follow(session: Session, watch: SessionFigures, told: list[int], output: Console) -> None:
+    """Read frames until the loop ends, or until somebody says so."""
+    from erclutch.wings.live.orders import Order
+
+    said, answers, warn_at = "", False, time.monotonic() + _PATIENCE
+
+    def look(said: str) -> str:
+        watch.poll()
+        reason = watch.reader.trip_reason
+        if reason not in ("", said):
+            output.print(f"fields are held at zero: {reason}", style="red", markup=False, soft_wrap=True)
+        return reason
+
+    while session.running and session.rig_running and not told:
+        said = look(said)
+        if not answers and watch.reader.sensor_seq:
+            answers = True
+            output.print("the rig answers", markup=False)
+        if not answers and time.monotonic() > warn_at:
+            warn_at = math.inf
+            output.print(_no_sample(session), style="red", markup=False, soft_wrap=True)
+        time.sleep(_POLL)
+    session.order(Order.STOP)  # told to, or the rig is gone
+    session.wait(2.0)
+    look(said)
+
+
+def _no_sample(session: Session) -> str:
+    from erclutch.wings.rig.packet import NUMBERS
+
+    device = session.settings.device
+    return _NO_SAMPLE.format(device, NUMBERS[device])
+
+
+def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
+    """What was seen, for scripts; times in us."""
+    from erclutch.wings.live.session_figures import SHARES
+
+    reader = watch.reader
+    return {
+        "origin": session.origin,
+        "frames": watch.frames,
+        "missed": reader.missed,
+        "lost_by_reader": reader.lost,
+        "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
+        "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
+        "events": {name: n for name, n in reader.counts.items() if n},
+        "realtime": reader.realtime,
+        "tripped": reader.trip_reason,
+        **dict(zip(("off_reference_rms", "reference_rms"), watch.followed or (None, None), strict=True)),
+    }
+
+
+def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output: Console) -> None:
+    """What was seen, for people."""
+    from erclutch.cli import terminal
+
+    seconds = watch.frames * watch.reader.info.period_ns * 1e-9
+    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
+    output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
+    counts = (
+        f"{name}: {n:,} ({n / max(watch.frames, 1):.0%} of the steps)" if n > 0.01 * watch.frames else f"{name}: {n}"
+        for name, n in watch.reader.counts.items()
+        if n and name != "overrun"
+    )
+    output.print(", ".join(counts) or "no event", markup=False)
+    if watch.follower is not None and watch.followed is not None:
+        off, wanted = watch.followed
+        said = f"{watch.follower.label} off the reference by {off:.3g} rms; the reference has {wanted:.3g}"
+        output.print(f"{said} {watch.follower.unit}", markup=False)
+        if off > 0.5 * wanted and watch.role == "effort":
+            output.print(_ASTRAY, style="yellow", markup=False, soft_wrap=True)
+    for note in notes:
+        output.print(note, markup=False, soft_wrap=True)
+
+
+def ended(
+    session: Session,
+    watch: SessionFigures,
+    observers: Observers | None,
+    code: int | None,
+    told: bool,
+    output: Console | None,
+) -> int:
+    """Tells what was seen, as JSON without an output; the exit code: 0, or 3 and the reason for another end.
+
+    Raises:
+        KeyboardInterrupt: the loop was told to end before the rig answered.
+    """
+    from erclutch.cli import terminal
+    from erclutch.wings.live.ring import State
+
+    if observers is not None:
+        observers.record(False)  # so that its note says that the file is whole
+    notes = () if observers is None else observers.notes
+    answered, reason = watch.reader.sensor_seq > 0, ""
+    if code != 0 or watch.reader.state is not State.STOPPED:
+        reason = f"the loop ended with code {code}: {session.said() or 'killed'}"
+    elif not answered:
+        reason = _no_sample(session)
+    if told and not answered and code == 0:
+        raise KeyboardInterrupt
+    ended = 3 if reason else 0
+    if output is None:
+        print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": ended}))
+    else:
+        _show(session, watch, notes, output)
+        if watch.reader.trip_reason and session.rig_running:
+            output.print(f"held at zero to the end: {watch.reader.trip_reason}", style="red", markup=False)
+    if reason:
+        terminal.console(stderr=True).print(f"error: {reason}", style="red", soft_wrap=True)
+    return ended
