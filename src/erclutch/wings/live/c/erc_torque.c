@@ -186,8 +186,11 @@ static double lowest_field(const erc_core *core) {
 /* At an end of the field that does not suffice. Now and then the inverse looks anew for a better field. */
 static void stay_at_end(erc_stages *s, double lacking, uint32_t *events) {
     *events |= ERC_UNREACHABLE;
-    s->lacking = lacking;
+    s->lacking = 0.0; /* then the inverse looks anew at once */
     s->beyond = LOOK_ANEW;
+    if (isfinite(lacking)) {
+        s->lacking = lacking;
+    }
 }
 
 /* Torque per field at a field, towards zero. */
