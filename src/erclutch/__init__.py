@@ -108,26 +108,15 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'erclutch' has no attribute {name!r}")
-    place = _HOME_OF[name]
     try:
-        home = importlib.import_module(f"erclutch.{place}")
+        home = importlib.import_module(f"erclutch.{_HOME_OF[name]}")
     except ModuleNotFoundError as error:
-        _say_which_wing(name, place, error)
-        raise
+        from erclutch.errors import of_missing_wing
+
+        raise of_missing_wing(error, f"erclutch.{name}") or error from None
     value = getattr(home, name)
     globals()[name] = value
     return value
-
-
-def _say_which_wing(name: str, place: str, error: ModuleNotFoundError) -> None:
-    """Raise a `PluginError` where a name is that of a wing whose folder is not there."""
-    from erclutch.errors import PluginError
-
-    wing = ".".join(("erclutch", *place.split(".")[:2]))
-    if not place.startswith("wings.") or error.name not in ("erclutch.wings", wing):
-        return
-    problem = f"erclutch.{name} is in the wing {wing.rpartition('.')[2]}, which is not installed"
-    raise PluginError(problem, remedy="Install erclutch again with this wing") from error
 
 
 def __dir__() -> list[str]:

@@ -27,7 +27,7 @@ from traceback import extract_tb
 from typing import Any, Literal, NamedTuple, cast
 
 from erclutch._version import __version__
-from erclutch.errors import ErclutchError, PluginError, SettingError, placed
+from erclutch.errors import ErclutchError, PluginError, SettingError, of_missing_wing, placed
 
 
 class _Group(NamedTuple):
@@ -85,7 +85,7 @@ class Plugin:
         """What the group's contract asks for.
 
         Raises:
-            PluginError: a plug-in of another package cannot be imported.
+            PluginError: a plug-in of another package cannot be imported, or one of ours needs a wing that is not there.
         """
         module, _, attribute = self.source.partition(":")
         with self.working("cannot be loaded"):
@@ -106,6 +106,8 @@ class Plugin:
         except ErclutchError:
             raise
         except (Exception, SystemExit) as error:  # somebody else's code: whatever it raises is told, not our crash
+            if self.own and isinstance(error, ModuleNotFoundError):
+                raise of_missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}") or error from None
             if self.own:
                 raise
             said = " ".join(str(error).split())[:300] or "no reason given"

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 import erclutch
+from erclutch.errors import ErclutchError
 
 NAMES = {name: home.split(".")[1] for name, home in erclutch._HOME_OF.items() if home.startswith("wings.")}
 
@@ -28,8 +29,9 @@ def test_a_wing_that_is_missing_is_named(name: str, monkeypatch: pytest.MonkeyPa
         raise ModuleNotFoundError(f"No module named {module!r}", name=f"erclutch.wings.{wing}")
 
     monkeypatch.setattr("erclutch.importlib.import_module", absent)
-    with pytest.raises(erclutch.ErclutchError) as caught:
+    with pytest.raises(ErclutchError) as caught:
         getattr(erclutch, name)
     assert str(caught.value) == (
-        f"erclutch.{name} is in the wing {wing}, which is not installed. Install erclutch again with this wing."
+        f"erclutch.{name} needs the wing {wing}, whose folder is not there. "
+        "Install erclutch whole: its package has all wings."
     )

@@ -10,7 +10,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from erclutch._version import __version__
 from erclutch.cli.command_list import commands
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, of_missing_wing
 from erclutch.places import release_all
 
 
@@ -101,12 +101,17 @@ def main(words: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if words is None else words
     _end_by_signals()
     try:
-        _load_foreign(words)
+        _load(words)
         result = app(words, exit_on_error=False, print_error=True)
     except CycloptsError:
         return 1
     except ErclutchError as error:
         return _failed(str(error), error.exit_code)
+    except ModuleNotFoundError as error:
+        missing = of_missing_wing(error, f"the command {words[0]!r}")
+        if missing is None:
+            raise
+        return _failed(str(missing), missing.exit_code)
     except KeyboardInterrupt:
         return _failed("interrupted; nothing was left half-written", 130)
     except BrokenPipeError:
@@ -139,16 +144,20 @@ def _end_by_signals() -> None:
             return  # not in the main thread: whoever started this one decides
 
 
-def _load_foreign(words: Sequence[str]) -> None:
-    """Put the function of another package's command in its place, so that whatever it raises is told with its package.
+def _load(words: Sequence[str]) -> None:
+    """Import the function of the command that is asked for.
+
+    The function of another package is put in its place with a guard: whatever it raises is told with its package.
 
     Raises:
-        PluginError: it cannot be imported, or is no function.
+        PluginError: it cannot be imported, is no function, or needs a wing whose folder is not there.
     """
     command = _COMMANDS.get(words[0]) if words else None
-    if command is None or command.plugin.own:
+    if command is None:
         return
     function = command.plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
+    if command.plugin.own:
+        return
     del app[command.name]
     app.command(command.plugin.guarded(function), name=command.name)
 

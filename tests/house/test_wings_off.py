@@ -1,0 +1,101 @@
+"""Without wings the core stands: a copy without them passes the core's tests, and no wing is needed for a fit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from erclutch.logs.synthetic import write_synthetic_log
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[2]
+WINGS = sorted(folder.name for folder in (ROOT / "src/erclutch/wings").iterdir() if (folder / "__init__.py").exists())
+#: Commands of a wing that must be gone with it, and what the core keeps.
+COMMANDS = {
+    wing: {path.stem.replace("_", "-") for path in (ROOT / f"src/erclutch/wings/{wing}/commands").glob("[!_]*.py")}
+    for wing in WINGS
+}
+
+#: What a user does with a small log, in one process.
+USE = """
+import sys
+from erclutch.cli import main
+quick = ["--models", "bingham", "--lag", "none", "--out", "run"]
+for words in (["--help"], ["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["plugins"]):
+    print("##", *words, flush=True)
+    assert main(words) == 0, words
+for command in sys.argv[1:]:
+    assert main([command]) == 1, command
+"""
+
+
+def run(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
+    """Python with the sources of a folder, in that folder."""
+    own = {**os.environ, "PYTHONPATH": f"{folder / 'src'}{os.pathsep}{folder}", "COLUMNS": "100"}
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=1500, check=False)
+
+
+@pytest.fixture
+def without(tmp_path: Path) -> Callable[..., Path]:
+    """Makes a copy of the sources, and of further folders, without some wings."""
+
+    def made(wings: list[str], *further: str) -> Path:
+        gone = [ROOT / place / wing for place in ("src/erclutch/wings", "tests/wings") for wing in wings]
+        for name in ("src", *further):
+            shutil.copytree(
+                ROOT / name, tmp_path / name, ignore=lambda at, names: {n for n in names if Path(at, n) in gone}
+            )
+        return tmp_path
+
+    return made
+
+
+def listed(said: str) -> set[str]:
+    """First words of the lines of a help page."""
+    return {line.strip("│ ").split(" ")[0] for line in said.splitlines() if line.startswith("│")}
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_without_one_wing_a_log_is_fitted_and_reported(wing: str, without: Callable[..., Path]) -> None:
+    folder = without([wing])
+    write_synthetic_log(folder / "log.csv", 2.0)
+    done = run(folder, "-c", USE, *COMMANDS[wing])
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = done.stdout.partition("## fit")[0]
+    kept = set[str]().union(*(COMMANDS[other] for other in WINGS if other != wing))
+    assert kept <= listed(page)
+    assert not COMMANDS[wing] & listed(page)
+    assert (folder / "run" / "report.html").exists()
+    for command in COMMANDS[wing]:
+        assert f"there is no command '{command}'" in done.stderr
+
+
+@pytest.mark.parametrize(("wing", "command"), [("rig", ("live", "--seconds", "1")), ("rig", ("reproduce", "table2"))])
+def test_what_needs_a_missing_wing_says_so_in_one_line(
+    wing: str, command: tuple[str, ...], without: Callable[..., Path]
+) -> None:
+    done = run(without([wing]), "-m", "erclutch", *command)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert done.stderr == (
+        f"error: the command {command[0]!r} needs the wing {wing}, whose folder is not there. "
+        "Install erclutch whole: its package has all wings.\n"
+    )
+
+
+def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Path]) -> None:
+    folder = without(WINGS, "tests", "studies", "examples")
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    if (ROOT.parent / "shared").is_dir():  # recordings that tests of the core read stand beside the project
+        folder = folder.rename(folder.with_name("project"))
+        (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
+    rooms = [path for path in sorted((folder / "tests").iterdir()) if path.name not in ("house", "docs", "wings")]
+    asked = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
+    done = run(folder, *asked, *(path for path in rooms if path.is_dir() or path.name.startswith("test_")))
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
