@@ -16,10 +16,10 @@ import pytest
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, read, read_table, timing
-from erclutch.logs.assemble import assemble
+from erclutch.logs.applied import apply
 from erclutch.logs.dataset import build_dataset, hold_out, time_folds
 from erclutch.logs.labels import header_pairs, sample_period, split_label
-from erclutch.logs.mapping import scaled
+from erclutch.logs.planning import plan_of, scaled
 from erclutch.logs.resample import rate_of, resampled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import seconds_of, within
@@ -193,7 +193,7 @@ def test_columns(name: str, pinned: Pinned) -> None:
     )  # fmt: skip
     invalid = mapping.get("invalid")
     mapping = {k: v for k, v in mapping.items() if k != "invalid"}
-    pinned(told(lambda: assemble(table, ColumnMap.from_dict(mapping), device=device, invalid=invalid)))
+    pinned(told(lambda: apply(plan_of(table, ColumnMap.from_dict(mapping), device=device, invalid=invalid), table)))
 
 
 def test_words(pinned: Pinned) -> None:
@@ -282,7 +282,7 @@ def recording(gap: bool = True, name: str = "a.csv", rows: int = 300) -> Recordi
     columns = {"t": stamps, "field": np.floor(t / 60), "position": np.sin(0.05 * t), "effort": np.cos(0.03 * t)}
     columns |= {"temperature": 300.0 + 0.01 * t, "u": 0.1 * t}
     table = Table(name, columns, {"t": "s", "temperature": "K", "field": "V"}, name.encode().hex().ljust(64, "0"))
-    return assemble(table, ColumnMap.from_dict({"inputs": ["u"]}), device="single")
+    return apply(plan_of(table, ColumnMap.from_dict({"inputs": ["u"]})), table)
 
 
 def test_other_rates(pinned: Pinned) -> None:
@@ -328,19 +328,18 @@ WRITTEN = (
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
-    from erclutch.logs import mapping_file
-
     columns, units, mapping, device = MAPPED[name]
     table = Table("a.csv", {k.partition(" [")[0]: v for k, v in columns.items()}, {"t": "s", **units}, "0" * 64)
 
     def made() -> Any:
-        text, missing, choices = mapping_file.mapping_text(table, ColumnMap.from_dict(mapping), device)
-        return [text, missing, {k: vars(v) for k, v in choices.items()}]
+        plan = plan_of(table, ColumnMap.from_dict(mapping), device=device)
+        return [plan.to_toml(), [each.short for each in plan.questions], {k: vars(v) for k, v in plan.choices.items()}]
 
     pinned(told(made))
     path = tmp_path / "a.toml"
-    mapping_file.write_mapping(path, "x = 1\n")
-    assert told(lambda: mapping_file.write_mapping(path, "")).startswith("MappingError: ")
+    path.write_text("x = 1\n", encoding="utf-8")
+    plan = plan_of(Table("a.csv", TIME, {}, "0" * 64), ColumnMap())
+    assert told(lambda: plan.save(path)).startswith("MappingError: ")
     assert path.read_text() == "x = 1\n"
 
 

@@ -253,6 +253,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     from erclutch import logs
     from erclutch.errors import LogError
+    from erclutch.logs import log_file
     from erclutch.logs.readers import parquet, ros2
 
     path = tmp_path / "a.csv"
@@ -261,7 +262,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
     written.write_table(pa.table({"t": ROWS, "F": A}), other)
     meta = written.ParquetFile(other).metadata
     needed = max(meta.row_group(0).total_byte_size, meta.num_rows * meta.num_columns * 8)
-    for module, file, size in ((logs, path, path.stat().st_size), (parquet, other, needed)):
+    for module, file, size in ((log_file, path, path.stat().st_size), (parquet, other, needed)):
         with monkeypatch.context() as patch:
             patch.setattr(module, "_LARGEST", size)
             assert len(logs.read_table(file).columns) == 2

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.logs import guessed_columns
+from erclutch.logs import columns
 from erclutch.logs.labels import name_columns
 from erclutch.logs.table import Table
 
@@ -25,9 +25,9 @@ def table_of(labels: list[str]) -> Table:
 def meanings(label: str) -> set[str]:
     """The signals that one column alone is taken for."""
     table = table_of([label])
-    if guessed_columns.time_column(table, ()):
+    if columns.time_column(table, ()):
         return {"time"}
-    return {s for s in ("field", "slip", "position", "effort") if guessed_columns.candidates(table, s, ())[0]}
+    return {s for s in ("field", "slip", "position", "effort") if columns.candidates(table, s, ())[0]}
 
 
 @pytest.mark.parametrize(("held_out", "least"), [(False, 0.92), (True, 0.9)])
@@ -51,7 +51,7 @@ def test_no_column_is_guessed_for_another_signal() -> None:
         wanted = dict(zip(table.columns, file["headers"].values(), strict=True))
         for signal in ("field", "slip", "position", "effort"):
             try:
-                found = guessed_columns.guess(table, signal, ())
+                found = columns.guess(table, signal, ())
             except MappingError:
                 asked += 1
                 continue

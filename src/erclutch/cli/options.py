@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,9 +12,8 @@ from cyclopts import Group, Parameter
 from erclutch.errors import LogError
 
 if TYPE_CHECKING:
-    from erclutch.logs import ColumnMap, Table
+    from erclutch.logs import ColumnMap, Plan, Table
     from erclutch.logs.dataset import Dataset
-    from erclutch.logs.mapping import ColumnChoice
     from erclutch.logs.reading import Reading
     from erclutch.models.model import Model
     from erclutch.runs.run_folder import Run
@@ -114,13 +113,13 @@ class LogOptions:
 
         return ColumnMap.from_options(self._given())
 
-    def mapping_text(self, table: Table, log: Path) -> tuple[str, tuple[str, ...], Mapping[str, ColumnChoice]]:
-        """A mapping file for a log, what is missing in it, and the column of each signal."""
-        from erclutch.logs.mapping import ColumnMap, beside
-        from erclutch.logs.mapping_file import mapping_text
+    def plan(self, table: Table, log: Path) -> Plan:
+        """How the table of a log is read."""
+        from erclutch.logs import ColumnMap, plan_of
+        from erclutch.logs.mapping import beside
 
         base = beside(log) if self.map is None else ColumnMap.from_toml(self.map)
-        return mapping_text(table, self.column_map().over(base), self.device)
+        return plan_of(table, self.column_map().over(base), device=self.device)
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:
         """Read logs; folders stand for the logs in them.

@@ -2,14 +2,14 @@
 
     recording = read("run1.csv", ColumnMap.from_labels({"slip": "V [cm/s]", "field": "Y [V]", "effort": "F [N]"}))
 
+A reader gives a `Table`, `plan_of` makes a `Plan` of it, and `apply` carries the plan out; `read` does all three.
 Nothing is guessed in silence: each choice, guess, conversion, gap and dropped row is a sentence in ``Recording.notes``.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,15 +17,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from erclutch.errors import LogError, MappingError, placed
-from erclutch.logs.assemble import NEEDS, Invalid, assemble
+from erclutch.errors import placed
+from erclutch.logs.applied import apply
+from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import Batch, windowed_batches
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
+from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
+from erclutch.logs.log_reader import HEAD, LogReader, folder_reader, reader_of
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
+from erclutch.logs.plan import NEEDS, Invalid, Plan
+from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS, Recording
+from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -35,8 +38,11 @@ __all__ = [
     "Batch",
     "ColumnChoice",
     "ColumnMap",
+    "Plan",
     "Table",
+    "apply",
     "map_over",
+    "plan_of",
     "read",
     "read_all",
     "read_batches",
@@ -45,9 +51,6 @@ __all__ = [
     "recordings_in",
     "table_of",
 ]
-
-_LARGEST = 4 << 30  # bytes
-_ROWS_WANTED = "Give a log with one row a sample"
 
 
 def read(
@@ -80,12 +83,13 @@ def read(
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
-    if not isinstance(path, str | Path):
-        own = None if mapping_file is None else ColumnMap.from_toml(mapping_file)
-        return assemble(table_of(path), map_over(mapping, own), device=device, invalid=invalid)
-    file, chosen = _file_and_map(path, mapping, mapping_file)
-    table = read_table(file, variable=variable or chosen.variable) if table is None else table
-    return assemble(table, chosen, device=device, invalid=invalid)
+    if isinstance(path, str | Path):
+        told = map_over(mapping, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+        table = read_table(path, variable=variable or told.variable) if table is None else table
+    else:
+        told = map_over(mapping, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
+        table = table_of(path)
+    return apply(plan_of(table, told, device=device, invalid=invalid), table)
 
 
 def read_all(
@@ -105,56 +109,16 @@ def read_all(
     """
     from erclutch.logs.several_efforts import logs_of
 
-    file, chosen = _file_and_map(path, mapping, mapping_file)
-    chosen, names = replace(chosen, variable=None), recordings_in(file)
+    file = require_file(path)
+    told = mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+    names = recordings_in(file)
     tables = {name: read_table(file, variable=name) for name in names} or {"": read_table(file)}
-    found: list[Recording] = []
-    for name, table, own in logs_of(tables, chosen, device):
-        log = assemble(table, own, device=device, invalid=invalid)
+    logs: list[Recording] = []
+    for name, table, own in logs_of(tables, replace(told, variable=None), device):
+        log = apply(plan_of(table, own, device=device, invalid=invalid), table)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
-        found.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
-    return found
-
-
-def recordings_in(path: str | Path) -> list[str]:
-    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
-
-    Raises:
-        LogError: the file cannot be read.
-    """
-    file = _require_file(path)
-    with _readable(file):
-        data = file.read_bytes()
-    plugin, _ = reader_of(data[:HEAD], file.suffix)
-    listed = plugin.of_type(LogReader).recordings
-    source = LogSource(file, data, "")
-    with placed(file.name), plugin.working(f"failed on {file.name}"):
-        return list(listed(source)) if listed is not None else []
-
-
-def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
-    """The table of a file, or that of a DataFrame.
-
-    Raises:
-        LogError: see `read`.
-    """
-    if isinstance(log, str | Path):
-        return read_table(log, variable=variable)
-    from erclutch.logs.data_frame import table_of_frame
-
-    return table_of_frame(log)
-
-
-def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
-    """What is given as a mapping (see `read`), over another one.
-
-    Raises:
-        MappingError: an unknown key or signal.
-    """
-    if not isinstance(mapping, ColumnMap):
-        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
-        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
-    return mapping if base is None else mapping.over(base)
+        logs.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
+    return logs
 
 
 def read_batches(
@@ -176,46 +140,22 @@ def read_batches(
         LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
         SettingError: a constant that is given by segments.
     """
-    file, chosen = _file_and_map(path, mapping, mapping_file)
+    file = require_file(path)
+    told = map_over(mapping, beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
     plugin = folder_reader(file)
     if plugin is None:
-        with _readable(file), file.open("rb") as content:
+        with readable(file), file.open("rb") as content:
             plugin = reader_of(content.read(HEAD), file.suffix)[0]
     windows = plugin.of_type(LogReader).windows
     if windows:
-        with _readable(file), file.open("rb") as content:
+        with readable(file), file.open("rb") as content:
             digest = hashlib.file_digest(content, "sha256").hexdigest()
         with placed(file.name), plugin.working(f"failed on {file.name}"):
-            yield from windowed_batches(windows, file, digest, chosen, device, invalid, rows)
+            yield from windowed_batches(windows, file, digest, told, device, invalid, rows)
         return
-    table = read_table(file, variable=variable or chosen.variable)
-    whole = assemble(table, chosen, device=device, invalid=invalid)
+    table = read_table(file, variable=variable or told.variable)
+    whole = apply(plan_of(table, told, device=device, invalid=invalid), table)
     yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
-
-
-def read_table(
-    path: str | Path, *, variable: str | None = None, told: Callable[[int, int], None] = lambda done, total: None
-) -> Table:
-    """Read a log as it is: raw columns and units, nothing converted.
-
-    Args:
-        path: see `read`.
-        variable: which recording of a file that holds several: variable, group, sheet, topic.
-        told: called with how many bytes of a long text were read, and of how many.
-
-    Raises:
-        LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
-    """
-    file = _require_file(path)
-    plugin = folder_reader(file)
-    with placed(file.name):
-        data = b"" if plugin else _bytes(file)
-        digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
-    plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, digest, variable, told))
-    if not table.columns or not table.rows:
-        raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
-    return replace(table, notes=(*table.notes, *notes), path=str(path))
 
 
 def recording_from_arrays(
@@ -245,93 +185,7 @@ def recording_from_arrays(
         MappingError: unknown names, arrays of different lengths, neither time nor rate.
         LogError, TimingError: see `read`.
     """
-    with placed(name):
-        columns = _columns(signals, None if rate is not None else time)
-    digest = hashlib.sha256()
-    for signal, values in sorted(columns.items()):
-        digest.update(signal.encode())
-        digest.update(values.tobytes())
-    table = Table(name, columns, {**(units or {}), "time": "s"}, digest.hexdigest())
-    chosen: dict[str, Any] = {"columns": {signal: {"column": signal} for signal in signals}, "rate": rate, "lead": lead}
-    return assemble(table, ColumnMap.from_dict(chosen), device=device, invalid=invalid)
-
-
-def _columns(signals: Mapping[str, ArrayLike], time: ArrayLike | None) -> dict[str, Array]:
-    """The signals and the time as vectors of one length."""
-    unknown = [signal for signal in signals if signal not in SIGNALS]
-    if unknown:
-        raise MappingError(f"there is no signal '{unknown[0]}'", remedy=f"Use {', '.join(SIGNALS)}")
-    columns = {signal: _vector(signal, values) for signal, values in signals.items()}
-    if time is not None:
-        columns["time"] = _vector("time", time)
-    if len({values.size for values in columns.values()}) > 1:
-        listed = ", ".join(f"{signal} {values.size}" for signal, values in columns.items())
-        raise MappingError(f"the arrays differ in length ({listed})", remedy="Give arrays of one length")
-    return columns
-
-
-def _vector(signal: str, values: ArrayLike) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MappingError(f"{signal} holds no numbers ({error})", remedy="Give an array of numbers") from error
-    if array.ndim != 1:
-        raise MappingError(f"{signal} has the shape {array.shape}", remedy="Give a vector")
-    return array
-
-
-def _file_and_map(
-    path: str | Path, mapping: ColumnMap | Mapping[str, Any] | None, mapping_file: str | Path | None
-) -> tuple[Path, ColumnMap]:
-    """The file, which is there, and the mapping over what the mapping file says."""
-    file = _require_file(path)
-    return file, map_over(mapping, beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-
-
-def _require_file(path: str | Path) -> Path:
-    file = Path(path)
-    with placed(str(path)):
-        try:
-            require_no_run(file)
-            if file.is_dir() and folder_reader(file) is None:
-                raise LogError("this is a folder, not a file", remedy="Give one log file")
-            if not file.exists():
-                raise LogError("there is no such file", remedy="Check the path")
-            if not (file.is_file() or file.is_dir()):
-                raise LogError("this is not a regular file", remedy="Give a log file")
-        except (OSError, ValueError) as error:
-            problem = f"the file cannot be read ({error})"
-            raise LogError(problem, remedy="Check the path and its permissions") from error
-    return file
-
-
-def _bytes(file: Path) -> bytes:
-    with _readable(file):
-        if file.stat().st_size > _LARGEST:
-            raise LogError("the file is larger than 4 GiB", remedy="Split the log")
-        data = file.read_bytes()
-    if not data:
-        raise LogError("the file is empty", remedy=_ROWS_WANTED)
-    return data
-
-
-def _folder_digest(folder: Path) -> str:
-    """SHA-256 over names and SHA-256 of the files in a folder, by name."""
-    digest = hashlib.sha256()
-    with _readable(folder):
-        inside = sorted(path for path in folder.iterdir() if path.is_file())
-        if sum(path.stat().st_size for path in inside) > _LARGEST:
-            raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
-        for path in inside:
-            with path.open("rb") as content:
-                digest.update(f"{path.name}\0{hashlib.file_digest(content, 'sha256').hexdigest()}\0".encode())
-    return digest.hexdigest()
-
-
-@contextmanager
-def _readable(file: Path) -> Generator[None]:
-    try:
-        yield
-    except OSError as error:
-        problem = f"the file cannot be read ({error.strerror})"
-        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error
+    table = table_of_arrays(name, signals, units or {}, None if rate is not None else time)
+    columns = {signal: {"column": signal} for signal in signals}
+    told = ColumnMap.from_dict({"columns": columns, "rate": rate, "lead": lead})
+    return apply(plan_of(table, told, device=device, invalid=invalid), table)

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, SettingError, ShortLogError
-from erclutch.logs.assemble import Invalid, assemble_rows
+from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, only_segments
 from erclutch.logs.log_reader import Windows
 from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.plan import Invalid, Plan
+from erclutch.logs.planning import plan_of
 from erclutch.signals.clock import Clock, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -46,13 +48,15 @@ def windowed_batches(
 ) -> Iterator[Batch]:
     """The batches of a file whose reader has windows; see `erclutch.logs.read_batches`."""
     _refuse(chosen, rows)
+    plan: Plan | None = None
     period: float | None = None
     short: ShortLogError | None = None
     some = False
     for start, stop, table in windows(file, rows, MARGIN):
         table = replace(table, digest=digest, sample_period=period, path=str(file))
         try:
-            recording, kept = assemble_rows(table, chosen, device=device, invalid=invalid)
+            plan = plan_of(table, chosen, device=device, invalid=invalid) if plan is None else plan
+            recording, kept = apply_rows(plan, table)
         except ShortLogError as error:
             if (invalid or chosen.invalid) != "drop":
                 raise

@@ -33,11 +33,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import MappingError, UnitError, placed, shell_word
+from erclutch.errors import MappingError, UnitError, placed
 from erclutch.files import plain_words, toml_of
-from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.name_pattern import still_needed
-from erclutch.logs.table import Table
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
@@ -196,6 +194,18 @@ class ColumnMap:
         )
 
 
+def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
+    """What is given as a mapping (see `erclutch.read`), over another mapping.
+
+    Raises:
+        MappingError: an unknown key or signal.
+    """
+    if not isinstance(mapping, ColumnMap):
+        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
+        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
+    return mapping if base is None else mapping.over(base)
+
+
 def beside(log: Path) -> ColumnMap:
     """The mapping file that belongs to a log, or an empty mapping.
 
@@ -216,67 +226,6 @@ def file_beside(log: Path) -> Path | None:
     """The mapping file that belongs to a log."""
     names = (f"{log.name}.toml", log.with_suffix(".toml").name, "erclutch.toml")
     return next((path for path in map(log.with_name, names) if path.is_file()), None)
-
-
-def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
-    """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
-
-    Raises:
-        MappingError: no such column; the message lists the columns and a close match.
-    """
-    text = str(choice.column).strip()
-    for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
-        name, unit = candidate, choice.unit
-        if name not in table.columns:
-            name, own = split_label(candidate)
-            unit = choice.unit or own
-        if name not in table.columns and name.isdecimal() and len(name) < 10:
-            name = table.numbered(int(name)) or name
-        if name in table.columns:
-            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
-            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
-    raise _no_column(table, text, signal)
-
-
-def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
-    """A scale such as ``2.5 N*m/V`` as 2.5, ``N*m`` and ``V``; None where it names no unit, or none of a sensor.
-
-    Raises:
-        MappingError: no number with a unit, or zero.
-    """
-    from erclutch.signals import units
-
-    try:
-        number, unit = units.quantity(text)
-        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
-        over, _, under = (unit or "").rpartition("/")
-        if not whole:
-            over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
-    except UnitError:
-        number, whole, over, under, unit = 0.0, False, "", None, None
-    if not 0 < abs(number) < float("inf"):
-        problem = f"the scale of {signal} is '{text}'"
-        example = f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/V"
-        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(example)}")
-    return (number, unit, None) if whole else (number, over, under)
-
-
-def _no_column(table: Table, text: str, signal: str) -> MappingError:
-    import difflib
-
-    lower = {name.lower(): name for name in table.columns if name not in table.truths}
-    near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
-    close = lower[near[0]] if near else ""
-    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
-    problem = f"there is no column '{text}' for {signal}; the file has: {columns_listed(table)}"
-    each = "; for a log of each column of such a name add --variable all" if "*" in text and signal != "time" else ""
-    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}{each}")
-
-
-def columns_listed(table: Table) -> str:
-    """The columns with their units, the first 30 of them."""
-    labels = table.labels
-    return ", ".join(labels[:30]) + (f", ... ({len(labels)} in all)" if len(labels) > 30 else "") if labels else "none"
 
 
 def _known(values: Mapping[str, Any], allowed: tuple[str, ...], what: str) -> None:

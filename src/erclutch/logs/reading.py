@@ -9,7 +9,7 @@ from typing import Any
 
 from erclutch.errors import SettingError
 from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batches
-from erclutch.logs.assemble import Invalid
+from erclutch.logs.plan import Invalid
 from erclutch.logs.resample import rate_of, resampled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, seconds_of, within

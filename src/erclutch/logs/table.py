@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -83,10 +83,22 @@ class Table:
         """Column names with their units, as a user would write them: ``V [cm/s]``."""
         return tuple(map(self.label, self.columns))
 
+    @property
+    def listed(self) -> str:
+        """The columns with their units, for messages."""
+        return listed(self.labels)
+
     def label(self, name: str, likely: str = "") -> str:
         """A column's name with its unit, or with a likely one; a name that holds the unit already stays."""
         unit = self.units.get(name) or likely
         return f"{name} [{unit}]" if unit and f"[{unit}]" not in name else name
+
+
+def listed(labels: Iterable[str], most: int = 30) -> str:
+    """The first of some labels, and how many there are in all."""
+    every = list(labels)
+    more = f", ... ({len(every)} in all)" if len(every) > most else ""
+    return ", ".join(every[:most]) + more if every else "none"
 
 
 def of_arrow(column: Any) -> NDArray[Any]:

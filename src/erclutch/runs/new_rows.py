@@ -15,9 +15,10 @@ from erclutch.fit.prediction_bands import Coverage, coverage
 from erclutch.fit.scoring import Score
 from erclutch.fit.scoring import score as scored
 from erclutch.logs import map_over, read_all, table_of
-from erclutch.logs.assemble import assemble_rows
+from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, joined
 from erclutch.logs.mapping import ColumnMap, beside
+from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.load import load_model
@@ -228,7 +229,8 @@ def _read(
         data = joined([dataset_of(each, device, how.derivative) for each in logs])
         return data, np.arange(data.rows), data.clock.time
     table = table_of(log, chosen.variable)
-    recording, kept = assemble_rows(table, chosen, device=device, invalid="drop" if not needs_effort else None)
+    plan = plan_of(table, chosen, device=device, invalid=None if needs_effort else "drop")
+    recording, kept = apply_rows(plan, table)
     data = dataset_of(how.finished(recording), device, how.derivative)
     if how.rate is not None:  # other rows than those of the log
         return data, np.arange(data.rows), data.clock.time

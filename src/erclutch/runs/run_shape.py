@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, cast, get_args
 
 from erclutch.fit.levenberg_marquardt import Stop
-from erclutch.logs.assemble import Invalid
+from erclutch.logs.plan import Invalid
 from erclutch.models.model_file import name_of, names_of, number_of, truth_of, whole_number_of
 from erclutch.signals.device import DEVICES
 from erclutch.signals.recording import NAMED_COLUMNS

@@ -56,18 +56,18 @@ def inspect(
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
-    from erclutch.logs.mapping_file import write_mapping as write_text
+    from erclutch.logs import apply
 
     require(1e-6, unit=" s", seconds=seconds)
     require(0, unit=" s", start=start or 0.0)
     log, *others = expand(logs)
     raw = _table(log, reading)
-    text, missing, choices = reading.mapping_text(raw, log)
+    plan = reading.plan(raw, log)
+    missing = () if reading.each else tuple(question.short for question in plan.questions)  # each has its own effort
     read, problem = list["Recording"](), None
     try:
-        read = reading.read([log]) if reading.each else [*reading.how().read(log, reading.device, raw)]
+        read = reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))]
         read += reading.read(others) if others else []
-        missing = () if reading.each else missing  # of one log; here each has its own effort
     except SettingError:
         raise
     except ErclutchError as error:
@@ -76,10 +76,12 @@ def inspect(
             raise
     drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
     if write_mapping is not None:
-        write_text(write_mapping, text)
+        plan.save(write_mapping)
     if json:
-        said = {name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in choices.items()}
-        more = {"missing": list(missing), "mapping": tomllib.loads(text), "choices": said}
+        said = {
+            name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in plan.choices.items()
+        }
+        more = {"missing": list(missing), "mapping": tomllib.loads(plan.to_toml()), "choices": said}
         _print_json(raw, read, problem, reading, more)
         return int(not read)
     _print_columns(log, raw)

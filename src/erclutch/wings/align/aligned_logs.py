@@ -10,13 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs import map_over, table_of
-from erclutch.logs.assemble import assemble, clocks_of
+from erclutch.logs.applied import apply, runs_of
+from erclutch.logs.clock_planning import clock_plan
+from erclutch.logs.columns import locate
 from erclutch.logs.log_writer import write_log
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, columns_listed, locate
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
+from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
+from erclutch.logs.timing import LogClock
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -66,7 +71,7 @@ class AlignedLogs(Shown):
             MappingError, LogError: see `erclutch.read`.
         """
         own = replace(mapping or ColumnMap(), time=ColumnChoice(_TIME, "s", source="two clocks"), rate=None)
-        return assemble(self.joined, own, device=device)
+        return apply(plan_of(self.joined, own, device=device), self.joined)
 
     def write(self, path: str | Path) -> Path:
         """Write the log as .csv, .parquet or .mat, whole or not at all.
@@ -132,7 +137,7 @@ def align_tables(
         MappingError: no such column, or A's clock restarts; LogError: see `match_clocks`.
     """
     (runs_a, clocks_a, notes_a), (runs_b, clocks_b, notes_b) = (
-        clocks_of(t, m) for t, m in zip((a, b), maps, strict=True)
+        _runs(log, told) for log, told in zip((a, b), maps, strict=True)
     )
     if len(runs_a) > 1:
         problem = f"the clock restarts {len(runs_a) - 1} times"
@@ -179,6 +184,12 @@ def said(match: ClockMatch) -> str:
     )
 
 
+def _runs(log: Table, told: ColumnMap) -> tuple[list[tuple[NDArray[np.int64], LogClock]], set[str], list[str]]:
+    """See `erclutch.logs.applied.runs_of`."""
+    with placed(log.name):
+        return runs_of(clock_plan(log, told, ()), log)
+
+
 def _shared(
     a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b: set[str]
 ) -> tuple[tuple[str, str], tuple[float, float]]:
@@ -193,7 +204,7 @@ def _shared(
         both = [name for name in a.columns if name in b.columns and name not in clocks_a | clocks_b]
         if len(both) != 1:
             listed = f"share the columns {', '.join(both)}" if both else "share no column by its name"
-            problem = f"the logs {listed}; {a.name} has {columns_listed(a)}; {b.name} has {columns_listed(b)}"
+            problem = f"the logs {listed}; {a.name} has {a.listed}; {b.name} has {b.listed}"
             raise MappingError(problem, remedy="Say which signal both have: --on NAME, or --on NAME_IN_A NAME_IN_B")
         on = both
     found: list[tuple[str, float]] = []

@@ -1,4 +1,4 @@
-"""Signals are guessed from the names and units of columns; where a guess would be a bet there is an error."""
+"""Columns are found by the labels that users give, or by what their names and units say; a bet is an error."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import unicodedata
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.labels import own_unit, split_end
-from erclutch.logs.mapping import COUNTS, ColumnChoice, columns_listed
+from erclutch.logs.labels import own_unit, split_end, split_label
+from erclutch.logs.mapping import COUNTS, ColumnChoice
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -141,7 +141,7 @@ def guess(
     """
     found, reason = candidates(table, signal, taken, units_of_sensor)
     if len(found) > 1:
-        problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {columns_listed(table)}"
+        problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"
         remedy = f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
         remedy += ", or --variable all if each is a log" if signal in ("effort", "T") else ""
         raise MappingError(problem, remedy=remedy)
@@ -157,6 +157,17 @@ def example(table: Table, signal: str, taken: Iterable[str]) -> str:
         return volts
     unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
     return f"--{signal} {shell_word(_label(table, likely[0], signal) if likely else f'COLUMN [{unit}]')}"
+
+
+def has_fitting_unit(table: Table, name: str, signal: str) -> bool:
+    """Whether the column's unit is known and is one of the signal's."""
+    return _fits(table, name, SIGNALS[signal].si_units) is True
+
+
+def of_fitting_unit(table: Table, signal: str, taken: Iterable[str]) -> tuple[str, ...]:
+    """Columns whose unit is one of the signal's."""
+    free = [name for name in table.columns if name not in set(taken)]
+    return tuple(name for name in free if has_fitting_unit(table, name, signal))
 
 
 def maybe_field(table: Table, taken: Iterable[str]) -> list[str]:
@@ -189,7 +200,7 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
     called = (name for name in free if table.units.get(name) and len(_called(name, signal) or "") > 2)
     refused = next((name for name in called if _fits(table, name, SIGNALS[signal].si_units) is False), None)
     doubt += f"; column {refused} is called so, but its unit {table.units[refused]} does not fit" if refused else ""
-    problem = f"no column for {alternatives or signal}{doubt}; the file has: {columns_listed(table)}"
+    problem = f"no column for {alternatives or signal}{doubt}; the file has: {table.listed}"
     return MappingError(problem, remedy=remedy)
 
 
@@ -221,3 +232,35 @@ def time_column(table: Table, taken: Iterable[str]) -> str | None:
     ]
     by_unit = [name for name, fits in timed.items() if fits and not _OTHER.intersection(_words(name))]
     return named[0] if named else by_unit[0] if len(by_unit) == 1 else None
+
+
+def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
+    """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
+
+    Raises:
+        MappingError: no such column; the message lists the columns and a close match.
+    """
+    text = str(choice.column).strip()
+    for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
+        name, unit = candidate, choice.unit
+        if name not in table.columns:
+            name, own = split_label(candidate)
+            unit = choice.unit or own
+        if name not in table.columns and name.isdecimal() and len(name) < 10:
+            name = table.numbered(int(name)) or name
+        if name in table.columns:
+            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
+            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
+    raise _no_column(table, text, signal)
+
+
+def _no_column(table: Table, text: str, signal: str) -> MappingError:
+    import difflib
+
+    lower = {name.lower(): name for name in table.columns if name not in table.truths}
+    near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
+    close = lower[near[0]] if near else ""
+    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
+    problem = f"there is no column '{text}' for {signal}; the file has: {table.listed}"
+    each = "; for a log of each column of such a name add --variable all" if "*" in text and signal != "time" else ""
+    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}{each}")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError, MappingError
-from erclutch.logs import ColumnMap, read, read_table
-from erclutch.logs.mapping_file import mapping_text, write_mapping
+from erclutch.logs import ColumnMap, apply, read, read_table
+from erclutch.logs.planning import plan_of
 from tests.support.damaged_text import damaged
 
 HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
@@ -34,17 +34,19 @@ CHOSEN = (
 @pytest.mark.parametrize("chosen", CHOSEN)
 def test_a_written_mapping_reads_the_same_log(log: Path, tmp_path: Path, chosen: dict[str, object]) -> None:
     own = ColumnMap.from_dict(chosen)
-    text, missing, choices = mapping_text(read_table(log), own)
-    assert missing == ()
-    assert {"slip", "effort", "field"} <= set(choices)
-    write_mapping(tmp_path / "own.toml", text)
+    table = read_table(log)
+    plan = plan_of(table, own)
+    assert plan.questions == ()
+    assert {"slip", "effort", "field"} <= set(plan.choices)
+    plan.save(tmp_path / "own.toml")
     again = ColumnMap.from_toml(tmp_path / "own.toml")
     assert (again.rate, again.lead, again.name_pattern, again.variable, again.invalid) == (
         own.rate, own.lead, own.name_pattern, own.variable, own.invalid,
     )  # fmt: skip
     assert (again.constants, again.scales) == (own.constants, own.scales)
     assert [c.column for c in again.inputs] == [c.column for c in own.inputs]
-    one, other = read(log, own), read(log, mapping_file=tmp_path / "own.toml")
+    assert plan_of(table, again) == plan
+    one, other = apply(plan, table), read(log, mapping_file=tmp_path / "own.toml")
     for name, values in one.signals.items():
         np.testing.assert_array_equal(values, other.signals[name])
     assert (one.period, one.units, one.constants) == (other.period, other.units, other.constants)
@@ -52,7 +54,7 @@ def test_a_written_mapping_reads_the_same_log(log: Path, tmp_path: Path, chosen:
 
 
 def test_the_text_itself(log: Path) -> None:
-    text, _, _ = mapping_text(read_table(log), ColumnMap.from_dict(CHOSEN[0]))
+    text = plan_of(read_table(log), ColumnMap.from_dict(CHOSEN[0])).to_toml()
     assert text.splitlines() == [
         "# How l3g.csv is read (single device). All keys: documentation of erclutch.logs.mapping.",
         'time = {column = "t", unit = "ms"}  # guessed from its name or unit',
@@ -69,23 +71,25 @@ def test_the_text_itself(log: Path) -> None:
 def test_what_is_missing_is_named_and_commented_out(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("q,\x07r [V]\n" + "\n".join(f"{k},{k % 7}" for k in range(50)), encoding="utf-8")
-    text, missing, choices = mapping_text(read_table(path), ColumnMap())
-    assert len(missing) >= 2
-    assert "time" not in choices
+    plan = plan_of(read_table(path), ColumnMap())
+    text = plan.to_toml()
+    assert len(plan.questions) >= 2
+    assert "time" not in plan.choices
     for key in ("time", "effort"):
         assert f"# {key} = " in text
     assert all(line.startswith(("#", "[", "field")) or not line for line in text.splitlines())
     assert all(letter.isprintable() or letter == "\n" for letter in text)
 
 
-def test_a_mapping_of_the_user_is_never_written_over(tmp_path: Path) -> None:
+def test_a_mapping_of_the_user_is_never_written_over(log: Path, tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text("mine", encoding="utf-8")
+    plan = plan_of(read_table(log), ColumnMap())
     with pytest.raises(MappingError, match="there is such a file"):
-        write_mapping(own, "text")
+        plan.save(own)
     assert own.read_text(encoding="utf-8") == "mine"
     with pytest.raises(MappingError, match="cannot be written"):
-        write_mapping(tmp_path / "nowhere" / "own.toml", "text")
+        plan.save(tmp_path / "nowhere" / "own.toml")
 
 
 @pytest.mark.slow
@@ -93,7 +97,7 @@ def test_thousands_of_damaged_mapping_files(log: Path, tmp_path: Path) -> None:
     """Each is read, or refused in one line that names the file; every tenth that is read also reads the log."""
     rng = np.random.default_rng(5)
     own = tmp_path / "own.toml"
-    texts = [mapping_text(read_table(log), ColumnMap.from_dict(chosen))[0].encode() for chosen in CHOSEN]
+    texts = [plan_of(read_table(log), ColumnMap.from_dict(chosen)).to_toml().encode() for chosen in CHOSEN]
     read_well, refused = 0, list[str]()
     for k in range(7_500):
         own.write_bytes(damaged(texts[k % 3], rng))

@@ -11,8 +11,10 @@ import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import read
-from erclutch.logs.assemble import assemble, assemble_rows, clocks_of
+from erclutch.logs.applied import apply, apply_rows, runs_of
+from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
 from erclutch.signals.recording import Recording
 
@@ -30,6 +32,10 @@ TWICE = ("torque [N*m]", "torque [N*m] (2)")
 
 def table(columns: dict[str, Any], units: dict[str, str] | None = None, **more: Any) -> Table:
     return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **{"path": "logs/a.csv", **more})
+
+
+def assemble(log: Table, told: ColumnMap, *, device: Any = "single", invalid: Any = None) -> Recording:
+    return apply(plan_of(log, told, device=device, invalid=invalid), log)
 
 
 def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any) -> Recording:
@@ -144,6 +150,38 @@ def test_everything_missing_is_one_error_with_a_command() -> None:
     assert "erclutch inspect logs/a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
 
 
+def test_a_temperature_that_is_not_there_is_asked_for_beside_all_else() -> None:
+    with pytest.raises(MappingError, match=r"2 things are missing.*there is no column 'oyl' for temperature") as caught:
+        made({**PLAIN, "oil": ROWS}, of={"columns": {"temperature": "oyl", "slip": "speed"}})
+    assert '--temperature "COLUMN [°C]"' in caught.value.remedy
+
+
+def test_a_plan_is_printed_compared_and_saved_with_what_the_user_said(tmp_path: Path) -> None:
+    log = table({**PLAIN, "E": ROWS}, {"effort": "N"})
+    plan = plan_of(log, ColumnMap.from_dict({"columns": {"field": "none"}}))
+    assert "effort <- column effort [N] (guessed from its name)" in str(plan)
+    assert plan.signal("effort").sureness == "sure"  # type: ignore[union-attr]
+    assert plan.signal("slip").sureness == "likely"  # type: ignore[union-attr]
+    plan.save(tmp_path / "log.toml")
+    again = plan_of(log, ColumnMap.from_toml(tmp_path / "log.toml"))
+    assert again == plan
+    assert again.differences(plan) == ()
+    other = plan_of(log, ColumnMap.from_dict({"columns": {"field": "E", "effort": "-effort [N]"}}))
+    assert [said.partition(":")[0] for said in other.differences(plan)] == ["signals", "spare"]
+    with pytest.raises(MappingError, match="there is no column 'effort', which the plan reads"):
+        apply(plan, table({name: values for name, values in PLAIN.items() if name != "effort"}))
+
+
+def test_a_plan_of_one_block_serves_for_the_next() -> None:
+    log = table({**PLAIN, "t": 45_000.25 + 1e-6 * ROWS}, {"t": ""})
+    halves = [replace(log, columns={n: v[at : at + 30] for n, v in log.columns.items()}) for at in (0, 30)]
+    plan = plan_of(halves[0], ColumnMap())
+    first, second = (apply(plan, half) for half in halves)
+    whole = apply(plan_of(log, ColumnMap()), log)
+    np.testing.assert_allclose([*first.time, *second.time], whole.time, atol=1e-6)
+    assert first.notes[:-1] == second.notes[:-1]
+
+
 def test_no_such_device_or_way_with_missing_values() -> None:
     own: Any = "keep"
     with pytest.raises(SettingError, match="invalid is 'keep'"):
@@ -202,7 +240,8 @@ def test_a_time_column_in_another_unit_says_so() -> None:
 def test_steps_without_a_good_sample_cut_the_log_and_are_no_error() -> None:
     lost = (ROWS >= 20) & (ROWS < 23)
     effort = np.where(lost, np.nan, PLAIN["effort"])
-    found, rows = assemble_rows(table({**PLAIN, "effort": effort}, unsampled=lost), ColumnMap(), device="single")
+    log = table({**PLAIN, "effort": effort}, unsampled=lost)
+    found, rows = apply_rows(plan_of(log, ColumnMap()), log)
     assert found.segments == ((0, 20), (20, N - 3))
     np.testing.assert_array_equal(rows, np.flatnonzero(~lost))
     assert "3 steps of the loop had no good sample: left out, the log cut there" in found.notes
@@ -223,13 +262,13 @@ def test_a_number_that_nothing_measures_is_refused(value: float) -> None:
 def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     time = np.concatenate([np.arange(30), np.arange(5), np.arange(25)]) / 100.0
     log = table({**PLAIN, "t": time})
-    runs, taken, notes = clocks_of(log, ColumnMap())
+    runs, taken, notes = runs_of(clock_plan(log, ColumnMap(), ()), log)
     assert [kept.tolist() for kept, _ in runs] == [list(range(30)), list(range(35, 60))]
     assert "5 rows between two restarts of the clock left out" in notes
     assert taken == {"t"}
     with pytest.raises(MappingError, match="no time column"):
-        clocks_of(table({"q": ROWS}), ColumnMap())
-    (run,), _, _ = clocks_of(table(PLAIN), ColumnMap(rate=50.0))
+        clock_plan(table({"q": ROWS}), ColumnMap(), ())
+    (run,), _, _ = runs_of(clock_plan(table(PLAIN), ColumnMap(rate=50.0), ()), table(PLAIN))
     assert run[1].period == pytest.approx(0.02)
     assert ColumnChoice("t").source == "given"
 

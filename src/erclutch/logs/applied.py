@@ -1,0 +1,261 @@
+"""A plan is carried out: signals converted, rows put on one clock, the log cut at gaps, what is not finite refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import pi
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import LogError, MappingError, placed, shell_word
+from erclutch.logs import timing
+from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.recording import TEMPERATURE, Recording
+
+_LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
+_SLOW = 0.5  # s between rows from which on a time without a unit is doubted
+
+
+def apply(plan: Plan, table: Table) -> Recording:
+    """Make a Recording of a table; see `apply_rows`."""
+    return apply_rows(plan, table)[0]
+
+
+def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
+    """Make a Recording of a table, and tell which row of the table each of its rows was, shape (n,).
+
+    Args:
+        plan: without open questions. A plan that was made of one block of a log serves for all of its blocks.
+        table: the columns that the plan names.
+
+    Raises:
+        MappingError: an open question, or a column that is not there.
+        LogError: values that are not finite; TimingError: time that cannot be put right.
+    """
+    with placed(table.name):
+        plan.require_answers()
+        clock_plan = plan.clock
+        assert clock_plan is not None, "a plan without a clock has a question about it"
+        notes = list(plan.notes)
+
+        signals = {each.signal: _values(each, table) for each in plan.signals}  # each of shape (rows of the table,)
+        inputs = {each.column: _values(each, table) for each in plan.inputs}
+        spare = {name: _column(table, name) for name in plan.spare}
+        spare = {name: values for name, values in spare.items() if np.isfinite(values).all()}
+        names = {each.signal: each.column for each in plan.signals if each.column}
+
+        rows = np.arange(table.rows)
+        if clock_plan.kind == "column":
+            unstamped = ~np.isfinite(_column(table, clock_plan.column))
+            if unstamped.any():
+                _refuse_or_note(table, {clock_plan.column: unstamped}, plan.invalid, notes)
+                rows = rows[~unstamped]
+        clock = clock_of(clock_plan, table, rows, notes)
+        units_of = {each.signal: each.si for each in plan.signals}
+        bad = _unusable_rows(table, {**signals, **inputs}, names, units_of, plan.invalid, notes)
+
+        kept = rows[clock.keep]
+        usable = ~bad[kept]
+        timing.require_rows(int(usable.sum()))
+        starts, stops = _segments(clock, usable)
+        taken = kept[usable]
+        for each in plan.signals:
+            if len(each.numbers) > 1:
+                signals[each.signal] = _stepped(each, starts, stops)
+            else:
+                signals[each.signal] = signals[each.signal][taken]
+        extras = {name: values[taken] for name, values in inputs.items()}
+        if "temperature" in signals:
+            extras = {TEMPERATURE: signals.pop("temperature"), **extras}
+            del units_of["temperature"]
+        if "alpha_raw" in signals:
+            signals["alpha"] = signals.pop("alpha_raw")
+            del units_of["alpha_raw"]
+            units_of["alpha"] = "rad"
+
+        recording = Recording(
+            name=table.name,
+            signals=_read_only(signals),
+            units=MappingProxyType(units_of),
+            time=_frozen(clock.time[usable]),
+            period=clock.period,
+            segments=tuple(zip(starts.tolist(), stops.tolist(), strict=True)),
+            uniform=clock.uniform,
+            digest=table.digest,
+            constants=MappingProxyType({**table.constants, **plan.constants}),
+            origin=table.origin,
+            extras=_read_only(extras),
+            spare=_read_only({name: values[taken] for name, values in spare.items()}),
+            notes=(*notes, *clock.notes),
+            mapping=plan.told.file,
+        )
+        return recording, taken
+
+
+def _column(table: Table, name: str) -> Array:
+    if name not in table.columns:
+        problem = f"there is no column '{name}', which the plan reads; the file has: {table.listed}"
+        raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")
+    return table.columns[name]
+
+
+def _values(choice: SignalPlan, table: Table) -> Array:
+    """A signal in all rows of the table, in the unit of the recording, shape (rows,)."""
+    if choice.numbers:
+        return np.full(table.rows, choice.numbers[0])
+    values = _column(table, choice.column)
+    if choice.factor != 1.0:
+        values = values * choice.factor
+    if choice.signal == "temperature":
+        return units.kelvin(values, choice.unit, choice.column)
+    if choice.lead is not None:
+        return values * (2 * pi / choice.lead)
+    return values
+
+
+def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list[str]) -> timing.LogClock:
+    """The clock of some rows of a table; ``notes`` gets a sentence on it.
+
+    Raises:
+        TimingError: time that cannot be put right.
+    """
+    notes.append(plan.sentence)
+    period = plan.period
+    if plan.kind in ("rate", "header"):
+        assert period is not None
+        return timing.from_rate(rows.size, period)
+    if plan.kind == "dates":
+        assert table.clock is not None
+        stamps = table.clock[rows]
+    else:
+        column = _column(table, plan.column)[rows]
+        stamps = column * plan.factor if plan.zero == 0.0 else (column - plan.zero) * plan.factor
+    clock = timing.from_stamps(stamps, _same_as_before(table, plan, rows), column=plan.column, hint=period)
+    if plan.kind == "column" and not plan.unit and clock.period >= _SLOW:
+        remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
+        notes.append(f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")
+    return clock
+
+
+def _same_as_before(table: Table, clock: ClockPlan, rows: NDArray[np.int64]) -> Mask:
+    """Whether a row equals the row before in all columns but those that count time or samples, shape (rows,)."""
+    same = np.ones(rows.size, dtype=np.bool_)
+    same[:1] = False
+    for values in (values[rows] for name, values in table.columns.items() if name not in clock.not_signals):
+        same[1:] &= (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return same
+
+
+def runs_of(
+    plan: ClockPlan, table: Table
+) -> tuple[list[tuple[NDArray[np.int64], timing.LogClock]], set[str], list[str]]:
+    """The clock of each run of a log, which a restart of its time column ends.
+
+    Returns:
+        For each run the rows of the table that its clock keeps, and the clock; the columns that tell the time or count
+        rows; and a sentence on each choice.
+
+    Raises:
+        TimingError: time that cannot be put right.
+    """
+    stamps = {"column": table.columns.get(plan.column), "dates": table.clock}.get(plan.kind)
+    stamped = np.arange(table.rows) if stamps is None else np.flatnonzero(np.isfinite(stamps))
+    restarts = [] if stamps is None else (1 + np.flatnonzero(np.diff(stamps[stamped]) < 0)).tolist()
+    runs: list[tuple[NDArray[np.int64], timing.LogClock]] = []
+    notes: list[str] = []
+    with placed(table.name):
+        for part in np.split(stamped, restarts):
+            if restarts and part.size < timing.MINIMUM_ROWS:
+                notes.append(f"{part.size} rows between two restarts of the clock left out")
+                continue
+            cut = {name: values[part] for name, values in table.columns.items()}
+            run = replace(table, columns=cut, clock=None if table.clock is None else table.clock[part])
+            clock = clock_of(plan, run, np.arange(part.size), notes)
+            notes.extend(clock.notes)
+            runs.append((part[clock.keep], clock))
+        timing.require_rows(sum(kept.size for kept, _ in runs))
+    return runs, {*plan.not_signals, table.clock_name} - {""}, notes
+
+
+def _unusable_rows(
+    table: Table,
+    values_of: Mapping[str, Array],
+    names: Mapping[str, str],
+    units_of: Mapping[str, str],
+    invalid: Invalid,
+    notes: list[str],
+) -> Mask:
+    """Rows where a signal is not finite, shape (rows of the table,); an error unless they are to be dropped."""
+    unsampled = np.zeros(table.rows, dtype=np.bool_) if table.unsampled is None else table.unsampled
+    holes = {names.get(signal, signal): ~np.isfinite(values) & ~unsampled for signal, values in values_of.items()}
+    holes = {name: bad for name, bad in holes.items() if bad.any()}
+    if holes:
+        _refuse_or_note(table, holes, invalid, notes)
+    for signal, values in values_of.items():
+        size = np.abs(np.where(np.isfinite(values), values, 0.0))
+        if float(size.max(initial=0.0)) > _LARGEST:
+            row, name = int(size.argmax()), names.get(signal, signal)
+            raise LogError(
+                f"column {name} is {values[row]:.3g} {units_of.get(signal, '')}".rstrip()
+                + f" in data row {table.first_row + row + 1}, beyond {_LARGEST:.0e}, which nothing measures",
+                remedy="Correct the row, or leave it out with --skip",
+            )
+    if unsampled.any():
+        notes.append(f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there")
+    return np.logical_or.reduce([*holes.values(), unsampled])
+
+
+def _refuse_or_note(table: Table, holes: Mapping[str, Mask], invalid: Invalid, notes: list[str]) -> None:
+    """What to say of values that are not finite, by column; the first column goes first."""
+    name, bad = next(iter(holes.items()))
+    row, count = int(np.argmax(bad)), int(bad.sum())
+    values = table.columns.get(name)
+    shown = "nan" if values is None or np.isnan(values[row]) else "infinity" if values[row] > 0 else "-infinity"
+    many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
+    text = f"column {name} has {many}, the first ({shown}) in data row {table.first_row + row + 1}"
+    if invalid == "error":
+        raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
+    total = int(np.logical_or.reduce(list(holes.values())).sum())
+    others = "".join(f", column {other} {int(rows.sum())}" for other, rows in list(holes.items())[1:])
+    notes.append(f"{text}{others}: {total} rows dropped, the log cut there")
+
+
+def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First row of each segment and the row behind its last, in rows that are usable.
+
+    A segment ends where the clock has a gap, and where rows are left out.
+    """
+    first = np.zeros(usable.size, dtype=np.bool_)
+    first[list(clock.starts)] = True
+    part = np.cumsum(first)  # which segment of the clock a row is in
+    place = np.flatnonzero(usable)
+    begins = np.concatenate(([True], (np.diff(place) > 1) | (np.diff(part[usable]) > 0)))
+    starts = np.flatnonzero(begins).astype(np.int64)
+    return starts, np.append(starts[1:], place.size)
+
+
+def _stepped(choice: SignalPlan, starts: NDArray[np.int64], stops: NDArray[np.int64]) -> Array:
+    """A signal that is one number in each segment, shape (rows,)."""
+    if len(choice.numbers) != starts.size:
+        rows = [f"{count:,}" for count in stops - starts]
+        many = f"{', '.join(rows[:8])}{', ...' if len(rows) > 8 else ''}"
+        segments = f"{starts.size} segments between gaps, of {many} rows"
+        problem = f"{len(choice.numbers)} numbers for {choice.signal} and {segments}"
+        raise MappingError(problem, remedy="Give one number for each")
+    return np.repeat(np.array(choice.numbers), stops - starts)
+
+
+def _read_only(signals: Mapping[str, Array]) -> Mapping[str, Array]:
+    return MappingProxyType({name: _frozen(values) for name, values in signals.items()})
+
+
+def _frozen(values: Array) -> Array:
+    values = np.ascontiguousarray(values, dtype=np.float64).copy()
+    values.setflags(write=False)
+    return values

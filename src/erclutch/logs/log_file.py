@@ -1,0 +1,129 @@
+"""A log file is opened, its format is found, and its table is read: nothing of it is called a signal yet."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from erclutch.errors import LogError, placed
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
+from erclutch.logs.table import Table
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_LARGEST = 4 << 30  # bytes
+_ROWS_WANTED = "Give a log with one row a sample"
+
+
+def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
+    """The table of a file, or that of a DataFrame.
+
+    Raises:
+        LogError: see `read`.
+    """
+    if isinstance(log, str | Path):
+        return read_table(log, variable=variable)
+    from erclutch.logs.data_frame import table_of_frame
+
+    return table_of_frame(log)
+
+
+def read_table(
+    path: str | Path, *, variable: str | None = None, told: Callable[[int, int], None] = lambda done, total: None
+) -> Table:
+    """Read a log as it is: raw columns and units, nothing converted.
+
+    Args:
+        path: see `read`.
+        variable: which recording of a file that holds several: variable, group, sheet, topic.
+        told: called with how many bytes of a long text were read, and of how many.
+
+    Raises:
+        LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
+    """
+    file = require_file(path)
+    plugin = folder_reader(file)
+    with placed(file.name):
+        data = b"" if plugin else _bytes(file)
+        digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
+    plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
+    table = read_by(plugin, LogSource(file, data, digest, variable, told))
+    if not table.columns or not table.rows:
+        raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
+    return replace(table, notes=(*table.notes, *notes), path=str(path))
+
+
+def require_file(path: str | Path) -> Path:
+    """The path of a log that is there.
+
+    Raises:
+        LogError: no such file, no log, or no permission.
+    """
+    file = Path(path)
+    with placed(str(path)):
+        try:
+            require_no_run(file)
+            if file.is_dir() and folder_reader(file) is None:
+                raise LogError("this is a folder, not a file", remedy="Give one log file")
+            if not file.exists():
+                raise LogError("there is no such file", remedy="Check the path")
+            if not (file.is_file() or file.is_dir()):
+                raise LogError("this is not a regular file", remedy="Give a log file")
+        except (OSError, ValueError) as error:
+            problem = f"the file cannot be read ({error})"
+            raise LogError(problem, remedy="Check the path and its permissions") from error
+    return file
+
+
+def _bytes(file: Path) -> bytes:
+    with readable(file):
+        if file.stat().st_size > _LARGEST:
+            raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+        data = file.read_bytes()
+    if not data:
+        raise LogError("the file is empty", remedy=_ROWS_WANTED)
+    return data
+
+
+def _folder_digest(folder: Path) -> str:
+    """SHA-256 over names and SHA-256 of the files in a folder, by name."""
+    digest = hashlib.sha256()
+    with readable(folder):
+        inside = sorted(path for path in folder.iterdir() if path.is_file())
+        if sum(path.stat().st_size for path in inside) > _LARGEST:
+            raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
+        for path in inside:
+            with path.open("rb") as content:
+                digest.update(f"{path.name}\0{hashlib.file_digest(content, 'sha256').hexdigest()}\0".encode())
+    return digest.hexdigest()
+
+
+def recordings_in(path: str | Path) -> list[str]:
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    file = require_file(path)
+    with readable(file):
+        data = file.read_bytes()
+    plugin, _ = reader_of(data[:HEAD], file.suffix)
+    listed = plugin.of_type(LogReader).recordings
+    source = LogSource(file, data, "")
+    with placed(file.name), plugin.working(f"failed on {file.name}"):
+        return list(listed(source)) if listed is not None else []
+
+
+@contextmanager
+def readable(file: Path) -> Generator[None]:
+    """What the system says against reading a file is a LogError."""
+    try:
+        yield
+    except OSError as error:
+        problem = f"the file cannot be read ({error.strerror})"
+        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error

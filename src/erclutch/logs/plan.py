@@ -1,0 +1,326 @@
+"""A plan says how the columns of a table become a recording: every choice, made before any of them is carried out.
+
+A reader gives a `Table`; `erclutch.logs.planning.plan_of` weighs what the user said, what the file says and how the
+columns are called, and makes the plan; `erclutch.logs.applied.apply` carries it out and decides nothing. A plan can be
+printed, saved as a mapping file, loaded with the table that it is for, and compared with another.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.files import unwritable, whole_file
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.table import listed
+from erclutch.places import nothing
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import NAMED_COLUMNS
+
+Invalid = Literal["error", "drop"]
+#: How sure a choice is: the user gave it; name and unit agree; only one of them speaks; or little speaks for it.
+Sureness = Literal["given", "sure", "likely", "doubtful"]
+
+#: What a device needs: each group is satisfied by one of its alternatives, each of which is a set of signals.
+NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
+    "single": ((("field",),), (("slip",), ("position",)), (("effort",),)),
+    "coaxial": (
+        (("E1", "E2"), ("E",)),
+        (("theta_dot",), ("theta",)),
+        (("alpha_dot",), ("alpha",), ("alpha_raw",)),
+        (("T",),),
+    ),
+}
+#: What a device may have besides; taken by its name where it is there.
+OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
+#: In place of a column of the field: the device has none that was logged.
+NONE = "none"
+
+
+@dataclass(frozen=True)
+class SignalPlan:
+    """One signal: the column that it is read from, or the numbers that stand in place of a column.
+
+    Attributes:
+        signal: its name; of a further input, the name that it travels under.
+        column: name in the table; "" where numbers take its place.
+        unit: of the column; None where nobody says it.
+        scale: before the unit is converted; -1 turns the sign.
+        factor: from the column's numbers to the unit of the recording, scale and sensor included.
+        si: unit of the recording; "" is dimensionless, "?" unknown.
+        numbers: in the unit of the recording, one for the whole log or one for each segment; () where a column is read.
+        lead: of the screw in m, where the column is the position on a screw and the signal an angle; else None.
+        reason: who chose it, or what it was guessed from.
+        sureness: how sure the choice is.
+        alternatives: other columns that would do.
+    """
+
+    signal: str
+    column: str = ""
+    unit: str | None = None
+    scale: float = 1.0
+    factor: float = 1.0
+    si: str = "?"
+    numbers: tuple[float, ...] = ()
+    lead: float | None = None
+    reason: str = field(default="given", compare=False)
+    sureness: Sureness = field(default="given", compare=False)
+    alternatives: tuple[str, ...] = field(default=(), compare=False)
+
+
+@dataclass(frozen=True)
+class ClockPlan:
+    """The clock that rows are put on.
+
+    Attributes:
+        kind: "rate" counts rows; "column" reads stamps; "dates" takes the table's dates; "counter" counts samples by a
+            column; "header" counts rows by the period that the file states.
+        column: of stamps, dates or a counter.
+        unit: of the stamps as written; None where nobody says it.
+        scale: before the unit is converted.
+        factor: from stamps to s, scale included.
+        zero: stamp that is 0 s, in the column's unit.
+        period: in s: of "rate", "counter" and "header"; of stamps what the header states, taken where they agree.
+        not_signals: columns that tell the time or count samples; rows are compared without them.
+        reason: who chose it, or what it was guessed from.
+        sentence: what the time is taken from, for the notes of a recording.
+    """
+
+    kind: Literal["rate", "column", "dates", "counter", "header"]
+    column: str = ""
+    unit: str | None = None
+    scale: float = 1.0
+    factor: float = 1.0
+    zero: float = 0.0
+    period: float | None = None
+    not_signals: tuple[str, ...] = ()
+    reason: str = field(default="given", compare=False)
+    sentence: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Question:
+    """What the plan cannot say, and only the user can.
+
+    Attributes:
+        signal: the signal, ``time``, ``lead`` or ``input`` that it is about.
+        problem: what is missing, or what cannot be told.
+        remedy: an option that answers it.
+        of_unit: whether a unit is at fault.
+    """
+
+    signal: str
+    problem: str
+    remedy: str
+    of_unit: bool = False
+
+    @classmethod
+    def of(cls, signal: str, error: MappingError) -> Question:
+        """The question that an error asks."""
+        return cls(signal, error.problem, error.remedy, isinstance(error, UnitError))
+
+    @property
+    def short(self) -> str:
+        """The problem without the list of all columns."""
+        return self.problem.split("; the file has: ")[0]
+
+    def error(self) -> MappingError:
+        """The question as an error, for whom only an answer helps."""
+        return (UnitError if self.of_unit else MappingError)(self.problem, remedy=self.remedy)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a table becomes a recording.
+
+    Two plans are equal where they make the same recording of a table, whoever chose what.
+
+    Attributes:
+        log: name of the log that it was made for.
+        device: what the signals belong to.
+        signals: in the order in which they were chosen; the temperature is one of them.
+        clock: None while a question is open about it.
+        inputs: further inputs of networks, as logged.
+        spare: further columns that are worth a look.
+        constants: numbers that hold for the whole log.
+        invalid: what is done about values that are not finite.
+        questions: what only the user can say; such a plan cannot be applied.
+        labels: the table's columns as a user would write them.
+        told: the answers that the plan is made from: the user's, and those of a mapping file.
+        notes: what was chosen, guessed, converted and assumed, one sentence each.
+        path: of the file, for the command that answers all questions.
+        examples: options that answer the questions, in their order.
+    """
+
+    log: str = field(compare=False)
+    device: DeviceName
+    signals: tuple[SignalPlan, ...]
+    clock: ClockPlan | None
+    inputs: tuple[SignalPlan, ...] = ()
+    spare: tuple[str, ...] = ()
+    constants: Mapping[str, float] = field(default_factory=dict[str, float])
+    invalid: Invalid = "error"
+    questions: tuple[Question, ...] = ()
+    labels: Mapping[str, str] = field(default_factory=dict[str, str], compare=False)
+    told: ColumnMap = field(default_factory=ColumnMap, compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    path: str = field(default="", compare=False)
+    examples: tuple[str, ...] = field(default=(), compare=False)
+
+    def __str__(self) -> str:
+        """The plan as a person reads it: each choice and each question on a line."""
+        clock = [] if self.clock is None else [self.clock.sentence]
+        return "\n".join([*self.notes, *clock, *(f"question: {question.short}" for question in self.questions)])
+
+    def signal(self, name: str) -> SignalPlan | None:
+        """The choice for a signal, or None."""
+        return next((each for each in self.signals if each.signal == name), None)
+
+    @property
+    def choices(self) -> dict[str, ColumnChoice]:
+        """The column of each signal, and of the time."""
+        found = {
+            each.signal: ColumnChoice(each.column, each.unit, each.scale, each.reason)
+            for each in self.signals
+            if each.column
+        }
+        if self.clock is not None and self.clock.kind == "column":
+            found["time"] = ColumnChoice(self.clock.column, self.clock.unit, self.clock.scale, self.clock.reason)
+        return found
+
+    def differences(self, other: Plan) -> tuple[str, ...]:
+        """What another plan does differently, one sentence each; none where the plans are equal."""
+        return tuple(
+            f"{each.name}: {getattr(self, each.name)} here, {getattr(other, each.name)} there"
+            for each in fields(self)
+            if each.compare and getattr(self, each.name) != getattr(other, each.name)
+        )
+
+    def require_answers(self) -> None:
+        """Refuse a plan with open questions.
+
+        Raises:
+            MappingError: what is missing, with one command that answers all of it once it is filled in. UnitError: of
+                one question that is about a unit.
+        """
+        if not self.questions:
+            return
+        if len(self.questions) == 1:
+            raise self.questions[0].error()
+        numbered = "; ".join(f"({place}) {each.short}" for place, each in enumerate(self.questions, start=1))
+        columns = listed(self.labels.values())
+        problem = f"{len(self.questions)} things are missing: {numbered}; the file has: {columns}"
+        options = [*_given_options(self), *self.examples]
+        command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
+        if not self.path:  # of a DataFrame or of arrays
+            command = str({k[2:]: v for k, v in map(shlex.split, options) if k[2:] in (*NAMED_COLUMNS, "time")})
+        pair = next((f"; if {hint}" for each in self.questions if (hint := each.remedy.partition("; if ")[2])), "")
+        field_remedy = next((each.remedy for each in self.questions if each.signal == "field"), "")
+        none = "; --field none if it was not logged" if "--field none" in field_remedy else ""
+        remedy = f"Give them all, with your columns in place of these: {command}{none}{pair}"
+        raise MappingError(problem, remedy=remedy)
+
+    def to_toml(self) -> str:
+        """The plan as a mapping file (`erclutch.logs.mapping`), with its reasons and questions as comments."""
+        told = self.told
+        keys = "All keys: documentation of erclutch.logs.mapping"
+        lines = [f"# How {_plain(self.log)} is read ({self.device} device). {keys}."]
+        if told.rate is not None:
+            lines.append(f"rate = {told.rate!r}  # Hz")
+        elif self.clock is not None and self.clock.kind == "column":
+            time = _choice(self.clock.column, self.clock.unit, self.clock.scale)
+            lines.append(f"time = {time}  # {_plain(self.clock.reason)}")
+        if told.lead is not None:
+            lines.append(f"lead = {told.lead!r}")
+        for key in ("name_pattern", "variable", "invalid"):
+            if getattr(told, key) is not None:
+                lines.append(f"{key} = {_text(getattr(told, key))}")
+        if told.inputs:
+            lines.append(f"inputs = [{', '.join(_text(str(choice.column)) for choice in told.inputs)}]")
+        apart = ("time", "lead", "input")
+        for question in self.questions:
+            if question.signal in apart:
+                lines += [f"# missing: {_plain(question.short)}", f'# {question.signal} = "..."']
+
+        lines += ["", "[columns]", *_column_lines(self, apart)]
+        for head, values in (("scales", told.scales), ("constants", told.constants)):
+            if values:
+                lines += ["", f"[{head}]", *(f"{_text(name)} = {_text(text)}" for name, text in values.items())]
+        return "\n".join([*lines, ""])
+
+    def save(self, path: Path) -> None:
+        """Write the plan as a mapping file, whole or not at all.
+
+        Raises:
+            MappingError: the file is there already, or cannot be written.
+        """
+        if path.exists():
+            remedy = "Give another name, or delete the file first"
+            raise MappingError("there is such a file, and it may be your own mapping", where=str(path), remedy=remedy)
+        remedy = "Give a file in a folder that you may write to"
+        with whole_file(path, partial(unwritable, remedy=remedy, kind=MappingError), nothing) as whole:
+            whole.write_text(self.to_toml(), encoding="utf-8")
+
+
+def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
+    """A line for each signal, and two for each that is asked about."""
+    lines: list[str] = []
+    for each in plan.signals:
+        if each.column:
+            lines.append(f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}")
+        elif each.signal == "field" and each.signal in plan.told.columns:
+            lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
+    taken = {each.column for each in plan.signals}
+    free = _plain(", ".join(label for name, label in plan.labels.items() if name not in taken))
+    for question in sorted(plan.questions, key=lambda each: each.signal):
+        if question.signal not in apart:
+            lines.append(f"# missing: {_plain(question.short)}")
+            lines.append(f'# {question.signal} = "COLUMN [unit]"  # columns left: {free}')
+    return lines
+
+
+def _given_options(plan: Plan) -> list[str]:
+    """What the user gave, as options of a command."""
+    told = plan.told
+    asked = {question.signal for question in plan.questions}
+    columns = {**told.columns, **({"time": told.time} if told.time else {})}
+    words = [
+        f"--{name} {shell_word(f'{c.column} [{c.unit}]' if c.unit else str(c.column))}"
+        for name, c in columns.items()
+        if c.source == "given" and name not in asked
+    ]
+    if plan.device != "single":
+        words.append(f"--device {plan.device}")
+    if told.source == "given":
+        if told.rate is not None:
+            words.append(f"--rate {told.rate:g}")
+        if told.lead is not None:
+            words.append(f'--lead "{told.lead:g} m"')
+        for option, texts in (("constant", told.constants), ("scale", told.scales)):
+            words += [f"--{option} {shell_word(f'{name}={text}')}" for name, text in texts.items()]
+    return words
+
+
+def _choice(column: str, unit: str | None, scale: float) -> str:
+    """A column as the value of a key in a mapping file."""
+    parts = [f"column = {_text(column)}"]
+    if unit:
+        parts.append(f"unit = {_text(unit)}")
+    if scale != 1.0:
+        parts.append(f"scale = {scale!r}")
+    return f"{{{', '.join(parts)}}}"
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _plain(text: str) -> str:
+    """A text for a comment: one line without control characters."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)

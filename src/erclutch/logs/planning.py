@@ -1,0 +1,418 @@
+"""A plan is made of a table: what the user said goes first, names and units say the rest, and what is open is asked.
+
+Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says.
+"""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from erclutch.errors import MappingError, SettingError, UnitError, placed, shell_word
+from erclutch.logs import columns
+from erclutch.logs.clock_planning import clock_plan, counters
+from erclutch.logs.labels import split_label
+from erclutch.logs.mapping import COUNTS, ColumnChoice, ColumnMap
+from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.plan import NEEDS, NONE, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import NO_FIELD, SIGNALS
+
+_MOST_SPARE = 8
+_TEMPERATURE = "temperature"
+_OF_A_NAME = "from the file's name"
+
+
+@dataclass
+class _Draft:
+    """A plan in the making."""
+
+    table: Table
+    told: ColumnMap
+    device: DeviceName
+    signals: dict[str, SignalPlan] = field(default_factory=dict[str, SignalPlan])
+    inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
+    spare: list[str] = field(default_factory=list[str])
+    clock: ClockPlan | None = None
+    constants: dict[str, float] = field(default_factory=dict[str, float])
+    questions: dict[str, Question] = field(default_factory=dict[str, Question])
+    notes: list[str] = field(default_factory=list[str])
+
+    @property
+    def taken(self) -> list[str]:
+        """Columns that are signals, inputs, the time or a counter of samples."""
+        named = [each.column for each in (*self.signals.values(), *self.inputs) if each.column]
+        stamps = [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
+        return [*named, *counters(self.table), *stamps]
+
+    def ask(self, signal: str, error: MappingError) -> None:
+        """Keep an error as a question about a signal."""
+        self.questions[signal] = Question.of(signal, error)
+
+
+def plan_of(table: Table, told: ColumnMap, *, device: DeviceName = "single", invalid: Invalid | None = None) -> Plan:
+    """The plan of a table.
+
+    Args:
+        table: columns as in the file.
+        told: what the user and the mapping file said; the rest is guessed from names and units.
+        device: "single" or "coaxial"; decides which signals are needed.
+        invalid: "error" refuses values that are not finite, "drop" cuts the log there; None is what the mapping says.
+
+    Raises:
+        MappingError: a signal that the device does not have, a column that is two signals, a constant that is none.
+        SettingError: another device or way with invalid values than these.
+    """
+    if device not in NEEDS:
+        raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
+    invalid = invalid or ("drop" if told.invalid == "drop" else "error")
+    if invalid not in ("error", "drop"):
+        raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
+    draft = _Draft(table, told, device, constants=dict(table.constants), notes=list(table.notes))
+    with placed(table.name):
+        _take_named(draft)
+        _take_clock(draft)
+        _take_constants(draft)
+        _guess_what_is_needed(draft)
+        _take_what_may_be(draft)
+        _take_inputs(draft)
+        _look_at_the_rest(draft)
+        _turn_screw(draft)
+        _refuse_effort_as_input(draft)
+    return Plan(
+        log=table.name,
+        device=device,
+        signals=tuple(draft.signals.values()),
+        clock=draft.clock,
+        inputs=tuple(draft.inputs),
+        spare=tuple(draft.spare),
+        constants=draft.constants,
+        invalid=invalid,
+        questions=tuple(draft.questions.values()),
+        labels={name: table.label(name) for name in table.columns},
+        told=told,
+        notes=tuple(draft.notes),
+        path=table.path,
+        examples=tuple(_examples(draft)) if draft.questions else (),
+    )
+
+
+def _take_named(draft: _Draft) -> None:
+    """The columns that the user named."""
+    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    allowed |= {*OPTIONAL[draft.device], _TEMPERATURE}
+    for signal, choice in draft.told.columns.items():
+        if signal == "field" and str(choice.column).strip() == NONE and NONE not in draft.table.columns:
+            _take_no_field(draft)
+            continue
+        if signal not in allowed:
+            own = ", ".join(sorted(allowed - {_TEMPERATURE}))
+            problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
+            raise MappingError(problem, remedy="Use one of these, or set --device")
+        try:
+            if signal == _TEMPERATURE:
+                _take_temperature(draft, choice)
+            else:
+                _take(draft, signal, choice)
+        except MappingError as error:
+            draft.ask(signal, error)
+
+
+def _take_no_field(draft: _Draft) -> None:
+    """The field as 0 in all rows, for a device whose field nobody logged."""
+    draft.signals["field"] = SignalPlan("field", numbers=(0.0,), si=units.UNKNOWN, reason=NO_FIELD)
+    draft.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0")
+
+
+def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
+    """The temperature as a further input, in K."""
+    name, unit, factor = columns.locate(draft.table, choice, _TEMPERATURE)
+    units.kelvin(draft.table.columns[name] * factor, unit, name)
+    draft.signals[_TEMPERATURE] = SignalPlan(
+        _TEMPERATURE, name, unit, scale=factor, factor=factor, si="K", reason=choice.source
+    )
+    draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
+
+
+def _take(draft: _Draft, signal: str, choice: ColumnChoice, sureness: Sureness = "given") -> str:
+    """Take one column as a signal; the note says all that is done to it. Its name."""
+    name, unit, scale = columns.locate(draft.table, choice, signal)
+    in_file = draft.table.units.get(name)
+    by_sensor = draft.told.scales.get(signal)
+    factor = scale
+    if by_sensor is not None:
+        sensor, si, how = _by_sensor(signal, name, unit, by_sensor)
+        factor *= sensor
+    elif unit is None:
+        si, how = _assumed_unit(draft.device, signal, draft.table.columns[name])
+    else:
+        to_si, si = units.conversion(unit, SIGNALS[signal], name)
+        factor *= to_si
+        how = f", converted to {si or 'a plain number'}" if to_si != 1.0 else ""
+        how += f" (the file says {in_file})" if in_file and in_file != unit else ""
+    how += ", sign turned" if factor < 0 else ""
+    others = () if sureness == "given" else columns.of_fitting_unit(draft.table, signal, [*draft.taken, name])
+    draft.signals[signal] = SignalPlan(
+        signal,
+        name,
+        unit,
+        scale,
+        factor,
+        si,
+        reason=choice.source,
+        sureness=sureness,
+        alternatives=others,
+    )
+    draft.notes.append(f"{signal} <- column {f'{name} [{unit}]' if unit else name}{how} ({choice.source})")
+    return name
+
+
+def _by_sensor(signal: str, name: str, unit: str | None, text: str) -> tuple[float, str, str]:
+    """Factor, SI unit and note of a column that a scale makes a signal of: ``2.5 N*m/V`` for a sensor in volts."""
+    number, made, sensor = scaled(text, signal)
+    unit = None if unit in COUNTS else unit
+    if sensor is not None and unit is not None:
+        fitting = units.fits(unit, (sensor,))
+        if fitting is None:
+            problem = f"column '{name}' has the unit '{unit}', and the scale of {signal} is {text}"
+            raise UnitError(problem, remedy=f"Give the scale in {signal} per {unit}, or the column's unit")
+        number *= fitting[0]
+    elif unit is not None and made is not None:
+        problem = f"column '{name}' has the unit '{unit}', and the scale of {signal}, {text}, names no unit of a sensor"
+        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}={text}/{unit}')}")
+    made = made if made is not None else unit
+    if made is None:
+        return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
+    factor, si = units.conversion(made, SIGNALS[signal], name)
+    return number * factor, si, f", times {text}"
+
+
+def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
+    """A scale such as ``2.5 N*m/V`` as 2.5, ``N*m`` and ``V``; None where it names no unit, or none of a sensor.
+
+    Raises:
+        MappingError: no number with a unit, or zero.
+    """
+    try:
+        number, unit = units.quantity(text)
+        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
+        over, _, under = (unit or "").rpartition("/")
+        if not whole:
+            over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
+    except UnitError:
+        number, whole, over, under, unit = 0.0, False, "", None, None
+    if not 0 < abs(number) < float("inf"):
+        problem = f"the scale of {signal} is '{text}'"
+        example = f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/V"
+        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(example)}")
+    return (number, unit, None) if whole else (number, over, under)
+
+
+def _assumed_unit(device: DeviceName, signal: str, values: Array) -> tuple[str, str]:
+    """The unit of a column that has none: unknown for a single device, SI for the coaxial pair."""
+    usual = SIGNALS[signal].si_units[0]
+    if device == "single":
+        return units.UNKNOWN, ", no unit: taken as logged"
+    if usual:
+        return usual, f", no unit: assumed {usual}"
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if largest > 0.5:
+        return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
+    return "", ", no unit and within 0.5: taken as a plain number"
+
+
+def _take_clock(draft: _Draft) -> None:
+    """The clock, or the question about it."""
+    try:
+        draft.clock = clock_plan(draft.table, draft.told, [each.column for each in draft.signals.values()])
+    except MappingError as error:
+        draft.ask("time", error)
+
+
+def _take_constants(draft: _Draft) -> None:
+    """Numbers of the mapping and of the file's name; one that is called like a signal becomes a constant signal."""
+    told = draft.told
+    numbers: dict[str, tuple[float, str | None, str]] = {}
+    if told.name_pattern:
+        for key, (number, unit) in constants_of(told.name_pattern, draft.table.name).items():
+            numbers[key] = (number, unit, _OF_A_NAME)
+    for key, text in told.constants.items():
+        if "," in text:
+            _take_steps(draft, key, text)
+        else:
+            numbers[key] = (*_quantity(key, text), told.source)
+    allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
+    allowed |= {*OPTIONAL[draft.device]}
+    for key, (number, unit, source) in numbers.items():
+        text = f"{number:g} {unit}" if unit else f"{number:g}"
+        if key not in allowed:
+            draft.constants[key] = number
+            draft.notes.append(f"{key} = {text} ({source})")
+        elif key in draft.signals:
+            column = draft.signals[key].column or "?"
+            draft.notes.append(f"{key} = {text} ({source}) not used: column {column} was chosen")
+        else:
+            if unit:
+                factor, si = units.conversion(unit, SIGNALS[key], key)
+            else:
+                factor, si = 1.0, _assumed_unit(draft.device, key, np.array([number]))[0]
+            draft.signals[key] = SignalPlan(key, unit=unit, si=si, numbers=(number * factor,), reason=source)
+            draft.constants[key] = number * factor
+            draft.notes.append(f"{key} <- constant {text} ({source})")
+
+
+def _take_steps(draft: _Draft, key: str, text: str) -> None:
+    """A signal that is constant in each segment: one number after another, the unit behind the last (``0, 1 A``)."""
+    *earlier, last = text.split(",")
+    final, unit = _quantity(key, last)
+    numbers = (*(_quantity(key, number)[0] for number in earlier), final)
+    if key not in SIGNALS:
+        raise MappingError(f"{key} is no signal", remedy="Give one number")
+    factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, units.UNKNOWN)
+    in_si = tuple(number * factor for number in numbers)
+    draft.signals[key] = SignalPlan(key, unit=unit, si=si, numbers=in_si, reason=draft.told.source)
+    draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({draft.told.source})")
+
+
+def _quantity(key: str, text: str) -> tuple[float, str | None]:
+    try:
+        return units.quantity(text)
+    except UnitError as error:
+        raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy) from error
+
+
+def _guess_what_is_needed(draft: _Draft) -> None:
+    """Guess what the device needs and nobody named; ask where nothing or too much would do."""
+    table = draft.table
+    taken = draft.taken
+    unlogged_field = False
+    for group in NEEDS[draft.device]:
+        settled = any(all(s in draft.signals for s in option) or draft.questions.keys() & {*option} for option in group)
+        doubt: MappingError | None = None
+        for option in group:
+            # An alternative to what is there (E beside E1 and E2), not something more (theta).
+            says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+            for signal in option:
+                if signal in draft.signals or signal in draft.questions or (settled and says_the_same):
+                    continue
+                scale = draft.told.scales.get(signal)
+                sensor = scaled(scale, signal)[2] if scale else None
+                try:
+                    guess = columns.guess(table, signal, taken, (sensor,) if sensor else ())
+                except MappingError as error:
+                    doubt = doubt or error
+                    continue
+                if guess is not None:
+                    by_name = guess.source.endswith("name")
+                    agreed = by_name and columns.has_fitting_unit(table, str(guess.column), signal)
+                    taken.append(_take(draft, signal, guess, "sure" if agreed else "likely"))
+            settled = settled or all(signal in draft.signals for signal in option)
+        if not settled:
+            names = " or ".join(" and ".join(option) for option in group)
+            needed = next(signal for signal in group[0] if signal not in draft.signals)
+            draft.ask(needed, _or_a_pair(draft, doubt or columns.missing(table, needed, taken, names)))
+            unlogged_field = unlogged_field or (needed == "field" and doubt is None)
+    if unlogged_field:  # asked for only where a column may be it
+        inputs = [split_label(str(choice.column))[0] for choice in draft.told.inputs]
+        inputs += [str(choice.column) for choice in draft.told.inputs]
+        if not columns.maybe_field(table, [*taken, *inputs]):
+            del draft.questions["field"]
+            _take_no_field(draft)
+
+
+def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:
+    """The error, with another remedy where the columns look like those of a coaxial pair."""
+    fields = [columns.candidates(draft.table, signal, ())[0] for signal in ("E1", "E2")]
+    if draft.device != "single" or not all(fields):
+        return error
+    first, second = (names[0] for names in fields)
+    remedy = f"{error.remedy}; if {first} and {second} are the fields of a coaxial pair, --device coaxial"
+    return MappingError(error.problem, remedy=remedy)
+
+
+def _take_what_may_be(draft: _Draft) -> None:
+    """What the device may have besides, if one column is called so and is finite; it never stops a reading."""
+    for signal in OPTIONAL[draft.device]:
+        if signal in draft.signals:
+            continue
+        called, _ = columns.candidates(draft.table, signal, draft.taken)
+        if len(called) == 1 and np.all(np.isfinite(draft.table.columns[called[0]])):
+            _take(draft, signal, ColumnChoice(called[0], source="guessed from its name"), "likely")
+
+
+def _take_inputs(draft: _Draft) -> None:
+    """Further inputs that the user named, as logged; they travel with the signals under a name of their own."""
+    for choice in draft.told.inputs:
+        try:
+            name, unit, factor = columns.locate(draft.table, choice, "input")
+        except MappingError as error:
+            draft.ask("input", error)
+            continue
+        draft.inputs.append(SignalPlan("input", name, unit, factor, factor, reason=choice.source))
+        draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
+
+
+def _look_at_the_rest(draft: _Draft) -> None:
+    """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
+    taken = {*draft.taken, *draft.table.truths}
+    for name, values in draft.table.columns.items():
+        if name in taken:
+            continue
+        unit = draft.table.units.get(name)
+        if units.is_temperature(unit) and _TEMPERATURE not in draft.signals:
+            option = f"--temperature {shell_word(f'{name} [{unit}]')}"
+            draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
+        if values.size and np.isfinite(values).all() and np.ptp(values) > 0:
+            draft.spare.append(name)
+            if len(draft.spare) == _MOST_SPARE:
+                return
+
+
+def _turn_screw(draft: _Draft) -> None:
+    """Alpha = alpha_raw 2 pi / lead, equation 4 of Huang and Ishikawa, in place of alpha_raw."""
+    raw = draft.signals.get("alpha_raw")
+    if raw is None:
+        return
+    lead = draft.told.lead
+    if lead is None:
+        problem = "alpha_raw is the position on a screw whose lead is not given"
+        draft.ask("lead", MappingError(problem, remedy='Give the lead, such as --lead "10 mm"'))
+        return
+    if "alpha" in draft.signals:
+        del draft.signals["alpha_raw"]
+        draft.notes.append(f"column {raw.column} (alpha_raw) not used: alpha itself is logged")
+        return
+    draft.signals["alpha_raw"] = replace(raw, lead=lead)
+    draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {lead:g} m")
+
+
+def _refuse_effort_as_input(draft: _Draft) -> None:
+    """Refuse the effort's column as another signal: a model would find just that."""
+    effort = "T" if draft.device == "coaxial" else "effort"
+    own = draft.signals.get(effort)
+    for each in (*draft.signals.values(), *draft.inputs):
+        if own is not None and own.column and each is not own and each.column == own.column:
+            raise MappingError(
+                f"column {each.column} is both {each.signal} and {effort}",
+                remedy=f"Name another column with --{effort} or --{each.signal}",
+            )
+
+
+def _examples(draft: _Draft) -> list[str]:
+    """An option for each question, with a likely column or a place to fill in."""
+    usual = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
+    usual[_TEMPERATURE] = '--temperature "COLUMN [°C]"'
+    examples: list[str] = []
+    proposed: list[str] = []
+    for signal, question in draft.questions.items():
+        position = "--position" in question.remedy and f"--position {question.remedy.partition('--position ')[2]}"
+        taken = [*draft.taken, *proposed]
+        examples.append(position or usual.get(signal) or columns.example(draft.table, signal, taken))
+        label = shlex.split(examples[-1])[1]
+        proposed += [label, split_label(label)[0]]
+    return examples
