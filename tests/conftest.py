@@ -39,7 +39,7 @@ TOGETHER = {
     "tests/report/test_painters.py": "report",
     "tests/report/test_report.py": "report",
     "tests/report/test_run_figures.py": "report",
-    "tests/report/test_tagged_pdf.py": "report",
+    "tests/report/test_printed_page.py": "report",
     "tests/wings/rig/": "twin",
     "tests/runs/test_large_fit.py": "large",
     "tests/house/test_house.py": "house",

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 COMMAND = {
-    "help": "Write the report of a run: one HTML file, or a PDF for print.",
+    "help": "Write the report of a run: one HTML file, or a PDF that a browser prints.",
     "panel": "The road of a log",
     "place": 5,
 }
@@ -27,7 +27,7 @@ def report(
     Args:
         run: Folder that erclutch fit --out wrote.
         out: File to write. Default: report.html (or report.pdf) in the run folder.
-        pdf: Write pages for print in place of the HTML file; so does an --out that ends in .pdf.
+        pdf: Let a browser print it to a PDF, in place of the HTML file; so does an --out that ends in .pdf.
         open_: Open the file when it is written.
         force: Replace a file that is there and is no report.
     """
@@ -41,9 +41,9 @@ def report(
     may_write_report(path, force)
     material = material_of(found)
     if pdf:
-        from erclutch.report.report_pdf import write_pdf
+        from erclutch.report.html.printed_page import print_report
 
-        write_pdf(material, path)
+        print_report(material, path)
     else:
         from erclutch.report.html.report_page import write_report
 

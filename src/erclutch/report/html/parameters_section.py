@@ -19,8 +19,8 @@ from erclutch.report.numbers.run_material import Material
 def _fill(material: Material) -> dict[str, Any]:
     """One table a law; the recommended one open."""
     ranking = sorted(material.body["ranking"], key=lambda e: e["name"] != material.recommended)
-    laws = [_law(material, e) for e in ranking if not e["fit"]["weights"]]
-    networks = [e for e in ranking if e["fit"]["weights"]]
+    laws = [_law(material, e) for e in ranking if e["name"] in material.law_parts]
+    networks = [e for e in ranking if e["name"] not in material.law_parts]
     return {
         "laws": laws,
         "networks": [{"name": e["name"], "weights": e["fit"]["weights"]} for e in networks],
@@ -32,7 +32,7 @@ PARAMETERS = Section("parameters", "Parameters", "Parameters", _fill)
 
 
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
-    model = material.laws[entry["name"]]
+    model = material.law_parts[entry["name"]]
     fit = entry["fit"]
     chosen = entry["name"] == material.recommended
     return {
@@ -46,6 +46,7 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
         "condition": number(fit["condition"], 2),
         "odd": negative_gains(model),
+        "weights": fit["weights"],
         "open": chosen,
     }
 

@@ -26,6 +26,7 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.paper_style import placed
 from erclutch.report.plots.svg_painter import svg
 
+_STYLES = ("uplot/uPlot.min", "report", "print")
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
     *(VERDICT, RANKING, TRACES, BAND, ERROR_MAP, PARITY),
@@ -127,7 +128,7 @@ def _document(
             badge=badge[0],
             badge_means=badge[1],
             sections=sections,
-            style=Markup(_asset("report/assets/uplot/uPlot.min.css") + _asset("report/assets/report.css")),
+            style=Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
             scripts=[Markup(s) for s in scripts],
             allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
             data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),

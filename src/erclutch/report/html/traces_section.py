@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,10 @@ import numpy as np
 from erclutch.report.html.packed_rows import BUDGET, Packer
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.correlation import noise_of
-from erclutch.report.numbers.number_text import Scale, brief, count
+from erclutch.report.numbers.number_text import Scale, brief, count, number
 from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.plot_description import Panel
+from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.signals.array import Array
 from erclutch.signals.clock import stretches
 
@@ -19,6 +22,7 @@ from erclutch.signals.clock import stretches
 _FINE, _RANGE, _NOISE = 1 / 20, 1 / 2000, 1 / 2
 _BUCKETS = 3000
 _KNOT = 64
+_WIDE, _HIGH = 920, 105  # of a plot on paper, in the units of its drawing; of a panel with a share of 1
 
 
 def _fill(material: Material) -> dict[str, Any]:
@@ -48,10 +52,25 @@ def _fill(material: Material) -> dict[str, Any]:
         "step": material.effort.of(packer.channels["measured"].step, 2),
         "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
         "word": material.word,
+        "drawn": _drawn(material),
+        "drawn_rows": _drawn_rows(material),
     }
 
 
 TRACES = Section("traces", "Measured against estimated", "Traces", _fill)
+
+
+def _drawn(material: Material) -> list[Panel]:
+    """The same for paper: the held-out section in which most happens, under one another over the whole width."""
+    panels = describe_trace(material).panels
+    return [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
+
+
+def _drawn_rows(material: Material) -> str:
+    """Which section that is, in a sentence."""
+    first, stop = material.windows.lively
+    time = material.rows.data.clock.time[first:stop]
+    return f"Held-out rows from {number(time[0], 4)} to {number(time[-1], 4)} s, in which most happens."
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:

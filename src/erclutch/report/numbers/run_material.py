@@ -177,6 +177,12 @@ class Material:
         return {name: model for name, model in self.models.items() if isinstance(model, TorqueModel)}
 
     @cached_property
+    def law_parts(self) -> Mapping[str, TorqueModel]:
+        """The law of each model that has one: of a law itself, and of a law with a network."""
+        parts = {name: getattr(model, "law", model) for name, model in self.models.items()}
+        return {name: part for name, part in parts.items() if isinstance(part, TorqueModel)}
+
+    @cached_property
     def error_maps(self) -> tuple[ErrorMap, ...]:
         """Where the recommended model errs, an element each."""
         return error_maps(self.rows, self.recommended)

@@ -1,0 +1,122 @@
+"""The report for print: what a browser makes of it, and what is said where no browser can."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from erclutch.errors import RunError
+from erclutch.report.html import printed_page
+from erclutch.report.html.printed_page import print_report
+from erclutch.report.html.report_file import may_write_report
+from erclutch.report.html.report_page import report_html
+from erclutch.report.numbers.run_material import Material
+
+needs_browser = pytest.mark.skipif(printed_page.browser() is None, reason="needs chromium: apt install chromium")
+
+
+def fake_browser(folder: Path, script: str) -> Path:
+    """A program in a browser's place; ``$pages`` is the file that it was asked to write."""
+    program = folder / "chromium"
+    find = 'for word in "$@"; do case "$word" in --print-to-pdf=*) pages="${word#--print-to-pdf=}";; esac; done'
+    program.write_text(f"#!/bin/sh\n{find}\n{script}\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.mark.slow
+@needs_browser
+def test_a_browser_prints_a_tagged_pdf(material: Material, tmp_path: Path) -> None:
+    path = print_report(material, tmp_path / "report.pdf")
+    printed = path.read_bytes()
+    assert printed.startswith(b"%PDF-")
+    assert b"/Marked true" in printed
+    assert b"/Lang (en)" in printed
+    assert 3 <= len(re.findall(rb"/Type /Page\b", printed)) <= 8
+    assert [made.name for made in tmp_path.iterdir()] == ["report.pdf"]
+    may_write_report(path)  # it is known as ours
+
+
+@pytest.mark.slow
+@needs_browser
+def test_no_page_is_half_empty(material: Material, tmp_path: Path) -> None:
+    """Of each page but the last one the lowest ink lies well below the middle."""
+    pixels = shutil.which("pdftoppm")
+    if pixels is None:
+        pytest.skip("needs pdftoppm: apt install poppler-utils")
+    import subprocess
+
+    import numpy as np
+
+    path = print_report(material, tmp_path / "report.pdf")
+    subprocess.run([pixels, "-r", "30", "-gray", path, tmp_path / "page"], check=True)
+    for page in sorted(tmp_path.glob("page-*.pgm"))[:-1]:
+        _, size, _, grey = page.read_bytes().split(b"\n", 3)
+        width, height = map(int, size.split())
+        rows = np.frombuffer(grey, np.uint8).reshape(height, width)[: int(0.93 * height)]  # without the page's number
+        lowest = np.flatnonzero((rows < 200).any(axis=1))[-1] / height
+        assert lowest > 0.6, page.name
+
+
+def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_model(material: Material) -> None:
+    page = report_html(material)
+    traces = page.partition('<section id="traces"')[2].partition("</section>")[0]
+    assert traces.partition('class="print figures"')[2].count('<svg class="plot') == 3
+    parameters = page.partition('<section id="parameters"')[2].partition("</section>")[0]
+    shown = parameters.partition("<details open>")[2].partition("</details>")[0]
+    assert f"<b>{material.recommended}</b>" in shown
+    assert shown.count('<th scope="row">') >= len(material.law_parts[material.recommended].gains)
+
+
+def test_without_a_browser_it_says_how_to_print(
+    material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(printed_page, "browser", lambda: None)
+    with pytest.raises(RunError) as caught:
+        print_report(material, tmp_path / "report.pdf")
+    assert str(caught.value).endswith(
+        "no Chromium, Chrome or Edge is here to print with. "
+        "Write the report without --pdf, open it in a browser and print it (Ctrl-P)."
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("exit 1", "did not print it (exit code 1)"),
+        ("exit 0", "did not print it (exit code 0)"),
+        ('echo no PDF > "$pages"', "did not print it (exit code 0)"),
+        ("exec sleep 60", "has not printed it in 0.2 s"),
+    ],
+)
+def test_a_browser_that_fails_is_one_line_and_leaves_nothing(
+    material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str, said: str
+) -> None:
+    program = fake_browser(tmp_path, script)
+    monkeypatch.setattr(printed_page, "browser", lambda: str(program))
+    monkeypatch.setattr(printed_page, "_SECONDS", 0.2 if "sleep" in script else 60.0)
+    out = tmp_path / "out"
+    out.mkdir()
+    with pytest.raises(RunError) as caught:
+        print_report(material, out / "report.pdf")
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        b"%PDF-1.4\n1 0 obj\n<</Creator (Mozilla/5.0 \\(X11\\) Chrome)\n/Producer (Skia)>>\n",
+        b"%PDF-1.4\n1 0 obj\n<</Producer (a browser that names itself nowhere)>>\n",
+    ],
+)
+def test_places_in_the_pdf_stay(made: bytes) -> None:
+    signed = printed_page._signed(made)
+    assert len(signed) == len(made)
+    assert (b"/Creator (erclutch)" in signed) == (b"/Creator" in made)
+    assert signed.endswith(made[made.index(b"/Producer") :])
