@@ -30,6 +30,8 @@ from tests.support.command import good, refused
 COMMAND = (sys.executable, "-m", "erclutch")
 QUICK = ("--models", "quadratic", "--lag", "none")
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -71,6 +73,18 @@ def test_version(tmp_path: Path) -> None:
     assert f"numpy {np.__version__}" in rest[1]
     assert platform.python_version() in rest[0]
     assert rest[2].startswith("C compiler: ")
+
+
+def test_version_cites_what_the_file_cites(tmp_path: Path) -> None:
+    listed = " ".join((ROOT / "CITATION.cff").read_text(encoding="utf-8").split())
+    cited = " ".join(good("--version", cwd=tmp_path).partition("To cite:")[2].split())
+    said = re.fullmatch(r"(.*)\. (.*), version (.*)\. Software, (.*)\. (\w+) and (\w+)\. (.*)\.", cited)
+    assert said is not None
+    authors, name, version, licence, *writers, title = said.groups()
+    assert f"title: {name} version: {version} license: {licence}" in listed
+    assert f"- name: {authors} " in listed
+    assert f"title: {title} authors:" in listed
+    assert all(f"family-names: {writer}" in listed for writer in writers)
 
 
 def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:

@@ -13,9 +13,16 @@ from erclutch.cli.command_list import commands
 from erclutch.errors import ErclutchError, of_missing_wing
 from erclutch.places import release_all
 
+#: The software and the paper whose models it implements, as in CITATION.cff.
+_CITATION = (
+    f"The erclutch authors. erclutch, version {__version__}. Software, Apache-2.0.\n"
+    "Huang and Ishikawa. "
+    "Torque Transmission Modeling of Two Coaxial Electrorheological Clutches for Reciprocating Actuation."
+)
+
 
 def _versions() -> str:
-    """The version alone on the first line; below it what a report of a bug needs."""
+    """The version alone on the first line; below it what a report of a bug needs, and how to cite."""
     import os
     import platform
     import shutil
@@ -26,7 +33,9 @@ def _versions() -> str:
     compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
     python = f"{platform.python_implementation()} {platform.python_version()}"
-    return f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}"
+    return (
+        f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}\nTo cite:\n{_CITATION}"
+    )
 
 
 def _misused(error: CycloptsError) -> object:
