@@ -27,7 +27,8 @@ USE = """
 import sys
 from erclutch.cli import main
 quick = ["--models", "bingham", "--lag", "none", "--out", "run"]
-for words in (["--help"], ["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["plugins"]):
+uses = (["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["plugins"])
+for words in (["--help"], [], *uses):
     print("##", *words, flush=True)
     assert main(words) == 0, words
 for command in sys.argv[1:]:
@@ -68,13 +69,14 @@ def test_without_one_wing_a_log_is_fitted_and_reported(wing: str, without: Calla
     write_synthetic_log(folder / "log.csv", 2.0)
     done = run(folder, "-c", USE, *COMMANDS[wing])
     assert done.returncode == 0, done.stdout + done.stderr
-    page = done.stdout.partition("## fit")[0]
+    page = done.stdout.partition("What to do first")[0]
     kept = set[str]().union(*(COMMANDS[other] for other in WINGS if other != wing))
     assert kept <= listed(page)
     assert not COMMANDS[wing] & listed(page)
     assert (folder / "run" / "report.html").exists()
     for command in COMMANDS[wing]:
         assert f"there is no command '{command}'" in done.stderr
+        assert f"  erclutch {command} " not in done.stdout
 
 
 @pytest.mark.parametrize(("wing", "command"), [("rig", ("live", "--seconds", "1")), ("rig", ("reproduce", "table2"))])

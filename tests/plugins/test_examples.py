@@ -1,4 +1,4 @@
-"""The example packages, installed into a fresh environment, do what our own laws, readers, stages and targets do."""
+"""The example packages, installed into a fresh environment, do what our own plug-ins do."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("erclutch-*/p
 
 TARGETS = (*names("erclutch.targets"), "arduino")
 PACKAGES = {path.name for path in EXAMPLES}
+#: A kind of model is a fit of its own; the files in fit/kinds are its examples.
+WITHOUT_EXAMPLE = {"erclutch.kinds"}
 MODEL = "robertson-stiff+slew-rate"
 #: Another order of operations, by ONNX Runtime and Octave: as for our own laws.
 OTHER_ORDER = ("ONNX Runtime", "GNU Octave")
@@ -38,6 +40,12 @@ class Environment:
     @property
     def python(self) -> Path:
         return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+    @property
+    def site(self) -> Path:
+        """Where pip puts packages."""
+        (place,) = self.folder.glob("Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
+        return place
 
     def run(self, *words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
         environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "COLUMNS")}
@@ -74,8 +82,7 @@ def fresh(folder: Path) -> Environment:
     """An environment that sees erclutch and what it depends on, and nothing that is installed in it."""
     venv.create(folder, with_pip=False)
     made = Environment(folder)
-    (site,) = folder.glob("Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
-    (site / "below.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    (made.site / "below.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n", encoding="utf-8")
     return made
 
 
@@ -114,7 +121,11 @@ def test_lists_name_package_and_version(environment: Environment) -> None:
     listed = json.loads(environment.erclutch("plugins", "--json"))
     outside = {entry["package"]: entry for entry in listed if entry["package"] != "erclutch"}
     assert set(outside) == PACKAGES
-    assert {entry["group"] for entry in outside.values()} == {entry["group"] for entry in listed}
+    shown = {entry["group"] for entry in outside.values()}
+    assert shown == {entry["group"] for entry in listed} - WITHOUT_EXAMPLE
+    page = environment.erclutch("--help")
+    assert "effort-table" in page.partition("Of other packages")[2]
+    assert "effort-table" not in page.partition("Of other packages")[0]
     assert all(entry["version"] == "0.1.0" and not entry["problem"] for entry in outside.values())
     laws = environment.erclutch("laws", "--json")
     assert json.loads(laws)[6]["name"] == "robertson-stiff"  # in its place on the ladder
@@ -213,9 +224,8 @@ def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
     value = "erclutch_law_robertson_stiff" + {"laws": ":LAW", "stages": ":STAGE", "targets": ""}[kind]
     place = fresh(tmp_path / "place")
     # What pip would leave there, without the seconds of its build.
-    (site,) = place.folder.glob("Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
-    (site / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
-    info = site / "erclutch_law_robertson_stiff-0.2.0.dist-info"
+    (place.site / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
+    info = place.site / "erclutch_law_robertson_stiff-0.2.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: erclutch-law-robertson-stiff\nVersion: 0.2.0\n")
     (info / "entry_points.txt").write_text(f"[erclutch.{kind}]\nrobertson-stiff = {value}\n")
@@ -232,3 +242,43 @@ def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
     assert said in line
     assert "pip uninstall erclutch-law-robertson-stiff" in line
     assert "erclutch-law-robertson-stiff 0.2.0" in place.run("-m", "erclutch", "plugins").stdout.replace("\n", "")
+
+
+#: What another package's command may do wrong, and what is said of it.
+_COMMANDS = {
+    "import": ("raise OSError('no licence')", "cannot be loaded: OSError: no licence"),
+    "exit at import": ("raise SystemExit(3)", "cannot be loaded: SystemExit: 3"),
+    "no function": ("effort_table = 5", "is of type int, it must be Callable"),
+    "nothing": ("", "has no attribute 'effort_table'"),
+    "crash": ("def effort_table() -> None:\n    raise KeyError('run')", "failed: KeyError: 'run'"),
+    "exit": ("def effort_table() -> None:\n    raise SystemExit('bye')", "failed: SystemExit: bye"),
+    "error of ours": (
+        "def effort_table() -> None:\n    from erclutch.errors import SettingError\n"
+        "    raise SettingError('--rows 1', remedy='Give 2 or more')",
+        "effort-table of erclutch-command-effort-table 0.2.0: --rows 1. Give 2 or more.",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def hasty(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """An environment with a package in the state that pip would leave, whose module a test writes."""
+    place = fresh(tmp_path_factory.mktemp("hasty") / "env")
+    info = place.site / "erclutch_command_effort_table-0.2.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: erclutch-command-effort-table\nVersion: 0.2.0\n")
+    value = "erclutch_command_effort_table:effort_table"
+    (info / "entry_points.txt").write_text(f"[erclutch.commands]\neffort-table = {value}\n")
+    return place
+
+
+@pytest.mark.parametrize("case", _COMMANDS)
+def test_a_command_that_fails_is_told_with_its_package(hasty: Environment, case: str) -> None:
+    text, said = _COMMANDS[case]
+    (hasty.site / "erclutch_command_effort_table.py").write_text(text, encoding="utf-8")
+    line = hasty.fails("effort-table")
+    assert said in line
+    assert "effort-table" in line
+    assert "erclutch-command-effort-table 0.2.0" in line
+    assert "effort-table" in hasty.erclutch("--help").partition("Of other packages")[2]
+    assert "hem" in hasty.erclutch("laws")

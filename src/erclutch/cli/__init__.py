@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from erclutch._version import __version__
-from erclutch.cli.command_list import commands
+from erclutch.cli.command_list import Command, commands
 from erclutch.errors import ErclutchError, of_missing_wing
 from erclutch.places import release_all
 
@@ -61,15 +61,16 @@ _HEADINGS = {
     panel: Group(panel, sort_key=order)
     for order, panel in enumerate(dict.fromkeys(command.panel for command in _COMMANDS.values()))
 }
+
+
+def _offer(command: Command, function: str | Callable[..., Any]) -> None:
+    """Put a function, or the name by which Cyclopts imports it when it is called for, under the command's heading."""
+    heading, place = _HEADINGS[command.panel], command.place
+    app.command(function, name=command.name, help=command.help, group=heading, sort_key=place)
+
+
 for _command in _COMMANDS.values():
-    # By its name: Cyclopts imports the module when the command is called for.
-    app.command(
-        _command.plugin.source,
-        name=_command.name,
-        help=_command.help,
-        group=_HEADINGS[_command.panel],
-        sort_key=_command.place,
-    )
+    _offer(_command, _command.plugin.source)
 app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
     help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
 )
@@ -97,7 +98,9 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
         near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
         hint = f"Did you mean {near[0]}?" if near else f"Commands are {', '.join(_COMMANDS)}."
         return _failed(f"there is no command {words[0]!r}. {hint}", 1)
-    sys.stdout.write(_FIRST)
+    for line in _FIRST.splitlines():
+        if not line.startswith("  erclutch ") or line.split()[1] in _COMMANDS:
+            sys.stdout.write(f"{line}\n")
     return 0
 
 
@@ -168,7 +171,7 @@ def _load(words: Sequence[str]) -> None:
     if command.plugin.own:
         return
     del app[command.name]
-    app.command(command.plugin.guarded(function), name=command.name)
+    _offer(command, command.plugin.guarded(function))
 
 
 def _failed(message: str, code: int) -> int:
