@@ -32,8 +32,9 @@ _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"
 class LogOptions:
     """How to read a log."""
 
-    device: Annotated[_Device, Parameter(group=_READING)] = "single"
-    """single has a field, a slip and an effort; coaxial is the paper's pair with E1, E2, theta, alpha and T."""
+    device: Annotated[_Device | None, Parameter(group=_READING)] = None
+    """single has a field, a slip and an effort; coaxial is the paper's pair with E1, E2, theta, alpha and T.
+    Default: what a recording of live says, else single."""
     field: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Command to the fluid of a single device."""
     slip: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None

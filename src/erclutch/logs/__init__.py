@@ -57,7 +57,7 @@ def read(
     path: str | Path | DataFrame,
     mapping: ColumnMap | Mapping[str, Any] | None = None,
     *,
-    device: DeviceName = "single",
+    device: DeviceName | None = None,
     invalid: Invalid | None = None,
     variable: str | None = None,
     mapping_file: str | Path | None = None,
@@ -73,7 +73,7 @@ def read(
             has the keys of a mapping file (``columns``, ``time``, ``rate``, ...), as such. It wins over the mapping
             file beside the log, and that over guesses from names and units.
         device: "single" (field, slip or position, effort) or "coaxial" (E1 and E2 or E; theta or theta_dot; alpha,
-            alpha_dot or alpha_raw with a lead; T).
+            alpha_dot or alpha_raw with a lead; T). None: what a recording of the live loop says, else "single".
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
         mapping_file: a mapping file in place of the one beside the log.
@@ -96,7 +96,7 @@ def read_all(
     path: str | Path,
     mapping: ColumnMap,
     *,
-    device: DeviceName = "single",
+    device: DeviceName | None = None,
     invalid: Invalid | None = None,
     mapping_file: str | Path | None = None,
 ) -> list[Recording]:
@@ -125,7 +125,7 @@ def read_batches(
     path: str | Path,
     mapping: ColumnMap | Mapping[str, Any] | None = None,
     *,
-    device: DeviceName = "single",
+    device: DeviceName | None = None,
     invalid: Invalid | None = None,
     variable: str | None = None,
     mapping_file: str | Path | None = None,

@@ -44,7 +44,13 @@ class Batch:
 
 
 def windowed_batches(
-    windows: Windows, file: Path, digest: str, chosen: ColumnMap, device: DeviceName, invalid: Invalid | None, rows: int
+    windows: Windows,
+    file: Path,
+    digest: str,
+    chosen: ColumnMap,
+    device: DeviceName | None,
+    invalid: Invalid | None,
+    rows: int,
 ) -> Iterator[Batch]:
     """The batches of a file whose reader has windows; see `erclutch.logs.read_batches`."""
     _refuse(chosen, rows)

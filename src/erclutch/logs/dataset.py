@@ -167,26 +167,30 @@ class Dataset(Shown):
 
 
 def build_dataset(
-    recordings: Recording | Sequence[Recording], *, device: DeviceName = "single", derivative: Derivative | None = None
+    recordings: Recording | Sequence[Recording],
+    *,
+    device: DeviceName | None = None,
+    derivative: Derivative | None = None,
 ) -> Dataset:
     """Join recordings of one device into a data set, differentiating positions where speeds are not logged.
 
     Args:
         recordings: one log or several of the same device, with the same units.
-        device: how signals become elements.
+        device: how signals become elements; None: "coaxial" where the first log has a pair's torque, else "single".
         derivative: filter for positions; None is Savitzky-Golay over 5 rows.
 
     Raises:
         MappingError: a signal is missing, or the logs' units differ.
         SettingError: an unknown device, or a filter that does not fit the sampling.
     """
-    if device not in DEVICES:
+    if device is not None and device not in DEVICES:
         raise SettingError(f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}")
     logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     for log in logs:
         require_kind(log, Recording, "a recording", "Give erclutch.read(PATH)")
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
+    device = device or ("coaxial" if "T" in logs[0].signals else "single")
     parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
     seen: dict[str, str] = {}
     for log, part in zip(logs, parts, strict=True):

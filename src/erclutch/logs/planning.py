@@ -20,11 +20,14 @@ from erclutch.logs.plan import NEEDS, NONE, OPTIONAL, ClockPlan, Invalid, Plan, 
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from erclutch.signals.channels import NOT_MEASURED
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NO_FIELD, SIGNALS
 
 _MOST_SPARE = 8
 _TEMPERATURE = "temperature"
+#: Columns that say how a row came about, and measure nothing.
+_STATES = ("flags", "events", "status", "state")
 _OF_A_NAME = "from the file's name"
 
 
@@ -55,25 +58,31 @@ class _Draft:
         self.questions[signal] = Question.of(signal, error)
 
 
-def plan_of(table: Table, told: ColumnMap, *, device: DeviceName = "single", invalid: Invalid | None = None) -> Plan:
+def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, invalid: Invalid | None = None) -> Plan:
     """The plan of a table.
 
     Args:
         table: columns as in the file.
         told: what the user and the mapping file said; the rest is guessed from names and units.
-        device: "single" or "coaxial"; decides which signals are needed.
+        device: "single" or "coaxial"; decides which signals are needed. None: what a recording of the live loop says,
+            and "single" for all other logs.
         invalid: "error" refuses values that are not finite, "drop" cuts the log there; None is what the mapping says.
 
     Raises:
         MappingError: a signal that the device does not have, a column that is two signals, a constant that is none.
         SettingError: another device or way with invalid values than these.
     """
+    notes = list(table.notes)
+    if device is None:
+        device = table.device or "single"
+        if table.device is not None:
+            notes.append(f"a recording of the live loop: its channels are those of a {device} device")
     if device not in NEEDS:
         raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
     invalid = invalid or ("drop" if told.invalid == "drop" else "error")
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
-    draft = _Draft(table, told, device, constants=dict(table.constants), notes=list(table.notes))
+    draft = _Draft(table, told, device, constants=dict(table.constants), notes=notes)
     with placed(table.name):
         _take_named(draft)
         _take_clock(draft)
@@ -359,7 +368,9 @@ def _take_inputs(draft: _Draft) -> None:
 
 def _look_at_the_rest(draft: _Draft) -> None:
     """Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for."""
-    taken = {*draft.taken, *draft.table.truths}
+    taken = {*draft.taken, *draft.table.truths, *_STATES}
+    if draft.table.device is not None:
+        taken |= {*NOT_MEASURED}
     for name, values in draft.table.columns.items():
         if name in taken:
             continue

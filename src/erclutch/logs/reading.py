@@ -62,7 +62,7 @@ class Reading:
             rate=rate_of(options["resample"]) if "resample" in options else None,
         )
 
-    def read(self, path: str | Path, device: DeviceName, table: Table | None = None) -> list[Recording]:
+    def read(self, path: str | Path, device: DeviceName | None, table: Table | None = None) -> list[Recording]:
         """The recordings of one log; a table that was read before is that of the first of them.
 
         Raises:
@@ -83,7 +83,7 @@ class Reading:
         log = within(log, *self.window)
         return log if self.rate is None else resampled(log, self.rate)
 
-    def batches(self, path: str | Path, device: DeviceName) -> Iterator[Batch]:
+    def batches(self, path: str | Path, device: DeviceName | None) -> Iterator[Batch]:
         """The batches of one log.
 
         Raises:
@@ -95,5 +95,5 @@ class Reading:
         found = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
         return found if self.window == (None, None, None) else batches_within(found, *self.window)
 
-    def _how(self, device: DeviceName) -> dict[str, Any]:
+    def _how(self, device: DeviceName | None) -> dict[str, Any]:
         return {"device": device, "invalid": self.invalid, "mapping_file": self.mapping_file}

@@ -18,16 +18,18 @@ from erclutch.signals.device import DeviceName
 from erclutch.signals.units import quantity
 
 
-def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName) -> list[tuple[str, Table, ColumnMap]]:
+def logs_of(
+    tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName | None
+) -> list[tuple[str, Table, ColumnMap]]:
     """The logs of a file: a name, a table and a mapping for each effort of each recording.
 
     An effort that was not chosen may be any of several columns, and ``F_*`` stands for all columns called so. The name
     pattern may be that of efforts or recordings in place of files. A constant with as many numbers as there are logs
     gives each of them its own.
     """
-    effort = NEEDS[device][-1][0][0]
     logs: list[tuple[str, Table, ColumnMap]] = []
     for name, table in tables.items():
+        effort = NEEDS[device or table.device or "single"][-1][0][0]
         efforts = _efforts(table, chosen, device, effort)
         for each in efforts:
             called = " ".join(part for part in (name, str(each.column) if each and len(efforts) > 1 else "") if part)
@@ -36,7 +38,7 @@ def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName) 
     return [(name, table, _numbered(own, at, len(logs))) for at, (name, table, own) in enumerate(logs)]
 
 
-def _efforts(table: Table, chosen: ColumnMap, device: DeviceName, effort: str) -> list[ColumnChoice | None]:
+def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort: str) -> list[ColumnChoice | None]:
     """The columns that are efforts of their own; [None] where there is but one or none."""
     choice = chosen.columns.get(effort)
     if choice is None:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.signals.array import Array
+from erclutch.signals.channels import device_of_channels
+from erclutch.signals.device import DeviceName
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,16 @@ class Table:
             if isinstance(about, dict) and isinstance(label := cast("dict[str, Any]", about).get("label"), str):
                 return label
         return next((label for label in ("TWIN", "SYNTHETIC", "PREDICTED") if label in self.metadata), "")
+
+    @property
+    def device(self) -> DeviceName | None:
+        """The device that a recording of the live loop names by its channels; None for all other files."""
+        try:
+            about: Any = json.loads(self.metadata.get("erclutch", "{}"))
+        except (ValueError, RecursionError):
+            return None
+        keys = cast("dict[str, Any]", about) if isinstance(about, dict) else {}
+        return device_of_channels(key.removeprefix("channel.") for key in keys if key.startswith("channel."))
 
     @property
     def truths(self) -> list[str]:

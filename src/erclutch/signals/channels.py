@@ -7,7 +7,7 @@ for channel in channels_of("single", Units("N", "V", "m/s"), motor=False):
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from erclutch.errors import SettingError
@@ -95,6 +95,19 @@ def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool =
     }
     rows = (row for row in _ROWS[device] if motor or row[2] != "motor")
     return tuple(LiveChannel(name, slot, role, of[role], label) for name, slot, role, label in rows)
+
+
+#: What a recording of the loop holds besides its channels, and what nothing measured among these.
+NOT_MEASURED = ("estimate", "reference", "flags", "events", "lateness_ns", "step_ns")
+
+
+def device_of_channels(names: Iterable[str]) -> DeviceName | None:
+    """The device whose channels these are; None for channels that no device has, or for none."""
+    held = set(names)
+    fitting: list[DeviceName] = [
+        device for device, rows in _ROWS.items() if held and held <= {name for name, *_ in rows}
+    ]
+    return fitting[0] if len(fitting) == 1 else None
 
 
 def wired(device: DeviceName) -> tuple[str, ...]:

@@ -78,7 +78,9 @@ def fit_large(
     paths, tests, names = _places(logs), _places(test_log), model_names(models)
     with terminal.progress("reading") as bar:
         show = partial(_shown, bar)
-        result = fit_so(paths, names, reading=how, device=reading.device, test=tests, scratch=scratch, progress=show)
+        result = fit_so(
+            paths, names, reading=how, device=reading.device or "single", test=tests, scratch=scratch, progress=show
+        )
     if out is not None:
         write_large(out, result, force=force)
     _print(result, json, out)

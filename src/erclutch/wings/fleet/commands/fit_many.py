@@ -91,7 +91,7 @@ def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOpt
         def show(done: int, total: int, name: str) -> None:
             bar(done, total, f"fitted {name}")
 
-        about: dict[str, Any] = {"device": reading.device, "reading": reading.how(), "progress": show}
+        about: dict[str, Any] = {"device": reading.device or "single", "reading": reading.how(), "progress": show}
         return fit_them(logs, settings.models, out=out, settings=settings, **about, **more)
 
 

@@ -77,25 +77,25 @@ def _replay(
     angles = angles_of(log, (control.theta_wrap, control.alpha_wrap))
     np.save(folder / "angles.npy", at_period(log, angles, PERIOD, held=False, seconds=seconds))
     commands = at_period(log, fields_of(log), PERIOD, held=True, seconds=seconds)
-    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": PERIOD}
-    effort = log.units.get(EFFORT_OF[reading.device], UNKNOWN)
+    device = reading.device or ("coaxial" if EFFORT_OF["coaxial"] in log.signals else "single")
+    single = device == "single"
+    spec = {"kind": "replay", "angles": str(folder / "angles.npy"), "period": PERIOD, "single": single}
+    effort = log.units.get(EFFORT_OF[device], UNKNOWN)
     field = next((log.units[name] for name in ("field", "E1", "E") if name in log.units), UNKNOWN)
     speed = {"rad": "rad/s", "m": "m/s"}.get(log.units.get("position", ""), UNKNOWN)
-    slip = log.units.get("slip", speed) if reading.device == "single" else "rad/s"
-    sensor = EFFORT_OF[reading.device] in log.signals
+    slip = log.units.get("slip", speed) if single else "rad/s"
+    sensor = EFFORT_OF[device] in log.signals
     named = NamedChannels({}, Units(effort, field, slip), "motor_torque" in log.signals, sensor)
     origin = "RECORDING" if log.origin in terminal.MEASURED else f"RECORDING of {log.origin}"
     return ServedRig(log.name, origin, spec, named), recorded(commands)
 
 
-def device_of(rig: RigChoice, reading: LogOptions) -> DeviceName:
+def device_of(rig: RigChoice) -> DeviceName:
     """What hangs on the rig."""
     from erclutch.wings.rig.rig_plugins import RigDevice
 
     if isinstance(rig, RigDevice):
         return rig.device
-    if rig.origin.startswith("RECORDING"):
-        return reading.device
     return "single" if rig.spec["single"] else "coaxial"
 
 

@@ -81,7 +81,7 @@ def live(
         parameters, (control, tuning) = load_rig(rig.rig_file), tuned(control)
         knows_inertia(control)
         what, program = rig_of(rig, reading, folder, model, control, loop)
-        device = device_of(what, reading)
+        device = device_of(what)
         chosen = None if no_model else model_of(model, rig, what, parameters, output, device, adapt)
         control = supported(control, what, chosen, adapt)
         channels = channels_of_rig(what, device, chosen)

@@ -1,0 +1,50 @@
+"""A recording of the live loop says which device it is of, and offers nothing that the loop made up as an input."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError
+from erclutch.logs import ColumnMap, Table, apply, plan_of
+from erclutch.logs.dataset import build_dataset
+from erclutch.signals.channels import channels_of
+from erclutch.signals.device import DeviceName
+
+ROWS = np.arange(200.0)
+STATES = ("flags", "events", "lateness_ns", "step_ns")
+
+
+def recording(device: DeviceName, *, about: bool = True) -> Table:
+    names = [channel.name for channel in channels_of(device)]
+    columns = {name: np.sin(ROWS / (3 + place)) for place, name in enumerate(names)}
+    columns |= {name: ROWS % (2 + place) for place, name in enumerate(STATES)}
+    units = {each.name: each.unit for each in channels_of(device) if each.unit not in ("?", "")}
+    metadata = {"erclutch": json.dumps({"label": "TWIN", **{f"channel.{name}": name for name in names}})}
+    return Table("run.mcap", columns, units, "0" * 64, clock=ROWS / 1000, metadata=metadata if about else {})
+
+
+@pytest.mark.parametrize(("device", "signals"), [("single", {"field", "effort"}), ("coaxial", {"E1", "E2", "T"})])
+def test_the_device_stands_in_the_recording(device: DeviceName, signals: set[str]) -> None:
+    table = recording(device)
+    assert table.device == device
+    plan = plan_of(table, ColumnMap())
+    assert plan.questions == ()
+    log = apply(plan, table)
+    assert signals <= set(log.signals)
+    assert f"a recording of the live loop: its channels are those of a {device} device" in log.notes
+    assert build_dataset(log).device == device
+
+
+def test_what_the_loop_made_up_is_no_spare_column() -> None:
+    table = recording("single")
+    assert not {*plan_of(table, ColumnMap()).spare} & {*STATES, "estimate", "reference"}
+
+
+def test_a_device_that_is_named_goes_first_and_other_logs_are_of_a_single_device() -> None:
+    with pytest.raises(MappingError, match="no column for field"):
+        apply(plan_of(recording("coaxial"), ColumnMap(), device="single"), recording("coaxial"))
+    assert recording("coaxial", about=False).device is None
+    assert plan_of(recording("coaxial", about=False), ColumnMap()).device == "single"
