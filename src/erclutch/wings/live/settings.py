@@ -136,8 +136,8 @@ class LoopSettings:
     derivative: Derivative | LiveDerivative = field(default_factory=lambda: Derivative("kalman"))
     theta_wrap: float = 0.0
     alpha_wrap: float = 0.0
-    theta_glitch: float = 10.0
-    alpha_glitch: float = 26.0
+    theta_glitch: float = 20.0
+    alpha_glitch: float = 45.0
     theta_fastest: float = 1000.0
     alpha_fastest: float = 1000.0
     alpha_limit: float = 0.0

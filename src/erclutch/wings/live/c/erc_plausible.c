@@ -9,7 +9,8 @@
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
 #define GUESSES 5.0        /* times its band by which a model is off outside its log */
 #define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
-#define LIVELY 1000u       /* readings after which it is known how often a sensor repeats itself */
+#define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
+#define MOST_REPEATED 16u  /* periods for which a sensor with noise repeats itself; a coarse one does so for as long as it likes */
 #define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
 #define SURE 5u            /* periods of disagreement that no later agreement takes back */
 #define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
@@ -54,10 +55,15 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
 
 /* Counts how long the reading has been the same to the bit, and how long a good sensor ever was. */
 static void watch(erc_meter *m, double torque) {
-    if (torque == m->reading) {
+    const bool same = torque == m->reading;
+    if (same) {
         m->still += m->still < MOST_PERIODS ? 1u : 0u;
-    } else {
-        m->longest = m->still > m->longest && m->doubted == 0u ? m->still : m->longest;
+    }
+    /* Of its first readings each counts, later ones where it was not stuck. */
+    if (m->still > m->longest && (m->readings < LIVELY || (!same && m->doubted == 0u))) {
+        m->longest = m->still;
+    }
+    if (!same) {
         m->still = 0u;
         m->low = m->high = m->expected;
     }
@@ -69,7 +75,8 @@ static void watch(erc_meter *m, double torque) {
  * must show. */
 static bool stuck(const erc_config *config, const erc_meter *m) {
     const bool moves = config->torque_still > 0.0 && m->high - m->low > config->torque_still;
-    const bool lively = config->torque_still > 0.0 && m->readings >= LIVELY && m->still > REPEATS * m->longest;
+    const bool noisy = m->readings >= LIVELY && m->longest <= MOST_REPEATED;
+    const bool lively = config->torque_still > 0.0 && noisy && m->still > REPEATS * m->longest;
     return m->still >= ERC_STILL && (moves || lively);
 }
 

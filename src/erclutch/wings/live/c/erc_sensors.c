@@ -8,7 +8,7 @@
 #define LARGEST_GAP 1000u        /* samples; a sequence number further ahead is not believed */
 #define WARM_UP 64u              /* samples before the speed is known well enough to reject a jump */
 #define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
-#define STOPS 0.125              /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
+#define STOPS 0.0625            /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
 #define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
