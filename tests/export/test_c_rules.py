@@ -97,7 +97,7 @@ int main(void)
 {{
     m_state *state = malloc(sizeof *state); /* on the heap, so that a step beyond its end is seen */
     long i;
-    m_reset(state);
+    (void)m_reset(state);
     for (i = 0; i < {count}; i++)
     {{
         m_real *in = malloc(sizeof *in * M_INPUTS);
@@ -121,7 +121,7 @@ int main(void)
             (void)m_inverse_now(state, in, any(), &out);
             (void)m_step(state, in, &out);
             (void)m_inverse_now(state, in, any(), &out);
-            m_reset(state);
+            (void)m_reset(state);
         }}
         free(in);
     }}

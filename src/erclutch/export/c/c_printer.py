@@ -33,6 +33,7 @@ class Printer:
         record: what is printed.
         names: C expression of each input; an input that is not there goes by its own name.
         layout: the record whose delay registers lie in the state; None is the record itself.
+        conditions: by the label of a truth, 0 or 1 in C that must be 1 besides for it to hold.
     """
 
     prefix: str
@@ -40,6 +41,7 @@ class Printer:
     record: Record
     names: Mapping[str, str] = field(default_factory=dict[str, str])
     layout: Record | None = None
+    conditions: Mapping[str, str] = field(default_factory=dict[str, str])
     _text: dict[int, str] = field(default_factory=dict[int, str])
     _comparisons: dict[int, str] = field(default_factory=dict[int, str])
     _tables: dict[Any, str] = field(default_factory=dict[Any, str])
@@ -73,7 +75,10 @@ class Printer:
                 self._text[node.index] = text
                 continue
             name = self._name(node)
-            yield f"const {self._type(node)} {name} = {bare(_as_number(text, node))};"
+            kept = bare(_as_number(text, node))
+            if name in self.conditions:
+                kept = f"({kept}) & {self.conditions[name]}"
+            yield f"const {self._type(node)} {name} = {kept};"
             self._text[node.index] = f"({name} != 0u)" if node.kind == "truth" else name
             yield from self._finite(node, name)
             if _compares(node) and choosing[node.index] < uses[node.index]:

@@ -13,6 +13,7 @@ from erclutch.arithmetic.record import Record
 from erclutch.export.c import c_inverse, c_network
 from erclutch.export.c.c_functions import functions
 from erclutch.export.c.c_printer import Printer, function, functions_used, indented, rings_of
+from erclutch.export.c.c_self_check import COMPILE_TIME, exact_function
 from erclutch.export.cost import cost_text
 from erclutch.export.encode import c_string, comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
@@ -52,7 +53,7 @@ def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
     if network is not None:
         name = "exp" if network.structure.kind == "rbfn" else "tanh"
         used |= {f"{name}_hold", f"{name}_held"}
-    parts = functions(n, used, p)
+    parts = [*functions(n, used, p), exact_function(n, p)]
     parts += [function(n, p, name, made.calls[name], about) for name, about in _ABOUT.items() if name in made.calls]
     called = settled_record(step).calls
     if "command" in called:
@@ -96,16 +97,7 @@ def _preamble(step: ExportedStep) -> str:
 
 {_NULL if feels_state(step) else ""}#include "{n}.h"
 
-#if defined(__FAST_MATH__)
-#error "-ffast-math changes the numbers of this file"
-#endif
-#if defined(__FLT_EVAL_METHOD__) && (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "this processor computes with more digits than it stores: use SSE on x86 (-msse2 -mfpmath=sse)"
-#endif
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
-
+{COMPILE_TIME}
 """
 
 
@@ -113,14 +105,16 @@ def _public(step: ExportedStep, n: str) -> str:
     made, N = step_record(step), n.upper()
     signature = f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
     at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
-    parts = [_reset(made.record, n, step.precision), *_switch(made.record, n), _body(step, n, made, signature)]
-    return "\n".join([*parts, _body(step, n, rest_record(step), at_rest), _inverse(step, n)])
+    parts = [_reset(made.record, n, step.precision), *_switch(made.record, n)]
+    parts.append(_body(step, n, made, signature, "state->exact"))
+    at_rest_body = _body(step, n, rest_record(step), at_rest, f"{n}exact()")
+    return "\n".join([*parts, at_rest_body, _inverse(step, n)])
 
 
-def _body(step: ExportedStep, n: str, made: StepRecord, signature: str) -> str:
-    """A function that gives effort and flags."""
+def _body(step: ExportedStep, n: str, made: StepRecord, signature: str, exact: str) -> str:
+    """A function that gives effort and flags; no row is good where the compiler changed the arithmetic."""
     names = {name: f"input[{i}]" for i, name in enumerate(made.inputs)}
-    printer = Printer(n, step.precision, made.record, names)
+    printer = Printer(n, step.precision, made.record, names, conditions={"row_good": exact})
     lines = list(printer.lines())
     effort, *truths = printer.results()
     flags = [f"(({text}) * {n.upper()}{FLAG_NAMES[bit]})" for bit, text in zip(made.flags, truths, strict=True)]
@@ -148,13 +142,14 @@ def _signals(step: ExportedStep) -> str:
 def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
     """An inverse whose body runs where all is finite; the inputs of the next step may be angles."""
     p, e, N = step.precision, step.elements, n.upper()
+    exact = "state->exact" if now else f"{n}exact()"
     zero, largest = f"0.0{p.suffix}", p.constant(LARGEST_ANGLE)
     within = [f"((-{largest} < input[{i}]) && (input[{i}] < {largest}))" for i in range(e, 2 * e)]
     angles = f"\n    good &= ({' && '.join(within)}) ? (uint32_t)1u : (uint32_t)0u;" if now and step.filter else ""
     return f"""{signature}
 {{
     uint32_t flags = {N}NON_FINITE;
-    uint32_t good = {n}finite(wanted);
+    uint32_t good = {n}finite(wanted) & {exact};
     uint32_t i;
     for (i = {e}u; i < {_signals(step)}; i++)
     {{
@@ -179,7 +174,8 @@ def _reset(record: Record, n: str, p: Precision) -> str:
         lines += [f"    state->ring{length}[i][{k}] = {zero};" for k in range(count)]
         lines += ["}"]
     declared = "    uint32_t i;\n" if rings_of(record) else ""
-    return f"void {n}reset({n}state *state)\n{{\n{declared}{indented(lines)}\n}}\n"
+    lines += [f"state->exact = {n}exact();", f"return (state->exact != 0u) ? (uint32_t)0u : {n.upper()}INEXACT;"]
+    return f"uint32_t {n}reset({n}state *state)\n{{\n{declared}{indented(lines)}\n}}\n"
 
 
 def _switch(record: Record, n: str) -> list[str]:
@@ -224,10 +220,14 @@ typedef {p.c_type} {n}real;
 /* Flags, by bits. */
 {flags}
 
+/* What a reset returns where the compiler's options changed the arithmetic: no flag of a step. */
+#define {N}INEXACT ((uint32_t){2 * max(FLAG_NAMES)}u)
+
 {_state(step, n)}
 
-/* Before the first step, and whenever the input was interrupted. */
-void {n}reset({n}state *state);
+/* Before the first step, and whenever the input was interrupted. Returns 0; or {N}INEXACT, where the compiler's options
+   changed the arithmetic: every row then counts as not finite, so all efforts and fields are 0. */
+uint32_t {n}reset({n}state *state);
 {_declared_switch(step, n)}
 /* One sample. Writes the effort, always finite; returns flags.{_about_alarms(step)}{_about_tracking(step)} */
 uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort);
@@ -337,6 +337,7 @@ def _state(step: ExportedStep, n: str) -> str:
         members += [f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */"]
     members += [f"uint32_t {name};" for name in record.after if name not in reals]
     members += [f"uint32_t at{length};" for length in rings_of(record)]
+    members += ["uint32_t exact; /* 1: the compiler kept the arithmetic */"]
     about = "/* Everything that a step remembers; one for each device. */"
     return f"{about}\ntypedef struct\n{{\n{indented(members)}\n}} {n}state;"
 

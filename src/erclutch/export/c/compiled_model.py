@@ -70,6 +70,9 @@ class CompiledModel:
             raise OSError(f"{library} is no compiled model of this version: {error}") from error
         if version != _ABI:
             raise OSError(f"{library} has model ABI {version}; this version loads {_ABI}")
+        exact = getattr(self._library, "erc_model_exact", None)  # a library of an earlier version does not tell
+        if exact is not None and not exact():
+            raise OSError(f"the compiler of {library} changed the order or the rounding of its sums and products")
         for name in ("digest", "name"):
             getattr(self._library, f"erc_model_{name}").restype = ctypes.c_char_p
         self.name = cast(bytes, self._library.erc_model_name()).decode()

@@ -13,6 +13,7 @@ _ASKED = {
     "uint32_t erc_model_inputs": "{N}_INPUTS",
     "uint32_t erc_model_state_size": "(uint32_t)sizeof({n}_state)",
 }
+_EXACT = "uint32_t erc_model_exact(void)"
 _RESET = "void erc_model_reset(void *state)"
 _SWITCH = "void erc_model_use_residual(void *state, uint32_t on)"
 _BAND = "void erc_model_band(const void *state, double band[2])"
@@ -30,7 +31,7 @@ _CALLED = {
 def wrapper(program: ExportedStep) -> str:
     """NAME_abi.c: erc_model_* around the step."""
     n = program.name
-    declared = [*(f"{function}(void)" for function in _ASKED), _RESET, *_CALLED, _RUN]
+    declared = [*(f"{function}(void)" for function in _ASKED), _EXACT, _RESET, *_CALLED, _RUN]
     switch = ""
     if program.model.correction is not None:
         declared.append(_SWITCH)
@@ -66,9 +67,16 @@ def _about(n: str) -> str:
         for function, answer in _ASKED.items()
     )
     return f"""{asked}
+/* 1 where the compiler kept the arithmetic; else every effort and field is 0. */
+{_EXACT}
+{{
+    {n}_state state;
+    return ({n}_reset(&state) == 0u) ? 1u : 0u;
+}}
+
 {_RESET}
 {{
-    {n}_reset(({n}_state *)state);
+    (void){n}_reset(({n}_state *)state);
 }}
 """
 

@@ -160,7 +160,7 @@ static void load({n}_real input[{n.upper()}_INPUTS], const word row[{n.upper()}_
 
 #: What a tiny main does more of a step with alarms.
 _BAND = """
-    {n}_reset(&state);
+    (void){n}_reset(&state);
     for (i = 0u; i < STEPS; i++)
     {{
         {n}_real effort;
@@ -182,7 +182,11 @@ def _main(program: ExportedStep) -> str:
     unsigned bad_fields = 0u;
     double largest = 0.0;
     unsigned i;
-    {n}_reset(&state);
+    if ({n}_reset(&state) != 0u)
+    {{
+        (void)fputs("{n}: the compiler's options changed the arithmetic\\n", stderr);
+        return 2;
+    }}
     for (i = 0u; i < STEPS; i++)
     {{
         {n}_real effort;
@@ -203,7 +207,7 @@ def _main(program: ExportedStep) -> str:
         flags = {n}_inverse(input, number(fields[i][{n.upper()}_INPUTS]), &field);
         bad_fields += is_same(field, fields[i][{n.upper()}_INPUTS + 1u], flags, field_flags[i]) ? 0u : 1u;
     }}
-    {n}_reset(&state);
+    (void){n}_reset(&state);
     for (i = 0u; i < AHEAD; i++)
     {{
         {n}_real found;

@@ -84,8 +84,12 @@ typedef char {n}_fits[(sizeof({n}_state) <= {size}u) ? 1 : -1];
 void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t before[{size}],
     {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{size}])
 {{
-    {n}_state state; /* zeros are a reset */
+    {n}_state state;
     memcpy(&state, before, sizeof state);
+    if (state.exact == 0u) /* zeros: the first step */
+    {{
+        (void){n}_reset(&state);
+    }}
     flags[0] = {n}_step(&state, input, &effort[0]);
     memset(after, 0, {size}u);
     memcpy(after, &state, sizeof state);

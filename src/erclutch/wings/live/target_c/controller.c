@@ -31,7 +31,7 @@ static bool usable(const erc_config *config) {
 
 uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
     static const erc_core none;
-    const bool good = usable(config);
+    const bool good = NAME_exact() != 0u && usable(config);
     const double zero = 0.0;
     *core = none;
     if (good) {
@@ -40,7 +40,7 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
     core->dt = 1e-9 * (double)(uint32_t)core->config.period_ns;
     core->estimate = core->meter.reading = zero / zero; /* nothing is known yet */
     core->step = 1u; /* the first sample counts as the first after a gap */
-    NAME_reset(&core->model);
+    (void)NAME_reset(&core->model);
     erc_torque_start(core);
     return good ? 1u : 0u;
 }

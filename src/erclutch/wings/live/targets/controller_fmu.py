@@ -46,7 +46,7 @@ def interface(program: ExportedStep) -> Interface:
     taken = "\n".join(f"    out[{i}] = output.{name};" for i, name in enumerate(controller.OUTPUTS))
     binding = f"""typedef {n}_controller erc_state;
 typedef {n}_real erc_real;
-#define erc_reset(state) ((void)(state))
+#define erc_reset(state) {n}_reset(&(state)->model)
 
 static void erc_use({n}_controller *state, const double *parameter)
 {{

@@ -57,14 +57,17 @@ static uint64_t erc_seal(const void *bytes)
     return seal;
 }
 
-static void erc_clear(erc_memory *m)
+/* 0, or not where the compiler of this binary changed the arithmetic of the model. */
+static uint32_t erc_clear(erc_memory *m)
 {
     static const double defaults[ERC_PARAMETERS + 1u] = {ERC_DEFAULTS};
+    uint32_t inexact;
     memset(m, 0, sizeof *m);
     memcpy(m->parameter, defaults, sizeof defaults);
-    erc_reset(&m->state);
+    inexact = erc_reset(&m->state);
     erc_use(&m->state, m->parameter);
     m->stale = 1u;
+    return inexact;
 }
 
 static void erc_sample(erc_memory *m, erc_state *state)

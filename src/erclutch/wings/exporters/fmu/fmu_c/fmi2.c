@@ -64,7 +64,12 @@ EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String 
         free(in);
         return NULL;
     }
-    erc_clear(&in->memory);
+    if (erc_clear(&in->memory) != 0u)
+    {
+        (void)fail(in, ERC_INEXACT);
+        free(in);
+        return NULL;
+    }
     return in;
 }
 

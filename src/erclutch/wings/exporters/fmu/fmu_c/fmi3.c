@@ -56,7 +56,12 @@ static fmi3Instance made(fmi3String token, uint32_t exchange, fmi3InstanceEnviro
         free(in);
         return NULL;
     }
-    erc_clear(&in->memory);
+    if (erc_clear(&in->memory) != 0u)
+    {
+        (void)fail(in, ERC_INEXACT);
+        free(in);
+        return NULL;
+    }
     return in;
 }
 

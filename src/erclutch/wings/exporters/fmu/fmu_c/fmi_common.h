@@ -20,6 +20,7 @@
 #define TEXT(name) TEXT_(name)
 #define CALL(name) EXPORT FMI(Status) FMI(name)
 #define MEMORY(c) (&((instance *)(c))->memory)
+#define ERC_INEXACT "the options of this binary's compiler changed the model's arithmetic"
 
 /* A function that has nothing to do; one that is not offered, as modelDescription.xml says; one of things of which there
    are none. */
@@ -87,8 +88,7 @@ static FMI(Status) started(HANDLE c, double start)
 
 CALL(Reset)(HANDLE c)
 {
-    erc_clear(MEMORY(c));
-    return FMI(OK);
+    return (erc_clear(MEMORY(c)) == 0u) ? FMI(OK) : fail(c, ERC_INEXACT);
 }
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
