@@ -22,6 +22,7 @@ from erclutch.signals.clock import stretches
 _FINE, _RANGE, _NOISE = 1 / 20, 1 / 2000, 1 / 2
 _BUCKETS = 3000
 _KNOT = 64
+_DRAWN = 1000  # rows on paper
 _WIDE, _HIGH = 920, 105  # of a plot on paper, in the units of its drawing; of a panel with a share of 1
 
 
@@ -34,6 +35,7 @@ def _fill(material: Material) -> dict[str, Any]:
         if f"estimate:{name}" in packer.channels
     ]
     data, windows = material.rows.data, material.windows
+    drawn, drawn_rows = _on_paper(material)
     return {
         "data": {
             "rows": data.rows,
@@ -52,25 +54,22 @@ def _fill(material: Material) -> dict[str, Any]:
         "step": material.effort.of(packer.channels["measured"].step, 2),
         "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
         "word": material.word,
-        "drawn": _drawn(material),
-        "drawn_rows": _drawn_rows(material),
+        "drawn": drawn,
+        "drawn_rows": drawn_rows,
     }
 
 
 TRACES = Section("traces", "Measured against estimated", "Traces", _fill)
 
 
-def _drawn(material: Material) -> list[Panel]:
-    """The same for paper: the held-out section in which most happens, under one another over the whole width."""
-    panels = describe_trace(material).panels
-    return [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
-
-
-def _drawn_rows(material: Material) -> str:
-    """Which section that is, in a sentence."""
+def _on_paper(material: Material) -> tuple[list[Panel], str]:
+    """The same for paper, under one another over the whole width, and which rows these are."""
     first, stop = material.windows.lively
-    time = material.rows.data.clock.time[first:stop]
-    return f"Held-out rows from {number(time[0], 4)} to {number(time[-1], 4)} s, in which most happens."
+    time = material.rows.data.clock.time[first : min(stop, first + _DRAWN)]
+    start, seconds = float(time[0]), float(time[-1] - time[0])
+    panels = describe_trace(material, start=start, seconds=seconds, band=False).panels
+    said = f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens."
+    return [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels], said
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:

@@ -9,13 +9,16 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable, ReferenceLine, Shade
 
 
-def describe_trace(material: Material, *, start: float | None = None, seconds: float | None = None) -> Plot:
+def describe_trace(
+    material: Material, *, start: float | None = None, seconds: float | None = None, band: bool = True
+) -> Plot:
     """A section: by default that of the rows held out in which most happens (`Windows.lively`).
 
     Args:
         material: the run.
         start: first second, on the log's own clock.
         seconds: length; None: to the section's usual length.
+        band: whether the recommended model's prediction band is drawn.
 
     Raises:
         SettingError: no row lies there.
@@ -31,7 +34,7 @@ def describe_trace(material: Material, *, start: float | None = None, seconds: f
         Line(time, e.field[at] * field.factor, style, material.element_name(i), dashed=i > 0)
         for i, (e, style) in enumerate(zip(data.elements, ("series0", "series6"), strict=False))
     ]
-    ends = material.band_ends
+    ends = material.band_ends if band else None
     shade: list[Mark] = []
     if ends is not None:
         shade.append(Shade(ends[0][at] * effort.factor, ends[1][at] * effort.factor, x=time))
