@@ -221,7 +221,7 @@ def test_a_drift_is_found_and_its_end_too() -> None:
 ODD = st.sampled_from([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0])
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=10)
 @given(st.data())
 def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:
     made = _single()

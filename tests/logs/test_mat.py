@@ -132,6 +132,7 @@ def test_vectors_of_the_workspace(tmp_path: Path, save: Save) -> None:
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_a_struct_of_vectors(tmp_path: Path, save: Save) -> None:
     path = save(tmp_path / "a.mat", {"run": {"time": TIME, "speed": SLIP, "force": FORCE, "rate": 1000.0}})
     table = read_table(path)
@@ -141,6 +142,7 @@ def test_a_struct_of_vectors(tmp_path: Path, save: Save) -> None:
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_a_matrix_on_its_side(tmp_path: Path, save: Save) -> None:
     path = save(tmp_path / "a.mat", {"ans": np.vstack([TIME, SLIP, FORCE])})
     table = read_table(path)
@@ -149,6 +151,7 @@ def test_a_matrix_on_its_side(tmp_path: Path, save: Save) -> None:
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_a_timeseries_like_struct_and_a_structure_with_time(tmp_path: Path, save: Save) -> None:
     table = read_table(save(tmp_path / "a.mat", {"speed": {"Time": TIME, "Data": SLIP}}))
     assert list(table.columns) == ["time", "speed"]
@@ -158,6 +161,7 @@ def test_a_timeseries_like_struct_and_a_structure_with_time(tmp_path: Path, save
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_a_controldesk_recording(tmp_path: Path, save: Save) -> None:
     path = save(tmp_path / "rec.mat", {"rec001": dspace()})
     table = read_table(path)
@@ -171,6 +175,7 @@ def test_a_controldesk_recording(tmp_path: Path, save: Save) -> None:
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_a_controldesk_recording_without_time_uses_its_period(tmp_path: Path, save: Save) -> None:
     recording = read(save(tmp_path / "rec.mat", {"rec001": dspace(time=False)}))
     assert recording.period == 1e-3
@@ -178,6 +183,7 @@ def test_a_controldesk_recording_without_time_uses_its_period(tmp_path: Path, sa
 
 
 @both
+@pytest.mark.usefixtures("read_here")
 def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     run = {"time": TIME, "speed": SLIP}
     path = save(tmp_path / "a.mat", {"run1": run, "run2": {**run, "speed": FORCE}})
@@ -196,6 +202,7 @@ def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     assert build_dataset([first, second]).rows == 2 * first.rows  # two logs, not one log twice
 
 
+@pytest.mark.usefixtures("read_here")
 def test_several_efforts_over_one_position_are_logs(tmp_path: Path) -> None:
     run = {"time": TIME, "speed": SLIP, "F_0A": FORCE, "F_0x5A": 2 * FORCE}
     path = save5(tmp_path / "a.mat", {"run1": run, "run2": run})
@@ -239,6 +246,7 @@ def test_a_truncated_file(tmp_path: Path, save: Save, share: float) -> None:
         read_table(path)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
     secret = save73(tmp_path / "secret.mat", {"t": TIME})
     path = tmp_path / "a.mat"

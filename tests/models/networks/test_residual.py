@@ -239,6 +239,7 @@ def remembering(data: Dataset, travel: float = 3.0) -> Dataset:
     return replace(data, effort=data.effort + (1.0 + 4.0 * field) * memory)
 
 
+@pytest.mark.slow
 def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> None:
     found = compare(remembering(device(30_000)), Settings(models=("bingham", "fnn-4")))
     best = found.entries[0]
@@ -251,6 +252,7 @@ def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> Non
     assert both.law.to_dict() == replace(law.outcome.model, band=None).to_dict()
 
 
+@pytest.mark.slow
 def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:
     short = remembering(data).take(np.arange(data.rows) < 600)
     found = compare(short, Settings(models=("bingham", "fnn-70")))

@@ -216,6 +216,7 @@ def test_a_curve_without_noise_at_all() -> None:
 # --- the choice -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_richer_law_that_follows_noise_is_not_chosen() -> None:
     chosen = [ranked(curve_of("herschel-bulkley", noise=0.02, seed=seed))[0].law for seed in range(6)]
     assert chosen.count("herschel-bulkley") >= 5
