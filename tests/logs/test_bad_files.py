@@ -37,8 +37,8 @@ def error_of(path: Path) -> str:
         (HEAD + LINES[0], "log.csv: only 1 row of data, 10 are needed. Give a longer log."),
         (
             HEAD + "".join(LINES) + "0.02,1,stalled,4\n" + LINES[1],
-            "log.csv: line 22, column slip is 'stalled' where a number is expected. "
-            "Correct or empty that cell, or delete the line.",
+            "log.csv: line 22, column slip is 'stalled' where a number is expected, and it is called like the slip. "
+            'Correct its cells, or say what the slip is: --slip "NAME [unit]".',
         ),
         (
             HEAD + "".join(LINES) + "0.02,1,nan,4\n",

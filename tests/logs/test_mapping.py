@@ -165,7 +165,7 @@ def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callabl
     [
         (
             "slop = 1",
-            "there is no key 'slop' (allowed: time, rate, lead, name_pattern, variable, invalid, inputs",
+            "there is no key 'slop' (allowed: time, rate, lead, name_pattern, variable, invalid, decimal, values, ",
         ),
         ("[columns]\nspeed = 'V'", "there is no signal 'speed' (allowed: field, slip"),
         ("[columns]\nslip = {col = 'V'}", "there is no key of slip 'col' (allowed: column, unit, scale)"),

@@ -92,6 +92,10 @@ class LogOptions:
     variable: Annotated[str | None, Parameter(group=_READING)] = None
     """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them, and each
     effort of theirs as a log of its own: all; then also --effort 'F_* [N]'."""
+    decimal: Annotated[Literal[".", ","] | None, Parameter(group=_READING)] = None
+    """Decimal mark of a text log whose numbers may be read in two ways: 1.500 is 1.5 or 1500."""
+    keep_values: Annotated[bool, Parameter(group=_READING, negative=())] = False
+    """Keep values such as -999, which loggers write for no measurement; the rows are left out otherwise."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
     resample: Annotated[str | None, Parameter(group=_READING)] = None

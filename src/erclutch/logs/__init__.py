@@ -85,7 +85,8 @@ def read(
     """
     if isinstance(path, str | Path):
         told = map_over(mapping, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-        table = read_table(path, variable=variable or told.variable) if table is None else table
+        if table is None:
+            table = read_table(path, variable=variable or told.variable, decimal=told.decimal)
     else:
         told = map_over(mapping, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
         table = table_of(path)
@@ -112,7 +113,7 @@ def read_all(
     file = require_file(path)
     told = mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
     names = recordings_in(file)
-    tables = {name: read_table(file, variable=name) for name in names} or {"": read_table(file)}
+    tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
     logs: list[Recording] = []
     for name, table, own in logs_of(tables, replace(told, variable=None), device):
         log = apply(plan_of(table, own, device=device, invalid=invalid), table)
@@ -153,7 +154,7 @@ def read_batches(
         with placed(file.name), plugin.working(f"failed on {file.name}"):
             yield from windowed_batches(windows, file, digest, told, device, invalid, rows)
         return
-    table = read_table(file, variable=variable or told.variable)
+    table = read_table(file, variable=variable or told.variable, decimal=told.decimal)
     whole = apply(plan_of(table, told, device=device, invalid=invalid), table)
     yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
 

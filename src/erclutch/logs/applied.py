@@ -10,15 +10,17 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError, MappingError, placed, shell_word
+from erclutch.errors import LogError, MappingError, TimingError, placed, shell_word
 from erclutch.logs import timing
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
+from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
+_LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
 _SLOW = 0.5  # s between rows from which on a time without a unit is doubted
 
 
@@ -58,7 +60,8 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
                 rows = rows[~unstamped]
         clock = clock_of(clock_plan, table, rows, notes)
         units_of = {each.signal: each.si for each in plan.signals}
-        bad = _unusable_rows(table, {**signals, **inputs}, names, units_of, plan.invalid, notes)
+        unmeasured = _unmeasured_rows(plan, table, notes)
+        bad = _unusable_rows(table, {**signals, **inputs}, names, units_of, plan.invalid, notes, unmeasured)
 
         kept = rows[clock.keep]
         usable = ~bad[kept]
@@ -136,6 +139,10 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
     else:
         column = _column(table, plan.column)[rows]
         stamps = column * plan.factor if plan.zero == 0.0 else (column - plan.zero) * plan.factor
+    latest = float(np.abs(stamps).max(initial=0.0))
+    if latest > _LATEST:
+        remedy = f"Check its unit: --time {shell_word(f'{plan.column} [ms]')}, or give --rate"
+        raise TimingError(f"column {plan.column} goes up to {latest:.3g} s", remedy=remedy)
     clock = timing.from_stamps(stamps, _same_as_before(table, plan, rows), column=plan.column, hint=period)
     if plan.kind == "column" and not plan.unit and clock.period >= _SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
@@ -183,6 +190,25 @@ def runs_of(
     return runs, {*plan.not_signals, table.clock_name} - {""}, notes
 
 
+def _unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
+    """Rows where a signal holds a code such as -999 in place of a measurement, shape (rows of the table,).
+
+    ``notes`` gets code, column and number of rows.
+    """
+    unmeasured = np.zeros(table.rows, dtype=np.bool_)
+    for column in dict.fromkeys(each.column for each in (*plan.signals, *plan.inputs) if each.column):
+        for code, rows in sentinels(_column(table, column)).items():
+            many = int(rows.sum())
+            held = f"column {column} holds {code:g} in {many} row{'s' if many > 1 else ''}, far from all other values"
+            if plan.told.values == "keep":
+                notes.append(f"{held}: kept, as asked")
+                continue
+            why = "what loggers write for no measurement, left out and the log cut there"
+            notes.append(f"{held}: {why} (--keep-values keeps it)")
+            unmeasured |= rows
+    return unmeasured
+
+
 def _unusable_rows(
     table: Table,
     values_of: Mapping[str, Array],
@@ -190,15 +216,19 @@ def _unusable_rows(
     units_of: Mapping[str, str],
     invalid: Invalid,
     notes: list[str],
+    unmeasured: Mask,
 ) -> Mask:
-    """Rows where a signal is not finite, shape (rows of the table,); an error unless they are to be dropped."""
+    """Rows that are not measured or where a signal is not finite, shape (rows of the table,).
+
+    What is not finite is an error unless it is to be dropped.
+    """
     unsampled = np.zeros(table.rows, dtype=np.bool_) if table.unsampled is None else table.unsampled
     holes = {names.get(signal, signal): ~np.isfinite(values) & ~unsampled for signal, values in values_of.items()}
     holes = {name: bad for name, bad in holes.items() if bad.any()}
     if holes:
         _refuse_or_note(table, holes, invalid, notes)
     for signal, values in values_of.items():
-        size = np.abs(np.where(np.isfinite(values), values, 0.0))
+        size = np.abs(np.where(np.isfinite(values) & ~unmeasured, values, 0.0))
         if float(size.max(initial=0.0)) > _LARGEST:
             row, name = int(size.argmax()), names.get(signal, signal)
             raise LogError(
@@ -208,7 +238,7 @@ def _unusable_rows(
             )
     if unsampled.any():
         notes.append(f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there")
-    return np.logical_or.reduce([*holes.values(), unsampled])
+    return np.logical_or.reduce([*holes.values(), unsampled, unmeasured])
 
 
 def _refuse_or_note(table: Table, holes: Mapping[str, Mask], invalid: Invalid, notes: list[str]) -> None:

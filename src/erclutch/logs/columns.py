@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.labels import own_unit, split_end, split_label
 from erclutch.logs.mapping import COUNTS, ColumnChoice
 from erclutch.logs.table import Table
@@ -48,7 +48,7 @@ _BESIDE = _set(
 _TOLD = _set("setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne")
 _OTHER = _set(
     "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
-    "normal accuracy resolution power viscosity strain crack"
+    "normal accuracy resolution power viscosity strain crack radius size length width mass weight"
 )
 _NEED_UNIT = _set("v t m d n u b x tau load id te par tension")  # short names that mean several things
 _SINGLE = ("field", "slip", "position", "effort")
@@ -91,6 +91,21 @@ def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
         return False
 
 
+def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
+    """The signal that a column's name speaks for, ``time`` among them where that is looked for; "" for none.
+
+    Short names that mean several things speak for none.
+    """
+    if time and any(map(_TIME.fullmatch, (_plain(name), _plain(split_end(name)[0])))) and name != "T":
+        return "time"
+    words = set(_words(split_end(name)[0]))
+    for signal in sorted(signals):
+        form = _called(name, signal) if signal in _NAMES else None
+        if form and form not in _NEED_UNIT and not (words & (_TOLD | _OTHER) and signal != "field"):
+            return signal
+    return ""
+
+
 def candidates(
     table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
 ) -> tuple[list[str], str]:
@@ -107,6 +122,8 @@ def candidates(
     if signal in fit and fit[signal] is not False:
         return [signal], "name"
     told = _TOLD if signal != "field" else frozenset[str]()
+    # A large W is the watt: power is no signal.
+    fit = {name: fits for name, fits in fit.items() if name.strip() != "W" or fits}
     called = {name: _called(name, signal) for name, fits in fit.items() if fits is not False}
     named = [
         name
@@ -239,8 +256,10 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
 
     Raises:
         MappingError: no such column; the message lists the columns and a close match.
+        LogError: its cells are no numbers.
     """
     text = str(choice.column).strip()
+    _refuse_unreadable(table, text)
     for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
         name, unit = candidate, choice.unit
         if name not in table.columns:
@@ -252,6 +271,14 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
             si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
             return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
     raise _no_column(table, text, signal)
+
+
+def _refuse_unreadable(table: Table, text: str) -> None:
+    """Raise a LogError where the column that is named holds no numbers."""
+    plain = text.removeprefix("-").strip()
+    for name in (text, plain, split_label(text)[0], split_label(plain)[0]):
+        if name not in table.columns and name in table.unreadable:
+            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
 
 
 def _no_column(table: Table, text: str, signal: str) -> MappingError:

@@ -34,13 +34,18 @@ def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
 
 
 def read_table(
-    path: str | Path, *, variable: str | None = None, told: Callable[[int, int], None] = lambda done, total: None
+    path: str | Path,
+    *,
+    variable: str | None = None,
+    decimal: str | None = None,
+    told: Callable[[int, int], None] = lambda done, total: None,
 ) -> Table:
     """Read a log as it is: raw columns and units, nothing converted.
 
     Args:
         path: see `read`.
         variable: which recording of a file that holds several: variable, group, sheet, topic.
+        decimal: "." or "," where the numbers of a text may be read in two ways.
         told: called with how many bytes of a long text were read, and of how many.
 
     Raises:
@@ -52,7 +57,7 @@ def read_table(
         data = b"" if plugin else _bytes(file)
         digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
     plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, digest, variable, told))
+    table = read_by(plugin, LogSource(file, data, digest, variable, told, decimal))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     return replace(table, notes=(*table.notes, *notes), path=str(path))

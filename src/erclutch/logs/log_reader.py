@@ -31,6 +31,7 @@ class LogSource:
         data: all of its bytes; none where the log is a folder.
         digest: SHA-256 of these, for the table; of a folder, of the digests of its files by name.
         variable: which of several recordings in the file the user wants; None: there is to be one only.
+        decimal: the decimal mark of a text, where the user named it.
         told: may be called with how many bytes were read, and of how many.
     """
 
@@ -39,6 +40,7 @@ class LogSource:
     digest: str
     variable: str | None = None
     told: Callable[[int, int], None] = lambda done, total: None
+    decimal: str | None = None
 
     @property
     def name(self) -> str:

@@ -137,7 +137,14 @@ def _csv(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: M
         file.write(f"# {about.get('label', 'erclutch')}: {json.dumps(about)}\n")
         file.write(",".join(f"{name} [{unit}]" if unit else name for name, unit in columns) + "\n")
         for chunk in chunks:
-            np.savetxt(file, chunk, delimiter=",", fmt="%.9g")
+            forms = [_form(name, chunk[:, i]) for i, (name, _) in enumerate(columns)]
+            np.savetxt(file, chunk, delimiter=",", fmt=forms)
+
+
+def _form(name: str, values: Array) -> str:
+    """Nine digits, and of a time as many as tell its rows apart: seconds since 1970 need sixteen."""
+    large = name == "time" and values.size > 0 and float(np.abs(values).max()) >= 1e5
+    return "%.16g" if large else "%.9g"
 
 
 def _mat(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:

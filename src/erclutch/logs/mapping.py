@@ -9,6 +9,8 @@ of the log; the first that exists is read. Its keys, all optional::
     name_pattern = "{amplitude}mm{frequency}Hz{field}A"   # numbers in the file's name; x is the decimal point: 0x25
     variable = "rec001"              # which recording of a MATLAB file
     inputs = ["D [cm]", "A"]         # further inputs for networks, as logged
+    decimal = ","                    # where numbers such as 1.500 may be read in two ways
+    values = "keep"                  # keep -999 and the like, which loggers write for no measurement
     invalid = "drop"                 # cut the log where values are missing, instead of an error
 
     [columns]                        # signal = label, number, or a table
@@ -42,9 +44,10 @@ from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 COUNTS = frozenset(
     {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
 )
-_KEYS = ("time", "rate", "lead", "name_pattern", "variable", "invalid", "inputs", "columns", "scales", "constants")
+_TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
+_KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants")
+_ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("keep",)}
 _CHOICE_KEYS = ("column", "unit", "scale")
-_TEXT_KEYS = ("name_pattern", "variable", "invalid")
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,8 @@ class ColumnMap:
         scales: signal -> number with unit, as text: what one of the column's unit (``2.5 N*m/V``) or one count is.
         name_pattern: template on the file's name (see the module).
         variable: recording of a MATLAB file.
+        decimal: "." or "," for texts whose numbers may be read in two ways.
+        values: "keep" for values that loggers write for no measurement.
         invalid: "error" or "drop" for values that are not finite.
         inputs: further columns that networks may take as inputs.
         source: who said so, for the notes.
@@ -92,6 +97,8 @@ class ColumnMap:
     name_pattern: str | None = None
     variable: str | None = None
     invalid: str | None = None
+    decimal: str | None = None
+    values: str | None = None
     inputs: tuple[ColumnChoice, ...] = ()
     source: str = "given"
     file: tuple[str, str] | None = None
@@ -164,6 +171,8 @@ class ColumnMap:
         names = {name.lower(): name for name in NAMED_COLUMNS}
         columns = {names[key]: label for key, label in options.items() if key in names}
         given = {key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options}
+        if options.get("keep_values"):
+            given["values"] = "keep"
         for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
             pairs = (pair.partition("=") for pair in options.get(option, ()))
             given[f"{option}s"] = texts = {name.strip(): value for name, _, value in pairs}
@@ -179,7 +188,7 @@ class ColumnMap:
         """This mapping with what it leaves open taken from another."""
         chosen = {*self.columns, *self.constants}
         timed = self.time is not None or self.rate is not None
-        texts = ("variable", "invalid", "inputs", "file")
+        texts = ("variable", "invalid", "decimal", "values", "inputs", "file")
         return replace(
             self,
             columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
@@ -247,8 +256,9 @@ def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in texts.items():
         if not isinstance(value, str):
             raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."')
-    if texts.get("invalid") not in {None, "error", "drop"}:
-        raise MappingError(f"invalid is '{texts['invalid']}'", remedy="Write error or drop")
+    for key, allowed in _ALLOWED.items():
+        if key in texts and texts[key] not in allowed:
+            raise MappingError(f"{key} is '{texts[key]}'", remedy=f"Write {' or '.join(allowed)}")
     return texts
 
 

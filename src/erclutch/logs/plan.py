@@ -238,7 +238,7 @@ class Plan:
             lines.append(f"time = {time}  # {_plain(self.clock.reason)}")
         if told.lead is not None:
             lines.append(f"lead = {told.lead!r}")
-        for key in ("name_pattern", "variable", "invalid"):
+        for key in ("name_pattern", "variable", "decimal", "values", "invalid"):
             if getattr(told, key) is not None:
                 lines.append(f"{key} = {_text(getattr(told, key))}")
         if told.inputs:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from erclutch.errors import MappingError, SettingError, UnitError, placed, shell_word
+from erclutch.errors import LogError, MappingError, SettingError, UnitError, placed, shell_word
 from erclutch.logs import columns
 from erclutch.logs.clock_planning import clock_plan, counters
 from erclutch.logs.labels import split_label
@@ -70,6 +70,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
 
     Raises:
         MappingError: a signal that the device does not have, a column that is two signals, a constant that is none.
+        LogError: a column that is named, or that is called like a signal that nobody named, holds no numbers.
         SettingError: another device or way with invalid values than these.
     """
     notes = list(table.notes)
@@ -84,6 +85,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
     draft = _Draft(table, told, device, constants=dict(table.constants), notes=notes)
     with placed(table.name):
+        _refuse_unreadable_signals(draft)
         _take_named(draft)
         _take_clock(draft)
         _take_constants(draft)
@@ -109,6 +111,31 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         path=table.path,
         examples=tuple(_examples(draft)) if draft.questions else (),
     )
+
+
+def _refuse_unreadable_signals(draft: _Draft) -> None:
+    """Raise a LogError for a column that is called like a signal, or like the time, and holds no numbers.
+
+    Only where nothing else was chosen for that signal, and no other column is called so: the log would be read without
+    the signal.
+    """
+    table, told = draft.table, draft.told
+    settled = {*told.columns, *told.constants}
+    if settled & {"slip", "position"}:
+        settled |= {"slip", "position"}
+    wanted = {signal for group in NEEDS[draft.device] for option in group for signal in option} - settled
+    if told.name_pattern:
+        wanted -= {signal for signal in wanted if f"{{{signal}}}" in told.name_pattern}
+    timed = told.time is not None or told.rate is not None or table.clock is not None
+
+    for name, problem in table.unreadable.items():
+        meant = columns.meant_by(name, wanted, time=not timed)
+        readable = (columns.meant_by(other, {meant}, time=meant == "time") for other in table.columns)
+        if not meant or any(readable):
+            continue
+        remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        remedy += ", or --field none if it was not logged" if meant == "field" else ""
+        raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
 
 
 def _take_named(draft: _Draft) -> None:

@@ -34,6 +34,7 @@ class Table:
         unsampled: rows of a live recording in which no good sample came, shape (n,); None in all other files.
         damage: what the format does about damaged bytes, see `LogReader.tells_damage`.
         first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
+        unreadable: columns of the file that are no numbers, with what is wrong: whoever needs one of them says so.
         path: of the file, as the user gave it; "" for a table that is not of a file.
     """
 
@@ -52,6 +53,7 @@ class Table:
     damage: str = ""
     first_row: int = 0
     path: str = ""
+    unreadable: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def origin(self) -> str:

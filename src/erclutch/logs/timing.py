@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import ShortLogError, TimingError
 from erclutch.signals.array import Array, Mask
@@ -20,6 +21,12 @@ _GAP = 1.5  # periods
 _SHORTEST = 1e-12  # s: no logger samples at a THz
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
 _PAUSE = 11.0  # long steps between two stretches whose clock began anew
+_AROUND = 40  # rows on either side of a long step
+_FAR_APART = 10  # rows over which the period is told
+_LATE = 0.5  # periods by which a clock stays late behind a lost row
+_BUSY = 60  # rows over which late stamps average out
+_WHOLE, _MOSTLY = 0.1, 0.95  # of a period; of the steps
+_WANDERS = 0.5  # periods that such an average may move
 _COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
 
@@ -79,7 +86,8 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     keep = np.ones(stamps.size, dtype=np.bool_)
     found = _regular(stamps, grain, column, hint)
     repeats = np.concatenate(([False], np.diff(stamps) == 0))
-    if repeats.any() and (_stray(repeats) or (found.wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
+    busy = found.wander > 1.0 and int((repeats & ~same).sum()) > int((repeats & same).sum()) and _steady(stamps, found)
+    if repeats.any() and not busy and (_stray(repeats) or (found.wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
         keep, notes = ~repeats, [_dropped(repeats, same, column)]
         stamps = stamps[keep]
         require_rows(stamps.size)
@@ -88,7 +96,14 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     _refuse_short(period, column)
     steps = np.delete(np.diff(stamps), [start - 1 for start in found.starts[1:]])
     regular = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
-    if uniform:
+    if not uniform and _steady(stamps, found):
+        late = float(np.percentile(np.abs(stamps - found.grid), 99))
+        notes.append(
+            f"stamps of {column} come up to {late:.2g} s early or late about a steady {period:.6g} s, and no row is "
+            "missing: put on the regular grid"
+        )
+        stamps, uniform = found.grid, True
+    elif uniform:
         if float(np.abs(found.grid - stamps).max()) > 1e-9 * period and not regular:
             notes.append(_restored(stamps, found.grain, period, column))
             stamps = found.grid
@@ -232,6 +247,7 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
     doubtful = gaps[steps[gaps] <= _GAP * period + rounding[gaps]]
     if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:  # a period just above the resolution: equal distances
         gaps = np.setdiff1d(gaps, doubtful)
+    gaps = _lasting(stamps, period, gaps)
     if gaps.size > 0.1 * steps.size:  # no clock at all: cutting at every long step would leave nothing
         gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
     if not gaps.size:
@@ -240,6 +256,57 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
     where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
     count = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
     return (0, *(int(row) + 1 for row in gaps)), (f"{count} in {column} ({where}): cut into {gaps.size + 1} segments",)
+
+
+def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Of long steps, those behind which the clock stays late: rows are missing there.
+
+    A busy logger writes a stamp late and the next ones in time again; then no row is missing. So the stamps around each
+    long step, less a period a row, are compared as medians of up to 40 rows on either side: a lost row moves all that
+    follow by a period, a late stamp moves itself.
+    """
+    if not gaps.size:
+        return gaps
+    # Over many rows lateness averages out, and few gaps do not move a median.
+    reach = min(_FAR_APART, stamps.size // 4)
+    steady = float(np.median(stamps[reach:] - stamps[:-reach])) / reach if reach else period
+    late = stamps - steady * np.arange(stamps.size)
+    lasting: list[int] = []
+
+    def moved(gap: int) -> float:
+        """By how much the clock is later behind a long step than before it; no window reaches over another gap."""
+        begin = max([0, gap + 1 - _AROUND, *(other + 1 for other in lasting if other < gap)])
+        end = min([late.size, gap + 1 + _AROUND, *(other + 1 for other in lasting if other > gap)])
+        return float(np.median(late[gap + 1 : end]) - np.median(late[begin : gap + 1]))
+
+    # The clearest first: beside a row that is lost, a late stamp looks like another.
+    for gap in sorted(gaps.tolist(), key=moved, reverse=True):
+        if moved(gap) > _LATE * period:
+            lasting.append(gap)
+    return np.array(sorted(lasting), dtype=np.intp)
+
+
+def _steady(stamps: Array, found: _Regular) -> bool:
+    """Whether stamps that wander belong to a steady sampler whose logger was busy.
+
+    Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
+    are taken when something happens, stay away from any grid.
+    """
+    away = (stamps - found.grid) / found.period
+    if float(np.std(away)) > 1.0:
+        return False
+    steps = np.diff(stamps)
+    periods = steps / float(np.percentile(steps[steps > 0], 30))
+    whole = np.abs(periods - np.rint(periods)) < _WHOLE
+    if np.mean(whole) > _MOSTLY and np.mean(whole & (periods > 1.5)) > 1.0 - _MOSTLY:
+        return False  # steps of one, two, three periods: rows are missing everywhere, and no stamp is late
+    for start, stop in zip(found.starts, (*found.starts[1:], stamps.size), strict=True):
+        part = away[start:stop]
+        width = min(_BUSY, part.size)
+        averages = np.convolve(part, np.full(width, 1.0 / width), "valid")
+        if float(np.ptp(averages)) > _WANDERS:
+            return False
+    return True
 
 
 def _grid(

@@ -23,6 +23,12 @@ _LONGEST = 60
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 _SPELLINGS = (
+    (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
+    (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
+    (re.compile(r"\b(?:lb|lbf|lbs)\s*[-.*·]?\s*(in|ft)\b"), r"pound_force*\1"),
+    (re.compile(r"\b(in|ft)\s*[-.*·]?\s*(?:lb|lbf|lbs)\b"), r"pound_force*\1"),
+    (re.compile(r"(?<![\w.])lbs?f?(?!\w)"), "pound_force"),
+    (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
     (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
@@ -35,7 +41,7 @@ _SPELLINGS = (
 )
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
 # A product of a few numbers and symbols with small powers; two signs never stand side by side.

@@ -118,7 +118,7 @@ def _table(log: Path, reading: LogOptions) -> Table:
             else:
                 bar(done, None, "columns, clock and checks")
 
-        return read_table(log, variable=variable, told=told)
+        return read_table(log, variable=variable, decimal=reading.column_map().decimal, told=told)
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
+from erclutch.logs.readers.numerals import is_grouped
 from erclutch.signals import units
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
@@ -21,8 +22,8 @@ WORDS = {*_SIGNED, "", "na", "n/a", "null", "1.#qnan", "-1.#qnan", "1.#ind", "-1
 _CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
 _NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
 _NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?"),
+    ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
 }
 LINE_END = re.compile(r"\r\n|\n|\r")
 
@@ -34,6 +35,7 @@ class Dialect:
     Attributes:
         delimiter: one character, or None for runs of white space.
         decimal: "." or ",".
+        thousands: the other mark where it groups digits, else "".
         names: column names, one a cell of a full row.
         units: units in the order of the names.
         first: index of the first data line, counted from 0.
@@ -52,6 +54,7 @@ class Dialect:
     numeric: tuple[bool, ...]
     metadata: dict[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
+    thousands: str = ""
 
 
 def is_comment(line: str) -> bool:
@@ -72,12 +75,16 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether the cell is a finite decimal number with that decimal mark."""
-    return _NUMBER[decimal].fullmatch(cell) is not None
+    """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
+    return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
 
 
-def sniff(text: str) -> Dialect:
+def sniff(text: str, asked: str | None = None) -> Dialect:
     """Find the dialect of a text log from its first 256 K characters.
+
+    Args:
+        text: of the log.
+        asked: its decimal mark, where that is known.
 
     Raises:
         LogError: no line reads as a row of numbers under any dialect.
@@ -87,7 +94,7 @@ def sniff(text: str) -> Dialect:
         lines.pop()
     full = [line for line in lines if line.strip() and not is_comment(line)]
     for size in _TAILS:
-        delimiter, decimal = _separators(full[-size:])
+        delimiter, decimal = _separators(full[-size:], asked)
         rows = [cells_of(line, delimiter) for line in full[-size:]]
         kinds = _kinds(rows, decimal)
         for first, line in enumerate(lines):
@@ -99,13 +106,13 @@ def sniff(text: str) -> Dialect:
     raise LogError(f"no row of numbers in {len(lines)} lines{shown}", remedy=remedy)
 
 
-def _separators(tail: Sequence[str]) -> tuple[str | None, str]:
+def _separators(tail: Sequence[str], asked: str | None = None) -> tuple[str | None, str]:
     """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
-    best, found = (0.0, 0.0), (",", ".")
+    best, found = (0.0, 0.0), (",", asked or ".")
     for delimiter in ("\t", ";", "|", ",", None):
         rows = [cells_of(line, delimiter) for line in tail]
         filled = sum(1 for row in rows for cell in row if cell)
-        for decimal in (".", ","):
+        for decimal in (asked,) if asked else (".", ","):
             count = sum(1 for row in rows for cell in row if is_number(cell, decimal))
             score = (round(count / max(filled, 1), 2), count / max(len(rows), 1))
             if score > best:
@@ -165,16 +172,20 @@ def _header(
     if last is None:
         return None, 0
     inner = [cell.strip("[]() ") for cell in last]
-    clear = any(cell in _CLEAR_UNITS or re.search(r"[/^°%*]", cell) for cell in inner)
-    if (
-        len(above) > 1
-        and clear
-        and all(not cell or _NO_FACTOR.fullmatch(cell) or units.is_unit(cell) for cell in inner)
-    ):
+    if len(above) > 1 and _are_units(inner):
         names = _labels(lines[above[-2]], delimiter, decimal, width, trailing)
-        if names is not None and len(names) == len(last):
+        # Names are words: a second line of units, or of what is called like a unit, names nothing.
+        if names is not None and len(names) == len(last) and not _are_units([name.strip("[]() ") for name in names]):
             return (names, [unit or None for unit in inner]), 2
     return (last, None), 1
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
+    filled = [cell for cell in cells if cell]
+    known = [cell for cell in filled if _NO_FACTOR.fullmatch(cell) or units.is_unit(cell)]
+    clear = any(cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell) for cell in known)
+    return clear and len(filled) - len(known) <= len(filled) / 4
 
 
 def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing: bool) -> list[str] | None:
@@ -188,6 +199,8 @@ def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing
     for cells in splits:
         # One name more than cells is a column filled in its first rows only (events); one fewer, a trailing delimiter.
         fitting = {width, width - 1 if trailing else width, width + 1 if delimiter is not None else width}
+        if len(cells) == width - 1 and not trailing and delimiter is not None and width > 2:
+            cells, fitting = ["", *cells], {width}  # R names no column of row names
         if len(cells) in fitting and any(cells) and not any(is_number(cell, decimal) for cell in cells):
             return cells
     return None

@@ -11,6 +11,7 @@ import io
 import re
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes
 from erclutch.logs.readers.dialect import LINE_END, WORDS, Dialect, cells_of, is_comment, is_number, sniff
+from erclutch.logs.readers.numerals import SWITCHES, Numerals, ungrouped, weigh
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 # Bytes after decompression: a text of numbers shrinks to a tenth, so one that shrank to a hundredth is no log.
 _LARGEST, _ROOM, _EXPANSION = 1 << 32, 1 << 28, 100
 _BLOCK = 1 << 20
+_LONGEST_NUMBER = 400  # characters of a cell
+_CORRECT = "Correct or empty that cell, or delete the line"
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 _BLANK = " \t\r\n"  # other white space makes a row
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
@@ -94,9 +98,24 @@ def read_text(source: LogSource) -> Table:
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
     if other := first_bytes.named_text(text):
         raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
-    dialect = sniff(text)
+    dialect = sniff(text, source.decimal)
     body, notes = _body(text, dialect)
+    numerals = weigh(body, dialect.delimiter, dialect.decimal, source.decimal)
+    if numerals.decimal != dialect.decimal:
+        dialect = sniff(text, numerals.decimal)
+        body, notes = _body(text, dialect)
+    if numerals.thousands:
+        dialect = replace(dialect, thousands=numerals.thousands)
+        notes.append(_grouping(numerals))
     return _table(_parse(body, dialect, source.told), body, dialect, source, notes)
+
+
+def _grouping(numerals: Numerals) -> str:
+    """A note on the mark that groups digits."""
+    mark = {".": "points", ",": "commas"}[numerals.thousands]
+    whole = ungrouped(numerals.reason, numerals.decimal) if numerals.reason else ""
+    shown = f": {numerals.reason} is {whole}" if whole else ""
+    return f"numbers have {mark} between their thousands{shown}"
 
 
 def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
@@ -164,6 +183,7 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
             source,
             sep=dialect.delimiter or r"\s+",
             decimal=dialect.decimal,
+            thousands=dialect.thousands or None,
             header=None,
             names=list(range(width)),
             index_col=False,
@@ -187,6 +207,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     constants: dict[str, float] = {}
     notes = [*dialect.notes, *cut]
     texts: dict[str, pd.Series[Any]] = {}
+    unreadable: dict[str, str] = {}
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
     longer = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
@@ -198,7 +219,12 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     notes += _hidden(body, dialect)
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
-        values = _numbers(cells, index, body, dialect)
+        try:
+            values, told = _read_cells(cells, index, body, dialect)
+        except LogError as error:
+            unreadable[label] = error.problem
+            continue
+        notes += told
         if values is None:
             texts[label] = cells
             continue
@@ -213,7 +239,13 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     clock = dates.clock_of(texts)
     for label, cells in texts.items():
         if label not in (clock[0], *clock[0].split(" and ")):
-            notes.append(f"column {label} holds text in {int(cells.notna().sum())} of {len(cells)} rows: left out")
+            first = str(cells.dropna().iloc[0]).strip()[:30] if cells.notna().any() else ""
+            held = f"column {label} holds text ({first!r}) in {int(cells.notna().sum())} of {len(cells)} rows"
+            unreadable[label] = held
+            notes.append(f"{held}: left out")
+    if unreadable and not columns:
+        raise LogError(next(iter(unreadable.values())), remedy=_CORRECT)
+    notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
         last = max(columns, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist()
@@ -234,7 +266,20 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         constants=constants,
         metadata=dialect.metadata,
         notes=tuple(notes),
+        unreadable=unreadable,
     )
+
+
+def _read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:
+    """The column as float64, None for a column of text, and a note where words became numbers."""
+    label = dialect.names[index]
+    values = _numbers(cells, index, body, dialect)
+    if cells.dtype == bool:
+        return values, (f"column {label} holds True and False, read as 1 and 0",)
+    switched = _switched(cells) if values is None else None
+    if switched is None:
+        return values, ()
+    return switched[0], (f"column {label} holds {switched[1]}",)
 
 
 def _long_rows(body: str, dialect: Dialect) -> list[str]:
@@ -265,7 +310,9 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
         return np.ascontiguousarray(cells.to_numpy(dtype=np.float64))
     filled = cells.notna().to_numpy()
     texts = cells.astype(str).str.strip()
-    plain = texts.str.replace(",", ".", regex=False) if dialect.decimal == "," else texts
+    # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
+    short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
+    plain = short.map(lambda cell: ungrouped(cell, dialect.decimal))
     values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
     bad = filled & np.isnan(values)
     if 2 * int(bad.sum()) > int(filled.sum()) and not dialect.numeric[index]:
@@ -276,7 +323,17 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
     more = f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""
     where = f"line {_numbered_lines(body, dialect)[row][0]}, column {dialect.names[index]}"
     problem = f"{where} is '{str(texts.iloc[row])[:40]}' where a number is expected{more}"
-    raise LogError(problem, remedy="Correct or empty that cell, or delete the line")
+    raise LogError(problem, remedy=_CORRECT)
+
+
+def _switched(cells: pd.Series[Any]) -> tuple[Array, str] | None:
+    """A column of on and off as ones and zeros, and its words for a note; None for any other text."""
+    words = cells.astype(str).str.strip().where(cells.notna())
+    distinct = [str(word) for word in words.dropna().unique()[:9]]
+    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
+        return None
+    values = words.str.lower().map(SWITCHES).to_numpy(dtype=np.float64)
+    return values, " and ".join(f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct)
 
 
 def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:

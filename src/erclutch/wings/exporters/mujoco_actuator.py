@@ -66,7 +66,7 @@ def _devices() -> Any:
     return mujoco.__dict__.setdefault(_SHARED, Devices())
 
 
-class Memory:
+class DataMemory:
     """What a device remembers of one MjData.
 
     Attributes:
@@ -134,8 +134,8 @@ class Actuator:
         address = model.jnt_qposadr if positions else model.jnt_dofadr
         self._joints = [int(address[model.joint(name).id]) for name in joints]
         self._positions = positions
-        self._memories: MutableMapping[Any, Memory] = weakref.WeakKeyDictionary()
-        self._latest: Memory | None = None
+        self._memories: MutableMapping[Any, DataMemory] = weakref.WeakKeyDictionary()
+        self._latest: DataMemory | None = None
 
     @property
     def flags(self) -> int:
@@ -147,11 +147,11 @@ class Actuator:
         """How many were taken of the MjData that was stepped last."""
         return 0 if self._latest is None else self._latest.samples
 
-    def memory_of(self, data: Any) -> Memory:
+    def memory_of(self, data: Any) -> DataMemory:
         """What the device remembers of an MjData."""
         memory = self._memories.get(data)
         if memory is None:
-            memory = self._memories[data] = Memory(self._load())
+            memory = self._memories[data] = DataMemory(self._load())
         return memory
 
     def reset(self) -> None:

@@ -1,0 +1,157 @@
+"""How a text log writes its numbers is decided by all that the file holds: the decimal mark, and what groups thousands.
+
+``1.500`` may be 1.5 or 1500. A number that can only be read one way decides for the whole file: ``0,5`` and ``1.500,5``
+have a decimal comma, ``0.5`` and ``12345.678`` a decimal point. Where no number decides, plain whole numbers beside the
+doubtful ones do: ``500`` beside ``1.500`` has no decimals, so ``1.500`` has none. What is left is asked about.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from erclutch.errors import LogError
+
+#: Signs between groups of three digits besides point and comma: blanks of three kinds, and Swiss apostrophes.
+BLANKS = " \u00a0\u202f'’"
+_UNSEEN = "\u00ad\u200b\u200c\u200d\u200e\u200f\u2060\ufeff"  # at the edge of a cell
+_SAMPLE = 1 << 18  # characters
+_SIGN, _POWER = r"[+-]?", r"(?:[eEdD][+-]?\d+)?"
+_GROUPED = {
+    # decimal mark -> a whole number in groups, perhaps with decimals behind that mark
+    decimal: re.compile(
+        rf"{_SIGN}[1-9]\d{{0,2}}(?:(?:{re.escape(other)}\d{{3}})+|(?:[{BLANKS}]\d{{3}})+)(?:{re.escape(decimal)}\d*)?"
+    )
+    for decimal, other in ((".", ","), (",", "."))
+}
+#: Texts that say on or off, in small letters.
+SWITCHES = {
+    **dict.fromkeys(("on", "true", "yes", "high", "enabled", "ein", "an", "ja", "oui", "vrai", "开", "オン"), 1.0),
+    **dict.fromkeys(("off", "false", "no", "low", "disabled", "aus", "nein", "non", "faux", "关", "オフ"), 0.0),
+}
+
+
+@dataclass(frozen=True)
+class Numerals:
+    """How numbers are written.
+
+    Attributes:
+        decimal: "." or ",".
+        thousands: the other of the two where it groups digits, else "".
+        reason: a number that shows it, for a note; "" where nothing is special.
+    """
+
+    decimal: str
+    thousands: str = ""
+    reason: str = ""
+
+
+def is_grouped(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number in groups of three digits, for a decimal mark."""
+    return _GROUPED[decimal].fullmatch(cell) is not None
+
+
+def ungrouped(cell: str, decimal: str) -> str:
+    """A number as Python writes it: without groups, with a decimal point, with an e before the power of ten.
+
+    Fortran writes ``1.0D+03``.
+    """
+    plain = cell.strip().strip(_UNSEEN)
+    if is_grouped(plain, decimal):
+        other = "," if decimal == "." else "."
+        plain = plain.translate(dict.fromkeys(map(ord, BLANKS + other)))
+    if decimal == ",":
+        plain = plain.replace(",", ".")
+    if re.fullmatch(rf"{_SIGN}(?:\d+(?:\.\d*)?|\.\d+)[dD][+-]?\d+", plain):
+        plain = re.sub("[dD]", "e", plain)
+    return plain
+
+
+def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = None) -> Numerals:
+    """The decimal mark of a file and what groups its thousands.
+
+    Args:
+        body: all rows, as text.
+        delimiter: between the cells; None for white space.
+        sniffed: the decimal mark under which the last rows read best.
+        asked: the decimal mark that the user named.
+
+    Raises:
+        LogError: numbers of both kinds stand in the file, or none that tells.
+    """
+    marks = [mark for mark in ".," if mark != delimiter or '"' in body]
+    decides = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
+    groups = {mark: _search(_groups(mark), body, delimiter, mark) for mark in marks}
+    if asked is not None:
+        other = "," if asked == "." else "."
+        return Numerals(asked, other if groups.get(other) else "")
+    if decides.get(".") and decides.get(","):
+        raise LogError(
+            f"{decides['.']} has a decimal point and {decides[',']} a decimal comma",
+            remedy="Export the file with one decimal mark",
+        )
+    for decimal, other in ((".", ","), (",", ".")):
+        if decides.get(decimal):
+            grouped = groups.get(other) or ""
+            return Numerals(decimal, other if grouped else "", grouped)
+    doubtful = [mark for mark in marks if groups[mark]]
+    if not doubtful:
+        return Numerals(sniffed)
+    mark = doubtful[0]
+    if len(doubtful) == 1 and _beside_whole_numbers(body, delimiter, mark):
+        return Numerals("," if mark == "." else ".", mark, groups[mark] or "")
+    if len(doubtful) == 1 and mark == "." and delimiter != ";":
+        return Numerals(".")  # three decimals in each number, as fixed formats print them
+    number = groups[mark] or ""
+    as_decimal, as_whole = number.replace(mark, ".").rstrip("0").rstrip("."), number.replace(mark, "")
+    raise LogError(
+        f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells",
+        remedy=f"Say which mark is the decimal one: --decimal {mark} for {as_decimal}, "
+        f"--decimal {'.' if mark == ',' else ','} for {as_whole}",
+    )
+
+
+def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:
+    """A pattern that fills a cell: between quotes, or also between delimiters and ends of lines."""
+    in_quotes = rf'(?<=")(?:{pattern})(?=")'
+    if quoted:
+        return in_quotes
+    edge = r"\s" if delimiter is None else rf"\r\n{re.escape(delimiter)}"
+    blank = "" if delimiter is None else " *" if delimiter == "\t" else "[ \t]*"
+    return rf"{in_quotes}|(?:(?<=[{edge}])|^){blank}(?:{pattern}){blank}(?=[{edge}]|$)"
+
+
+def _decimals(mark: str) -> str:
+    """Numbers in which the mark can only be the decimal one."""
+    m, other = re.escape(mark), re.escape("," if mark == "." else ".")
+    behind_groups = rf"[1-9]\d{{0,2}}(?:{other}\d{{3}})+{m}\d+"
+    not_three = rf"\d{{1,3}}{m}(?:\d{{1,2}}|\d{{4,}})"
+    leading = rf"(?:0\d*|\d{{4,}}|){m}\d+"
+    powered = rf"\d+{m}\d+[eEdD][+-]?\d+"
+    return rf"{_SIGN}(?:{behind_groups}|{powered}|(?:{not_three}|{leading}){_POWER})"
+
+
+def _groups(mark: str) -> str:
+    """Numbers in which the mark may group thousands."""
+    m = re.escape(mark)
+    return rf"{_SIGN}[1-9]\d{{0,2}}(?:{m}\d{{3}})+"
+
+
+def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | None:
+    """The first cell that a pattern fills; a mark that is the delimiter too stands in quoted cells alone."""
+    found = re.search(_cell(pattern, delimiter, quoted=mark == delimiter), body, re.MULTILINE)
+    return None if found is None else found.group().strip()
+
+
+def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
+    """Whether the columns of the doubtful numbers hold plain whole numbers too."""
+    lines = body[:_SAMPLE].splitlines()
+    rows = [[cell.strip(' "') for cell in line.split(delimiter)] for line in lines if line.strip()]
+    grouped = re.compile(_groups(mark))
+    width = max(map(len, rows), default=0)
+    for column in range(width):
+        cells = [row[column] for row in rows if len(row) > column]
+        plain = any(re.fullmatch(r"[+-]?\d{1,3}", cell) for cell in cells)
+        if plain and any(grouped.fullmatch(cell) for cell in cells):
+            return True
+    return False
