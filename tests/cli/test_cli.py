@@ -143,14 +143,45 @@ def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path:
     for k, seconds in enumerate((2.0, 3.0)):
         write_synthetic_log(tmp_path / "logs" / f"day{k}.csv", seconds, seed=k)
     said = good("inspect", "logs", cwd=tmp_path)
-    assert "2 logs; signals are shown of the first" in said
+    assert "2 logs; columns and signals are shown of the first" in said
     assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == ["2,000", "3,000"]
     body = json.loads(good("inspect", "logs/day0.csv", "logs/day1.csv", "--json", cwd=tmp_path))
     assert body["rows"] == 2000
     assert [(each["name"], each["rows"]) for each in body["further"]] == [("day1.csv", 3000)]
     (tmp_path / "logs" / "other.csv").write_text("a,b\n1,2\n2,3\n3,4\n")
     said = good("inspect", "logs", cwd=tmp_path, code=1)
-    assert "Not understood yet: other.csv: " in said
+    assert said.splitlines()[-1].startswith("Not understood yet: other.csv: ")
+    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == ["2,000", "3,000"]
+    body = json.loads(good("inspect", "logs", "--json", cwd=tmp_path, code=1))
+    assert list(body["refused"]) == ["other.csv"]
+
+
+def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Path) -> None:
+    for unit in ("A", "V"):
+        lines = [f"{k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(60)]
+        (tmp_path / f"{unit}.csv").write_text(f"t [s],field [{unit}],slip [rad/s],torque [N*m]\n" + "".join(lines))
+    said = good("inspect", "A.csv", "V.csv", cwd=tmp_path, code=1)
+    assert "2 logs; columns and signals are shown of the first" in said
+    assert "units differ" in said.splitlines()[-1]
+
+
+def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(tmp_path: Path) -> None:
+    lines = [f"{k / 100},{0.5 + 0.4 * np.sin(k)},{k % 7 - 3},{k % 5}\n" for k in range(60)]
+    (tmp_path / "log.csv").write_text("t [s],q7 [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
+    last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.startswith("In doubt: field is column q7 by its unit alone")
+    command = shlex.split(last.partition("say so: erclutch ")[2])
+    assert "field <- column q7 [V] (given)" in good(*command, cwd=tmp_path)
+
+
+def test_a_section_begins_on_the_clock_that_inspect_shows(tmp_path: Path) -> None:
+    lines = [f"{100 + k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(600)]
+    (tmp_path / "log.csv").write_text("t [s],field [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
+    good("inspect", "log.csv", "--plots", "drawn", "--start", "102", cwd=tmp_path)
+    (numbers,) = (tmp_path / "drawn").glob("*section*.csv")
+    text = numbers.read_text(encoding="utf-8")
+    assert len(text.splitlines()) > 90
+    assert "--start 107 s" in refused("inspect", "log.csv", "--plots", "other", "--start", "107", cwd=tmp_path)
 
 
 def test_a_prediction_is_no_measurement(tmp_path: Path) -> None:

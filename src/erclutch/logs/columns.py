@@ -6,11 +6,14 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
+import numpy as np
+
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.labels import own_unit, split_end, split_label
 from erclutch.logs.mapping import COUNTS, ColumnChoice
 from erclutch.logs.table import Table
 from erclutch.signals import units
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 
@@ -56,6 +59,7 @@ _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
     re.IGNORECASE,
 )
+_KEEPS = 0.2  # share of the rows from which on a field keeps its levels
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
 
@@ -138,8 +142,32 @@ def candidates(
         for name, fits in fit.items()
         if fits and own_unit(name, table.units.get(name), si_units) not in {None, "", "-", "1", "%"}
         if not (told | _OTHER).intersection(_words(split_end(name)[0])) and not _another(name, signal)
+        if signal == "field" or not _is_constant(table.columns[name])
     ]
     return (by_unit if signal in _EXAMPLES else []), "unit"
+
+
+def _is_constant(values: Array) -> bool:
+    """Whether a column never changes: a radius or a gap is no motion, whatever its unit says."""
+    known = values[np.isfinite(values)]
+    return bool(known.size > 1 and np.ptp(known) == 0.0)
+
+
+def has_shape_of(signal: str, values: Array) -> bool:
+    """Whether the numbers of a column look like the signal: a slip turns back or rests, a field keeps or leaves levels.
+
+    Args:
+        signal: its name.
+        values: the column, shape (n,).
+    """
+    known = values[np.isfinite(values)]
+    if known.size < 2 or signal not in ("field", "slip"):
+        return True
+    if signal == "slip":
+        low, high = float(known.min()), float(known.max())
+        return (low < 0.0 < high) or bool(np.any(np.abs(known) <= 0.02 * max(abs(low), abs(high))))
+    stays = np.count_nonzero(np.diff(known) == 0.0) / (known.size - 1)
+    return bool(stays > _KEEPS) or bool(np.any(known == 0.0))
 
 
 def _another(name: str, signal: str) -> bool:
@@ -210,6 +238,7 @@ def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str =
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
     lengths = [name for name in free if signal == "slip" and _fits(table, name, SIGNALS["position"].si_units)]
+    lengths = [name for name in lengths if not _is_constant(table.columns[name])]
     if lengths:
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
     if volts := _in_volts(table, signal, free):
@@ -236,7 +265,8 @@ def _label(table: Table, name: str, signal: str) -> str:
     """The column with its unit, or with a likely one."""
     example = "V [V]" if signal == "field" and _plain(name) == "v" else _EXAMPLES.get(signal, "")
     likely = example[example.find("[") + 1 : -1] if example else SIGNALS[signal].si_units[0] or "-"
-    return table.label(name, likely)
+    _, end = split_end(name)
+    return name if end and not table.units.get(name) else table.label(name, likely)
 
 
 def time_column(table: Table, taken: Iterable[str]) -> str | None:
@@ -268,6 +298,7 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         if name not in table.columns and name.isdecimal() and len(name) < 10:
             name = table.numbered(int(name)) or name
         if name in table.columns:
+            _refuse_another_kind(name, unit, signal)
             si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
             return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
     raise _no_column(table, text, signal)
@@ -279,6 +310,19 @@ def _refuse_unreadable(table: Table, text: str) -> None:
     for name in (text, plain, split_label(text)[0], split_label(plain)[0]):
         if name not in table.columns and name in table.unreadable:
             raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
+
+
+def _refuse_another_kind(name: str, unit: str | None, signal: str) -> None:
+    """Refuse a unit that is given for a column whose name ends in a unit of another kind: no volt is an ampere."""
+    _, end = split_end(name)
+    if not end or not unit or not (units.is_unit(end) and units.is_unit(unit)):
+        return
+    if units.parse(end).dimension != units.parse(unit).dimension:
+        problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
+        scale = shell_word(f"{signal}=1 {unit}/{end}")
+        remedy = f"Give it as it is, --{signal} {shell_word(name)}"
+        remedy += f", or what one {end} of it means, such as --scale {scale}" if signal in SIGNALS else ""
+        raise UnitError(problem, remedy=remedy)
 
 
 def _no_column(table: Table, text: str, signal: str) -> MappingError:

@@ -194,6 +194,23 @@ class Plan:
             found["time"] = ColumnChoice(self.clock.column, self.clock.unit, self.clock.scale, self.clock.reason)
         return found
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is guessed on little ground, one sentence each; the user says whether it is right."""
+        doubts: list[str] = []
+        for each in self.signals:
+            if each.sureness == "doubtful":
+                others = f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
+                why = "by its unit alone, and its numbers do not look like that"
+                doubts.append(f"{each.signal} is column {each.column} {why}{others}")
+        return tuple(doubts)
+
+    def command(self) -> str:
+        """The command by which the user says all that is guessed on little ground."""
+        doubtful = [each for each in self.signals if each.sureness == "doubtful"]
+        named = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
+        return f"erclutch inspect {shlex.quote(self.path)} {' '.join([*_given_options(self), *named])}"
+
     def differences(self, other: Plan) -> tuple[str, ...]:
         """What another plan does differently, one sentence each; none where the plans are equal."""
         return tuple(

@@ -344,9 +344,7 @@ def _guess_what_is_needed(draft: _Draft) -> None:
                     doubt = doubt or error
                     continue
                 if guess is not None:
-                    by_name = guess.source.endswith("name")
-                    agreed = by_name and columns.has_fitting_unit(table, str(guess.column), signal)
-                    taken.append(_take(draft, signal, guess, "sure" if agreed else "likely"))
+                    taken.append(_take(draft, signal, guess, _sureness(table, signal, guess)))
             settled = settled or all(signal in draft.signals for signal in option)
         if not settled:
             names = " or ".join(" and ".join(option) for option in group)
@@ -359,6 +357,14 @@ def _guess_what_is_needed(draft: _Draft) -> None:
         if not columns.maybe_field(table, [*taken, *inputs]):
             del draft.questions["field"]
             _take_no_field(draft)
+
+
+def _sureness(table: Table, signal: str, guess: ColumnChoice) -> Sureness:
+    """How sure a guess is: name and unit agree, or one of them speaks; a unit alone asks for the shape too."""
+    name = str(guess.column)
+    if guess.source.endswith("name"):
+        return "sure" if columns.has_fitting_unit(table, name, signal) else "likely"
+    return "likely" if columns.has_shape_of(signal, table.columns[name]) else "doubtful"
 
 
 def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:

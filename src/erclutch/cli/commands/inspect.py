@@ -45,13 +45,13 @@ def inspect(
 ) -> int:
     """Show a log's columns, sampling, gaps and coverage, and which signal each column is taken for.
 
-    The exit code is 1 while a signal is missing or the log is not understood, and 0 otherwise.
+    The exit code is 1 while anything is missing, in doubt or not understood; then the last line says what settles it.
 
     Args:
         logs: The log; of several, or of a folder, the columns of the first, and what each is read as.
         json: Print as JSON instead of tables.
         plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
-        start: First second of the section. Default: of a typical section.
+        start: First second of the section, on the clock that inspect shows. Default: of a typical section.
         seconds: Length of the section.
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
@@ -67,42 +67,77 @@ def inspect(
     read, problem = list["Recording"](), None
     try:
         read = reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))]
-        read += reading.read(others) if others else []
     except SettingError:
         raise
     except ErclutchError as error:
-        read, problem = [], error
         if plots is not None:
             raise
+        problem = error
+    further, refused = _further(others, reading)
+    every = [*read, *further] if read else []
+    rows = reading.dataset(read[:1]) if read else None
+    covered = rows
+    if len(every) > 1:
+        try:
+            covered = reading.dataset(every)
+        except ErclutchError as error:  # such as logs in different units
+            refused[error.where] = str(error)
     drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
     if write_mapping is not None:
         plan.save(write_mapping)
+    doubtful = problem is not None or bool(refused or plan.doubts)
     if json:
         said = {
             name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in plan.choices.items()
         }
-        more = {"missing": list(missing), "mapping": tomllib.loads(plan.to_toml()), "choices": said}
-        _print_json(raw, read, problem, reading, more)
-        return int(not read)
+        more = {
+            "missing": list(missing),
+            "doubts": list(plan.doubts),
+            "refused": refused,
+            "mapping": tomllib.loads(plan.to_toml()),
+            "choices": said,
+        }
+        _print_json(raw, every, problem, _findings(covered) if covered else [], more)
+        return int(doubtful)
     _print_columns(log, raw)
     _offer_mapping(log, write_mapping, missing)
-    if read:
-        _print_recordings(read, reading)
+    if rows is not None and covered is not None:
+        _print_recordings(every, rows, covered)
     else:
         terminal.tell(*(f"  {note}" for note in raw.notes))
-        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
+        if further:
+            terminal.tell(_several(further))
     for path in drawn:
         terminal.say(f"drawn: {path}")
-    return int(not read)
+    for name, why in refused.items():
+        terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
+    if problem is not None:
+        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
+    elif plan.doubts:
+        terminal.say(f"In doubt: {'; '.join(plan.doubts)}. If that is right, say so: {plan.command()}")
+    return int(doubtful)
 
 
-def _print_recordings(read: list[Recording], reading: LogOptions) -> None:
-    """The signals of the first log; what each of several is read as; what all of them cover."""
+def _further(logs: Sequence[Path], reading: LogOptions) -> tuple[list[Recording], dict[str, str]]:
+    """The recordings of further logs, and by its name what is wrong with each log that is not understood."""
+    further: list[Recording] = []
+    refused: dict[str, str] = {}
+    for log in logs:
+        try:
+            further += reading.read([log])
+        except SettingError:
+            raise
+        except ErclutchError as error:
+            refused[log.name] = str(error)
+    return further, refused
+
+
+def _print_recordings(read: list[Recording], first: Dataset, covered: Dataset) -> None:
+    """The signals of the first log; what each of several is read as; what they cover."""
     if len(read) > 1:
         terminal.tell(_several(read))
-    first = reading.dataset(read[:1])
     _print_signals(read[0], first)
-    _print_coverage(reading.dataset(read) if len(read) > 1 else first)
+    _print_coverage(covered)
 
 
 def _table(log: Path, reading: LogOptions) -> Table:
@@ -154,7 +189,7 @@ def _several(recordings: Sequence[Recording]) -> RichTable:
     names = [name for name in recordings[0].signals if not name.startswith(("input:", "spare column"))]
     heads = [terminal.with_unit(name, units[name]) for name in names]
     rows = [[r.name, f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings]
-    title = f"{len(recordings)} logs; signals are shown of the first"
+    title = f"{len(recordings)} logs; columns and signals are shown of the first"
     return terminal.table(title, ["", "rows", *heads], rows, left=1)
 
 
@@ -251,7 +286,7 @@ def _sketch(values: Array, points: int = 60) -> list[list[float]]:
 
 
 def _print_json(
-    raw: Table, read: list[Recording], problem: ErclutchError | None, reading: LogOptions, more: dict[str, Any]
+    raw: Table, read: list[Recording], problem: ErclutchError | None, findings: list[str], more: dict[str, Any]
 ) -> None:
     columns: dict[str, object] = {}
     for name, values in raw.columns.items():
@@ -259,7 +294,6 @@ def _print_json(
         shown = dict(zip(_FIGURES, figures, strict=True))
         columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
     body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
-    findings = _findings(reading.dataset(read)) if read else []
     body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
     if read:
         recording, *further = read

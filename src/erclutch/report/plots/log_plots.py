@@ -27,7 +27,8 @@ def describe_section(recording: Recording, *, start: float | None = None, second
 
     Args:
         recording: the log.
-        start: first second shown; None: where the effort varies most evenly (the median section).
+        start: first time shown, in s on the log's clock; None: where the effort varies most evenly (the median
+            section).
         seconds: length.
     """
     signals, at = recording.signals, _rows(recording, start, seconds)
@@ -61,7 +62,7 @@ def titled(recording: Recording) -> str:
 def _rows(recording: Recording, start: float | None, seconds: float) -> slice:
     width = min(max(2, round(seconds / recording.period)), recording.rows)
     if start is not None:
-        first = int(np.count_nonzero(recording.time < recording.time[0] + start))
+        first = int(np.count_nonzero(recording.time < start))
         return slice(min(first, recording.rows - width), min(first, recording.rows - width) + width)
     effort = recording.signals[_effort(recording)]
     starts = range(0, recording.rows - width + 1, max(1, width // 2))

@@ -1,0 +1,75 @@
+"""Columns of strangers' logs are no signals by their unit alone: radii, powers, and volts that are called amperes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError, UnitError
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of
+from erclutch.signals.array import Array
+
+ROWS = np.arange(200.0)
+LEVELS = 0.5 * (ROWS // 20 % 3)
+TURN = np.sin(ROWS / 9)
+PLAIN = {"t [s]": ROWS / 100, "current [A]": LEVELS, "speed [rad/s]": TURN, "torque [N*m]": TURN**3}
+
+
+def table(columns: dict[str, Array]) -> Table:
+    split = {label: label.rstrip("]").partition(" [") for label in columns}
+    values = {split[label][0]: column for label, column in columns.items()}
+    return Table("a.csv", values, {name: unit or None for name, _, unit in split.values()}, "0" * 64, path="a.csv")
+
+
+def without(*labels: str) -> dict[str, Array]:
+    return {label: values for label, values in PLAIN.items() if label not in labels}
+
+
+def planned(columns: dict[str, Array], **labels: str) -> Plan:
+    return plan_of(table(columns), ColumnMap.from_labels(labels))
+
+
+@pytest.mark.parametrize("name", ["Disk Radius [m]", "inner dia [mm]", "lever [cm]"])
+def test_a_length_that_never_changes_is_no_position(name: str) -> None:
+    plan = planned({**PLAIN, name: np.full(200, 0.05)})
+    assert plan.signal("position") is None
+    (question,) = planned({**without("speed [rad/s]"), name: np.full(200, 0.05)}).questions
+    assert question.signal == "slip"
+    assert "--position" not in question.remedy
+
+
+@pytest.mark.parametrize("name", ["power [W]", "P_el [kW]", "loss [W]"])
+def test_power_is_no_slip(name: str) -> None:
+    (question,) = planned({**without("speed [rad/s]"), name: TURN}).questions
+    assert question.signal == "slip"
+
+
+@pytest.mark.parametrize(("name", "unit"), [("commandVoltage_V", "A"), ("coil_mA", "V"), ("coil_kV", "T")])
+def test_a_unit_at_the_end_of_a_name_is_believed(name: str, unit: str) -> None:
+    columns = {**without("current [A]"), name: LEVELS}
+    plan = planned(columns, field=f"{name} [{unit}]")
+    with pytest.raises(UnitError, match=r"ends in a unit, .*another kind.*--scale"):
+        apply(plan, table(columns))
+    assert planned(columns, field=name).signal("field") is not None
+
+
+def test_an_example_names_the_unit_that_the_name_has() -> None:
+    columns = {**without("current [A]"), "one_V": LEVELS, "other_V": LEVELS + TURN}
+    with pytest.raises(MappingError, match=r"may be any of the columns one_V, other_V.*--field \"one_V\""):
+        apply(planned(columns), table(columns))
+
+
+@pytest.mark.parametrize("values", [0.5 + 0.4 * TURN, 2.0 + ROWS / 100])
+def test_a_field_by_its_unit_alone_that_keeps_no_level_is_in_doubt(values: Array) -> None:
+    plan = planned({**without("current [A]"), "q7 [V]": values})
+    assert plan.doubts == ("field is column q7 by its unit alone, and its numbers do not look like that",)
+    assert plan.command() == 'erclutch inspect a.csv --field "q7 [V]"'
+    assert planned({**without("current [A]"), "q7 [V]": LEVELS}).doubts == ()
+    assert planned({**without("current [A]"), "q7 [V]": values}, field="q7").doubts == ()
+
+
+def test_a_slip_by_its_unit_alone_that_never_rests_or_turns_back_is_in_doubt() -> None:
+    plan = planned({**without("speed [rad/s]"), "q7 [rad/s]": 50.0 + TURN})
+    assert [doubt.partition(" is ")[0] for doubt in plan.doubts] == ["slip"]
+    assert planned({**without("speed [rad/s]"), "q7 [rad/s]": TURN}).doubts == ()
+    assert planned({**without("speed [rad/s]"), "speed [rad/s]": 50.0 + TURN}).doubts == ()
