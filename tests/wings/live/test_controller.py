@@ -35,18 +35,22 @@ def numbers(members: list[str]) -> type[ctypes.Structure]:
     return type("Numbers", (ctypes.Structure,), {"_fields_": fields})
 
 
+#: Libraries by the text of their sources: the same controller is compiled once.
+_COMPILED: dict[str, bytes] = {}
+
+
 def compiled(model: Any, folder: Path, *more: str) -> ctypes.CDLL:
     files = controller.write_core(step_of(model, FLOAT64), folder)
     size = '#include "m.h"\nunsigned size(void) { return (unsigned)sizeof(m_controller); }\n'
     (folder / "size.c").write_text(size)
-    native().build(
-        [*files, *(folder / name for name in ("size.c", *more))],
-        folder / "m.so",
-        "-O2",
-        "-shared",
-        "-fPIC",
-        f"-I{folder}",
-    )
+    sources = [*files, *(folder / name for name in ("size.c", *more))]
+    texts = sorted((file.name, file.read_text()) for file in folder.iterdir() if file.suffix in (".c", ".h"))
+    key = str(texts)
+    if key not in _COMPILED:
+        native().build(sources, folder / "m.so", "-O2", "-shared", "-fPIC", f"-I{folder}")
+        _COMPILED[key] = (folder / "m.so").read_bytes()
+    # A file of its own each time: a library that is loaded twice from one path has its numbers once.
+    (folder / "m.so").write_bytes(_COMPILED[key])
     return ctypes.CDLL(str(folder / "m.so"))
 
 

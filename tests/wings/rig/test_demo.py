@@ -60,7 +60,7 @@ def test_demo_never_replaces_what_is_no_demo(tmp_path: Path) -> None:
 @pytest.mark.parametrize("at", ["1 of 3", "2 of 3", "bingham", "fnn-6 ", "3 of 3"])
 def test_an_interrupted_demo_leaves_nothing(at: str, tmp_path: Path) -> None:
     command = subprocess.Popen(
-        [*COMMAND, "demo", "--seconds", "20"],
+        [*COMMAND, "demo", "--seconds", "10"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
