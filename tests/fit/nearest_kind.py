@@ -46,8 +46,8 @@ class Nearest:
         cost = float(np.sum((train.effort - model.predict(train)) ** 2))
         return FitOutcome(model, "converged", 1, (), {}, 1, 1, 1.0, 1, cost, train.rows, weights=rows.size)
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
-        return self.fit(rows, (), 1)
+    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+        return self.fit(rows, fitted, 1)
 
 
 @dataclass(frozen=True, repr=False)

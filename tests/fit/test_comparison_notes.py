@@ -47,6 +47,7 @@ def outcome(**changes: Any) -> Any:
         "unknowns": 3,
         "condition": 10.0,
         "converged": True,
+        "idle": (),
         "iterations": 7,
         "at_bounds": (),
         "model": SimpleNamespace(correction=None, times={}),

@@ -107,6 +107,8 @@ def _recommended(comparison: Comparison) -> str:
         return f"Only {chosen.name} was fitted, so there is nothing to recommend it over."
     if not chosen.sound:
         return f"Nothing to recommend: these data identify no model's parameters. The nearest is {chosen.name}."
+    if chosen.validation is not None:
+        return _by_training_rows(comparison, chosen, unit)
     if best.name == chosen.name:
         return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
     if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
@@ -119,6 +121,19 @@ def _recommended(comparison: Comparison) -> str:
         f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
         f"the best one, {best.name} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
         f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
+    )
+
+
+def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) -> str:
+    """The recommendation where training rows that no fit has seen chose it."""
+    known = {e.name: e.validation for e in comparison.entries if e.validation is not None}
+    least = min(known, key=lambda name: known[name].value)
+    nearer = f"{least} by {number(known[least].value)}, which is no more than these rows can tell or 5 % less"
+    return (
+        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
+        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, "
+        f"{'the least' if least == chosen.name else nearer}. The rows held out chose nothing: there it errs by "
+        f"{number(chosen.test.rmse.value)} {unit}."
     )
 
 

@@ -46,12 +46,13 @@ class Candidate(Protocol):
         """
         ...
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
-        """Fit the same model to other rows, by nothing but these: what was chosen on all rows stays chosen.
+    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+        """Fit the same model to some of the training rows, from its numbers on: what was chosen stays chosen.
 
         Args:
             rows: the rows.
             outcome: of `fit`.
+            fitted: what was fitted to the same rows before.
         """
         ...
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
 from erclutch.fit.scoring import recommend
 from erclutch.fit.turned_sign import with_turned_fit
-from erclutch.fit.validation import cross_validated
+from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset
 from erclutch.registry import Plugin
 from erclutch.signals.shown import Shown
@@ -41,6 +41,8 @@ class Comparison(Shown):
         findings: what the checks saw.
         entries: best test error first.
         best, recommended: names.
+        chosen_by: the parts of the training rows that were left out in turn and chose the model that is recommended;
+            "": the rows held out did.
         recalibration: of a kept model to these data: what was done, as JSON values; None: all models are new.
     """
 
@@ -51,6 +53,7 @@ class Comparison(Shown):
     entries: tuple[RankedModel, ...]
     best: str
     recommended: str
+    chosen_by: str = ""
     recalibration: Mapping[str, Any] | None = None
 
     def entry(self, name: str) -> RankedModel:
@@ -105,6 +108,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
     entries = with_bands(data, test, scored(data, train, test, outcomes, settings, folds))
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = judged_by_training(entries)
+    choice = chosen(train, fitted, [e.name for e in entries if e.sound], settings.seed)
     best, recommended = recommend(
         {e.name: e.test for e in entries},
         {e.name: e.excess for e in entries},
@@ -112,11 +116,15 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
         {e.name for e in entries if e.sound},
         {e.name: e.outcome.freedom for e in entries},
     )
+    if choice is not None:
+        recommended = choice.recommended
+        entries = [replace(e, validation=choice.errors.get(e.name)) for e in entries]
     at = next(i for i, e in enumerate(entries) if e.name == recommended)
-    chosen = entries[at] = with_sensor(data, test, entries[at])
-    findings += _memory_left(data, chosen)
-    findings += log_differences(data, chosen.predicted)
-    return Comparison(data, test, settings, findings, tuple(entries), best, recommended)
+    taken = entries[at] = with_sensor(data, test, entries[at])
+    findings += _memory_left(data, taken)
+    findings += log_differences(data, taken.predicted)
+    chosen_by = "" if choice is None else choice.words
+    return Comparison(data, test, settings, findings, tuple(entries), best, recommended, chosen_by)
 
 
 def _fit_all(settings: Settings, train: Dataset, report: FitProgress) -> tuple[list[Fitted], tuple[Finding, ...]]:

@@ -22,6 +22,8 @@ from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, st
 from erclutch.models.stages.stage import Moved
 from erclutch.signals.array import Array, Mask
 
+#: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.
+_BRISTLES = "lugre"
 Rows = NDArray[np.intp]
 
 #: Subject of the finding.
@@ -117,11 +119,11 @@ def _candidates(dynamics: str) -> Iterator[str]:
     """Of each family the first stage that is richer than what the model has; only stages that keep a state."""
     own = {stage.name for stage in stages_of(dynamics)}
     for ladder in families():
-        if stage_named(ladder[0]).place != "slip":
+        if stage_named(ladder[0]).place != "slip" or ladder[0].startswith((_BRISTLES, "stiffness")):
             continue
         has = max((k for k, name in enumerate(ladder) if stage_named(name).name in own), default=-1)
         stem = ladder[0].partition("/")[0].partition("-")[0]
-        if has < 0 and any(name.startswith(stem) for name in own):  # another form of the family
+        if has < 0 and any(name.startswith((stem, _BRISTLES)) for name in own):  # another form of the family
             continue
         if has + 1 < len(ladder) and remembers(stage_named(ladder[has + 1])):
             yield ladder[has + 1]

@@ -1,24 +1,27 @@
 """The ladder of memory: stages are added to the best law as long as blocked validation on the training rows says so.
 
-The training rows are cut into windows. Every candidate is fitted to every other window and scored on those between,
-then the other way round. The best candidate is taken if it lowers the error on rows that it was not fitted to by at
-least `WORTH`; the rows held out for the test are never seen.
+The training rows are cut into windows, over which all states run through. Every candidate is fitted to every other
+window and scored on those between, then the other way round. The best candidate is taken if it lowers the error on
+rows that it was not fitted to by at least `WORTH`; the rows held out for the test are never seen.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch import registry
-from erclutch.fit.laws.fit_law import reference_of, separable
-from erclutch.fit.laws.law_starts import thinned
-from erclutch.fit.laws.variable_projection import coordinates, outer_problem, parameters, project
+from erclutch.arithmetic.dual import pick
+from erclutch.fit.laws.fit_law import reference_of
+from erclutch.fit.laws.variable_projection import Separable, coordinates, outer_problem, parameters, project
 from erclutch.fit.levenberg_marquardt import minimise
+from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
+from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
@@ -27,7 +30,12 @@ from erclutch.signals.recording import TEMPERATURE
 
 #: Share of the error that a stage must take off.
 WORTH = 0.01
-_WINDOWS, _MOST_ROWS, _FITTED_ROWS = 24, 20_000, 3000
+#: The same of a stage that sums up the slip: a sensor's zero makes its travel drift, so it must be worth that.
+DRIFTING_WORTH = 0.1
+_WINDOWS, _FEWEST_WINDOWS = 24, 4  # of a log
+_FEWEST_ROWS = 50  # of a window
+_MOST_ROWS, _STRETCHES, _FITTED_ROWS = 24_000, 4, 3000
+_MANY_LOGS = 12
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)  # of a new constant's usual range, where its search starts
 
@@ -62,12 +70,25 @@ def grown(train: Dataset, base: Structure, extras: Sequence[str] = ()) -> list[R
     while left:
         here = rungs[-1]
         tried = [(name, _rung(folds, _with(here.structure, name), here.numbers)) for name in left if _next(left, name)]
-        name, best = min(tried, key=lambda pair: pair[1].error)
-        if not best.error < (1.0 - WORTH) * here.error:
+        tried = [(name, rung) for name, rung in tried if rung.error < (1.0 - _worth(name)) * here.error]
+        if not tried:
             return rungs
+        least = min(rung.error for _, rung in tried)
+        # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
+        alike = [pair for pair in tried if pair[1].error <= (1.0 + WORTH) * least]
+        name, best = min(alike, key=lambda pair: (_numbers(pair[1].structure), pair[1].error))
         rungs.append(best)
         left.remove(name)
     return rungs
+
+
+def _worth(name: str) -> float:
+    """Share of the error that a stage or an input must take off."""
+    return DRIFTING_WORTH if not name.startswith("=") and getattr(stage_named(name), "from_the_start", False) else WORTH
+
+
+def _numbers(structure: Structure) -> int:
+    return len(structure.shapes(1.0)) + len(structure.gains())
 
 
 def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
@@ -115,40 +136,90 @@ def with_stage(dynamics: str, name: str) -> str:
     return "+".join([*kept, name])
 
 
-def _folds(train: Dataset) -> list[tuple[Dataset, Dataset]]:
-    """Rows to fit and rows to score: windows of neighbouring rows, or whole logs where there are many."""
-    windows = list(_windows(train))
-    parts = [train.take(np.logical_or.reduce(windows[first::2])) for first in (0, 1)]
-    return [(parts[0], parts[1]), (parts[1], parts[0])]
+@dataclass(frozen=True)
+class _Fold:
+    """Rows to fit and rows to score, of stretches over which all states run through.
+
+    Attributes:
+        data: the stretches.
+        fitted: places of the rows to fit, few.
+        scored: mask of the rows to score.
+    """
+
+    data: Dataset
+    fitted: NDArray[np.intp]
+    scored: Mask
 
 
-def _windows(train: Dataset) -> Iterator[Mask]:
-    if len(train.source_rows) >= _WINDOWS // 2:
-        places = list(train.source_rows)
+def _folds(train: Dataset) -> list[_Fold]:
+    """Every other window is fitted and those between are scored, then the other way round.
+
+    States run through: a window that began at rest would hide a memory that is longer than it. Of many logs each is a
+    window, fields and motions like the squares of a chessboard: both folds have all of either, but no pair twice.
+    """
+    many = len(train.source_rows) >= _MANY_LOGS
+    data = train if many or train.rows <= _MOST_ROWS else train.take(_stretches(train))
+    window = np.zeros(data.rows, np.intp)
+    if many:
+        logs = groups_of(data)
+        for (start, stop), number in zip(logs.rows, chessboard(logs), strict=True):
+            window[start:stop] = number
     else:
-        length = min(_MOST_ROWS, train.rows) // _WINDOWS
-        starts = np.linspace(0, train.rows - length, _WINDOWS).round().astype(int)
-        places = [(int(start), int(start) + length) for start in starts]
-    for start, stop in places:
-        mask = np.zeros(train.rows, np.bool_)
-        mask[start:stop] = True
-        yield mask
+        for number, (start, stop) in enumerate((a, b) for a, b in data.source_rows if b > a):
+            count = _windows(stop - start)
+            window[start:stop] = number + np.arange(stop - start) * count // (stop - start)
+    odd: Mask = window % 2 == 1
+    return [_Fold(data, _few(np.flatnonzero(fitted)), ~fitted) for fitted in (odd, ~odd)]
 
 
-def _rung(folds: Sequence[tuple[Dataset, Dataset]], structure: Structure, known: dict[str, float]) -> Rung:
+def _few(rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    return rows[:: max(1, -(-rows.size // _FITTED_ROWS))]
+
+
+def _stretches(train: Dataset) -> Mask:
+    """A few long stretches, spread evenly over the rows."""
+    length = _MOST_ROWS // _STRETCHES
+    mask = np.zeros(train.rows, np.bool_)
+    for start in np.linspace(0, train.rows - length, _STRETCHES).round().astype(int).tolist():
+        mask[start : start + length] = True
+    return mask
+
+
+def _windows(rows: int) -> int:
+    """Number of windows of a log: many, so that either half has all its fields; each has so many rows."""
+    return int(np.clip(rows // _FEWEST_ROWS, _FEWEST_WINDOWS, _WINDOWS))
+
+
+def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float]) -> Rung:
     squares, rows, numbers = 0.0, 0, known
-    for fitted, scored in folds:
-        reference = reference_of(fitted, structure.extras)
+    for fold in folds:
+        data = fold.data
+        reference = reference_of(data, structure.extras)
         shapes = structure.shapes(reference.period)
-        problem = separable(fitted, structure, reference, shapes, thinned(fitted.rows, _FITTED_ROWS))
+        problem = _problem(fold, structure, reference, shapes)
         starts = [coordinates(shapes, q) for q in _starts(shapes, numbers)]
         minima = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in starts]
         q = parameters(shapes, min(minima, key=lambda minimum: minimum.cost).point)
-        columns = structure.columns(scored.elements, scored.clock, reference, q, extras=scored.extras)
-        residual = scored.effort - np.column_stack(columns) @ project(problem, q).gains
-        squares, rows = squares + float(residual @ residual), rows + scored.rows
+        columns = structure.columns(data.elements, data.clock, reference, q, extras=data.extras)
+        residual = (data.effort - np.column_stack(columns) @ project(problem, q).gains)[fold.scored]
+        squares, rows = squares + float(residual @ residual), rows + residual.size
         numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
     return Rung(structure, (squares / rows) ** 0.5, numbers)
+
+
+def _problem(fold: _Fold, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]) -> Separable:
+    """The problem on the rows to fit; the dynamics run over all rows of the stretches."""
+    data, rows = fold.data, fold.fitted
+    slow = any(stage.place == "effort" for stage in structure.stages)
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        whole = structure.columns(data.elements, data.clock, reference, q, extras=data.extras, ahead=True)
+        return whole if slow else [pick(column, rows) for column in whole]
+
+    def behind(effort: Any, q: Sequence[Any]) -> Any:
+        return pick(structure.behind(effort, data.clock, q), rows)
+
+    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
 
 
 def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[list[float]]:

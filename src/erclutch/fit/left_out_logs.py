@@ -12,13 +12,12 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from erclutch.fit.log_groups import ALIKE, motion_of
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask
 
 #: Logs from which on there is something to learn from leaving some of them out.
 _FEWEST = 3
-#: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
-_ALIKE = 1.25
 #: Directions in which the other logs say less than this share stay where they are.
 _UNSAID = 1e-4
 
@@ -56,21 +55,10 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
 
 def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
     """For each log the logs that are left out: those of its motion, else the log alone, else none."""
-    motions = np.array([_motion(data, log) for log in logs])
+    motions = np.array([motion_of(data, log) for log in logs])
     rows = np.array([log.stop - log.start for log in logs])
     for k in range(len(logs)):
-        alike = np.all(np.abs(motions - motions[k]) < np.log(_ALIKE), axis=1)
+        alike = np.all(np.abs(motions - motions[k]) < np.log(ALIKE), axis=1)
         alone = np.arange(len(logs)) == k
         few = (out for out in (alike, alone) if 2 * rows[out].sum() <= rows.sum())
         yield next(few, np.zeros(len(logs), np.bool_))
-
-
-def _motion(data: Dataset, log: slice) -> list[float]:
-    """Logarithms of the root mean squares of each slip and of its rate."""
-    steps = np.diff(data.clock.time[log])
-    found: list[float] = []
-    for element in data.elements:
-        slip = element.slip[log]
-        rate = np.diff(slip)[steps > 0] / steps[steps > 0]
-        found += [float(np.log(np.sqrt(np.mean(x**2)) + 1e-150)) for x in (slip, rate) if x.size]
-    return found

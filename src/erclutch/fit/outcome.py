@@ -58,6 +58,7 @@ class FitOutcome(Shown, Generic[M]):
         train_cost: sum of squared residuals on the training rows.
         train_rows: number of training rows.
         weights: number of weights of a network, whose parameters mean nothing one by one; 0 for a law.
+        idle: names of parameters that move nothing, since all gains that they shape are zero.
         notes: what the fit has to say, for people.
         unseen: errors on the training rows by fits without the logs of a row's motion, shape (n,); None: not known.
     """
@@ -74,6 +75,7 @@ class FitOutcome(Shown, Generic[M]):
     train_cost: float
     train_rows: int
     weights: int = 0
+    idle: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     unseen: Array | None = field(default=None, compare=False)
 
@@ -95,7 +97,8 @@ class FitOutcome(Shown, Generic[M]):
     @property
     def unidentified(self) -> tuple[str, ...]:
         """Names of the parameters that these data do not identify, and that no bound holds either."""
-        return tuple(e.name for e in self.estimates if not e.at_bound and np.isinf(e.high - e.low))
+        lost = (e.name for e in self.estimates if not e.at_bound and np.isinf(e.high - e.low))
+        return tuple(name for name in lost if name not in self.idle)
 
     @property
     def freedom(self) -> int:

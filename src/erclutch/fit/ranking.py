@@ -39,6 +39,7 @@ class RankedModel(Shown):
         notes: what to worry about with this model.
         band: how the model's band does on the rows held out; None where it has none.
         by_log: smallest and largest RMSE over the logs with rows held out, and their number; None for one log.
+        validation: RMSE on parts of the training rows by fits to the others; None: it was not in question.
         label: its name here, where two entries are of one model.
     """
 
@@ -53,6 +54,7 @@ class RankedModel(Shown):
     notes: tuple[str, ...]
     band: HeldBand | None = None
     by_log: tuple[float, float, int] | None = None
+    validation: BandedFigure | None = None
     label: str = ""
 
     @property
@@ -154,8 +156,9 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
 def _sound(outcome: AnyOutcome) -> bool:
     if outcome.weights:
         return outcome.stop != "stalled"
-    known = outcome.rank == outcome.unknowns and not outcome.unidentified
-    return outcome.converged and known and outcome.condition <= _MEANINGLESS
+    known = outcome.rank + len(outcome.idle) >= outcome.unknowns and not outcome.unidentified
+    # An idle parameter makes the condition infinite, and says nothing of the others.
+    return outcome.converged and known and (outcome.condition <= _MEANINGLESS or bool(outcome.idle))
 
 
 def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
@@ -202,12 +205,14 @@ def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[n
         notes.append(f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)")
     if outcome.at_bounds:
         notes.append(f"at a bound: {', '.join(outcome.at_bounds)}")
+    if outcome.idle:
+        notes.append(f"without effect, since the terms that they shape are zero: {', '.join(outcome.idle)}")
     unknown = outcome.unidentified
     if unknown:
         notes.append(f"not identified by these data: {', '.join(unknown)}")
-    elif outcome.rank < outcome.unknowns:
+    elif outcome.rank + len(outcome.idle) < outcome.unknowns:
         notes.append(f"rank {outcome.rank} of {outcome.unknowns}: parameters trade off")
-    elif outcome.condition > _MEANINGLESS:
+    elif outcome.condition > _MEANINGLESS and not outcome.idle:
         notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
     notes += _too_short(outcome, data)
     wild = _wild(data, predicted, test)

@@ -1,19 +1,168 @@
-"""Training rows that a fit has not seen say how well a model does elsewhere; rows held out are never looked at."""
+"""Training rows that a fit has not seen choose the model; rows held out are looked at when all is decided.
+
+What is left out of a fit is what the model will be asked for later: where logs have fields of their own, whole fields;
+where they differ in motion, whole motions; else whole logs, or blocks of one log in time. Only models that the
+training rows leave in question are fitted again.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
+from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
+from erclutch.fit.log_groups import groups_of
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.scoring import BandedFigure, excess, recommend, score
 from erclutch.logs.dataset import Dataset, time_folds
-from erclutch.signals.array import Array
+from erclutch.models.stages import slip_stages
+from erclutch.signals.array import Array, Mask
+
+_BLOCKS = 4  # of one log in time
+_GROUPS, _FEWEST_GROUPS = 4, 3  # fields, motions or logs
+_FEWEST_ROWS = 50  # of a block
+#: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
+#: more than so many of a kind.
+_NEAR, _MOST = 1.4, 3
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """LeftOut of the training rows that are left out in turn.
+
+    Attributes:
+        words: what they are, for people.
+        masks: one a part, over the training rows.
+        further: whether they go beyond the rows that are left: other fields, other motions.
+    """
+
+    words: str
+    masks: Sequence[Mask]
+    further: bool
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The model that the training rows choose.
+
+    Attributes:
+        recommended: its name.
+        words: on what it was chosen, for people.
+        errors: RMSE of each model in question on parts that it was not fitted to.
+    """
+
+    recommended: str
+    words: str
+    errors: Mapping[str, BandedFigure]
 
 
 def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float, ...]:
     """RMSE on each block of the training rows in time, fitted on the others; empty for no blocks."""
     errors: list[float] = []
     for block in time_folds(train, blocks) if blocks else ():
-        model = fitted.candidate.refit(train.take(~block), fitted.outcome).model
+        model = fitted.candidate.refit(train.take(~block), fitted.outcome, ()).model
         error: Array = train.effort - model.predict(train)
         errors.append(float(np.sqrt(np.mean(error[block] ** 2))))
     return tuple(errors)
+
+
+def parts_of_training(train: Dataset) -> LeftOut | None:
+    """What is left out in turn; None for rows too few to leave any out."""
+    logs = groups_of(train)
+    masks: list[Mask] = []
+    words: list[str] = []
+    for name, numbers in (("field", logs.field), ("motion", logs.motion)):
+        if len(set(numbers)) >= _FEWEST_GROUPS:
+            masks += _masks(train, logs.rows, numbers)
+            words.append(f"whole {name}s")
+    if masks:
+        return LeftOut(" and ".join(words), masks, further=True)
+    if len(logs.rows) >= _FEWEST_GROUPS:
+        return LeftOut("whole logs", list(_masks(train, logs.rows, range(len(logs.rows)))), further=False)
+    if train.rows < _BLOCKS * _FEWEST_ROWS:
+        return None
+    return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False)
+
+
+def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]) -> Iterator[Mask]:
+    """Masks of groups of logs by their numbers; neighbours share a mask where there are many."""
+    order = sorted(set(numbers))
+    for group in np.array_split(np.array(order), min(len(order), _GROUPS)):
+        mask = np.zeros(train.rows, np.bool_)
+        for (start, stop), number in zip(rows, numbers, strict=True):
+            mask[start:stop] |= number in group
+        yield mask
+
+
+def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed: int) -> Choice | None:
+    """The model to recommend, by parts of the training rows that no fit of it has seen.
+
+    Args:
+        train: the training rows.
+        fitted: all models.
+        sound: names of those that may be recommended; none: all may.
+        seed: of the bands.
+
+    Returns:
+        None where there is no choice, or the rows are too few to leave any out.
+    """
+    parts = parts_of_training(train)
+    allowed = [f for f in fitted if f.outcome.model.name in sound] or list(fitted)
+    if parts is None or len(allowed) < 2:
+        return None
+    contenders = list(_in_question(allowed, further=parts.further))
+    errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in contenders}
+    measured: list[Array] = []
+    with one_thread():
+        for part in parts.masks:
+            others = train.take(~part)
+            measured.append(train.effort[part])
+            for name, predicted in _refitted(contenders, others, train).items():
+                errors[name].append(train.effort[part] - predicted[part])
+    whole = {name: np.concatenate(own) for name, own in errors.items() if len(own) == len(parts.masks)}
+    usable = {name: error for name, error in whole.items() if np.all(np.isfinite(error))}
+    if not usable:
+        return None
+    effort = np.concatenate(measured)
+    least = min(usable.values(), key=lambda error: float(error @ error))
+    scores = {name: score(effort, effort - error, seed=seed) for name, error in usable.items()}
+    outcomes = {f.outcome.model.name: f.outcome for f in contenders}
+    _, name = recommend(
+        scores,
+        {name: excess(error, least, seed=seed) for name, error in usable.items()},
+        {name: outcomes[name].parameters for name in usable},
+        freedom={name: outcomes[name].freedom for name in usable},
+    )
+    return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()})
+
+
+def _refitted(contenders: Sequence[Fitted], rows: Dataset, train: Dataset) -> dict[str, Array]:
+    """Effort on all training rows by each model that some of them can make, fitted to these."""
+    predicted: dict[str, Array] = {}
+    known: list[Fitted] = []
+    for each in sorted(contenders, key=lambda f: f.outcome.freedom):
+        try:
+            outcome = each.candidate.refit(rows, each.outcome, known)
+        except CheckError:
+            continue
+        known.append(Fitted(each.candidate, outcome))
+        predicted[each.outcome.model.name] = outcome.model.predict(train)
+    return predicted
+
+
+def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]:
+    """The models between which the training rows are to choose: the nearest of each freedom.
+
+    Where whole fields or motions are left out, the best law without a memory is in question too: a memory may learn
+    what holds at the fields and motions of its rows alone.
+    """
+    for freedom in (0, 1, 2):
+        own = sorted((f for f in fitted if f.outcome.freedom == freedom), key=lambda f: f.outcome.train_cost)
+        near = [f for f in own if f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost][:_MOST]
+        yield from near
+        plain = [f for f in own if f not in near and not slip_stages(f.outcome.model.structure.dynamics)]
+        if further and freedom == 0 and plain:
+            yield plain[0]

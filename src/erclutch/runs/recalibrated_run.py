@@ -74,7 +74,7 @@ def recalibrated(
         "verdict": verdict,
     }
     settings = replace(settings, blocks=len(result.folds[AS_IT_IS]))
-    return Comparison(data, ~seen, settings, (), tuple(entries), best, best, about)
+    return Comparison(data, ~seen, settings, (), tuple(entries), best, best, recalibration=about)
 
 
 def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:

@@ -129,6 +129,7 @@ def run_to_dict(
         "ranking": [_entry_to_dict(e) for e in comparison.entries],
         "best": comparison.best,
         "recommended": comparison.recommended,
+        **({"chosen_by": comparison.chosen_by} if comparison.chosen_by else {}),
         **({} if comparison.recalibration is None else {"recalibration": dict(comparison.recalibration)}),
     }
 
@@ -162,6 +163,7 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
             "criteria": entry.criteria,
             "folds_rmse": list(entry.folds),
             **({} if entry.band is None else {"band": asdict(entry.band)}),
+            **({} if entry.validation is None else {"validation_rmse": entry.validation.to_list()}),
             **({} if entry.by_log is None else {"rmse_by_log": list(entry.by_log)}),
             "fit": fit,
             "notes": list(entry.notes),

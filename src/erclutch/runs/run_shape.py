@@ -179,6 +179,7 @@ _RANKED = _entries(
         "model": name_of,
         "band": _entries({"held": _COVERAGE, "plain": _figure, "with_sensor": _or_null(_COVERAGE)}),
         "rmse_by_log": _BANDED,
+        "validation_rmse": _BANDED,
     },
 )
 _SETTINGS = _entries(
@@ -225,7 +226,7 @@ _BODY = _entries(
         "recommended": _text,
         "files": _entries(dict.fromkeys(GUARDED, _text)),
     },
-    {"recalibration": _RECALIBRATION},
+    {"recalibration": _RECALIBRATION, "chosen_by": _text},
 )
 
 

@@ -10,7 +10,7 @@ from erclutch.fit.candidate import Fitted, Grown, Kind, asked
 from erclutch.fit.data_check import Finding, steady_command
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.ladder import grown, helpful
-from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
@@ -53,9 +53,9 @@ class LawCandidate:
         outcome = self.outcome or _with_terms_told(train, fit_structure(train, self.structure))
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
-        return fit_structure(rows, outcome.model.structure)
+        return refit_near(rows, outcome.model)
 
 
 class Laws(Kind):

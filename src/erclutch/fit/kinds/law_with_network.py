@@ -9,6 +9,7 @@ from erclutch.fit.candidate import Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of
 from erclutch.fit.kinds.network_alone import fnns_with, network_for, remembering_law
+from erclutch.fit.laws.fit_law import refit_near
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
@@ -39,9 +40,13 @@ class LawWithNetworkCandidate:
         law = laws.get(self.structure.law)
         return fit_residual(train, self.structure, seed=self.seed, workers=workers, law=law)
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
-        """See `Candidate.refit`."""
-        return fit_residual(rows, outcome.model.structure, seed=self.seed)
+    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+        """The share of the network that was kept stays; see `Candidate.refit`."""
+        structure: ResidualStructure = outcome.model.structure
+        laws = [f.outcome for f in fitted if f.outcome.model.structure == structure.law]
+        law = laws[0] if laws else refit_near(rows, outcome.model.law)
+        share = float(outcome.model.correction.network.about["share"])
+        return fit_residual(rows, structure, seed=self.seed, law=law, share=share)
 
 
 class LawsWithNetwork(Kind):

@@ -47,7 +47,7 @@ class NetworkCandidate:
             train, self.structure, seed=self.seed, polish=self.polish, workers=workers, dynamics=constants
         )
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
         constants = outcome.model.dynamics
         return fit_network(rows, self.structure, seed=self.seed, polish=self.polish, dynamics=constants)

@@ -52,6 +52,7 @@ from erclutch.signals.recording import TEMPERATURE
 __all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
 
 SCAN_ROWS, _ROUGH_ROWS = 1500, 6000
+_REFIT_ROWS = 6000  # that weigh in a refit which only validates
 _MIDDLE_ROWS = 40000  # of a long log: the last steps, on all rows, then start next to the minimum
 MANY_ROWS = 100_000  # from here on centroids stand for the rows where they can
 _SCAN_POINTS = 48
@@ -122,12 +123,14 @@ def fit_structure(
         whole = data
     reference = reference_of(whole, structure.extras)
     shapes = structure.shapes(reference.period)
-    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more.
+    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
+    # whole stretches where a stage counts from their start.
     full = separable(whole, structure, reference, shapes, slice(None))
     if not shapes:
         return _outcome(whole, structure, reference, full, _LINEAR, ordered, intervals)
     cells = None if _in_order(whole, structure) else _on_centroids(whole, structure, reference, shapes)
-    some = whole if structure.dynamics == "none" else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS, whole.period))
+    uncut = structure.dynamics == "none" or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
+    some = whole if uncut else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS, whole.period))
     few, rough, middle = (
         separable(some, structure, reference, shapes, thinned(some.rows, most))
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
@@ -144,6 +147,22 @@ def fit_structure(
     else:
         found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
     return _outcome(whole, structure, reference, full, _stiff(full, found, whole), ordered, intervals)
+
+
+def refit_near(data: Dataset, model: TorqueModel) -> FitOutcome[TorqueModel]:
+    """The law of a model fitted to other rows from the model's own numbers on: the nearest minimum, without intervals.
+
+    Few rows weigh, and the dynamics run over all of them. It says what a law would have learned from these rows, at a
+    small share of the cost of `fit_structure`.
+    """
+    structure, reference = model.structure, model.reference
+    shapes = structure.shapes(reference.period)
+    few = separable(data, structure, reference, shapes, thinned(data.rows, _REFIT_ROWS))
+    nearest = _LINEAR
+    if shapes:
+        start = coordinates(shapes, list(model.shape.values()))
+        nearest = minimise(outer_problem(few), start, tolerance=1e-5, max_iterations=30)
+    return _outcome(data, structure, reference, few, nearest, True, False)
 
 
 def _stiff(full: Separable, found: Minimum, data: Dataset) -> Minimum:
@@ -248,7 +267,10 @@ def _outcome(
         )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
     seen = replace(seen, cost=float(residual @ residual))
-    return replace(described(structure, seen, full, found, projection, spread, ends), unseen=unseen)
+    # A shape whose gains are all zero moves nothing: it is idle, not a sign that the others cannot be told.
+    still = moving & ~slopes.any(axis=0)
+    idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
+    return replace(described(structure, seen, full, found, projection, spread, ends), unseen=unseen, idle=idle)
 
 
 def _fit_on_disk(data: DiskRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:

@@ -40,6 +40,7 @@ def fit_residual(
     seed: int = 0,
     workers: int = 1,
     law: FitOutcome[TorqueModel] | None = None,
+    share: float | None = None,
 ) -> FitOutcome[ResidualModel]:
     """Fit a law, a network to its residual, and the network's limit, share and range.
 
@@ -49,6 +50,7 @@ def fit_residual(
         seed: of the network's starts.
         workers: starts of the network side by side.
         law: the fit of the same law to the same rows, where there is one already.
+        share: of the network that is kept, where that is decided; None: blocks of these rows decide.
 
     Raises:
         CheckError: the law leaves no residual, or the rows do not support the network.
@@ -66,7 +68,7 @@ def fit_residual(
     inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
     target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
     found = target.network(np.ones(data.rows, np.bool_))
-    share = _share(target)
+    share = _share(target) if share is None else share
     kept = output_times(replace(found.model, about={**found.model.about, "share": f"{share:.6g}"}), share)
     whole = target.bounded(kept, inputs)
     left = missed - whole.of_inputs(inputs, exactly=False)

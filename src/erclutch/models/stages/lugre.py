@@ -91,4 +91,4 @@ def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
     )
 
 
-STAGE = StageFamily(_lugre, forms=("field",))
+STAGE = StageFamily(_lugre, forms=("field",), ladder=("lugre/field",))

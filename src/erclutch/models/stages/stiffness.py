@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, steps_of
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Moved, Place
+from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
 from erclutch.signals.clock import Clock
 
 
@@ -33,6 +33,8 @@ class Stiffness:
     equation: str = "x' = w - x / tau_x"
     place: Place = "slip"
     switches: bool = False
+    #: The travel is counted from the start of a stretch: within a window cut out of it, it would begin elsewhere.
+    from_the_start: bool = True
     outputs: tuple[str, ...] = ("x",)
     gains: tuple[Gain, ...] = (
         Gain("k", "stiffness beside the fluid", Dimension(effort=1, slip=-1, time=-1), nonnegative=False),
@@ -40,9 +42,9 @@ class Stiffness:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The time constant of the leak."""
-        usual = (100.0 * period, 1e4 * period)
+        usual = (100.0 * period, 3e5 * period)
         meaning = "time after which the travel is forgotten"
-        return (ShapeParameter("tau_x", meaning, 10.0 * period, 1e6 * period, Dimension(time=1), "log", usual),)
+        return (ShapeParameter("tau_x", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual),)
 
     def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The travel is counted from zero: a slip that lasts has none that is known."""
@@ -67,4 +69,4 @@ class Stiffness:
         return (memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period)),)
 
 
-STAGE = Stiffness()
+STAGE = StageFamily(lambda count, forms: Stiffness(), ladder=("stiffness",))

@@ -82,6 +82,12 @@ def choice(material: Material) -> str:
         return "It is the only model that was fitted, so there is nothing to recommend it over."
     if not chosen["sound"]:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
+    if "chosen_by" in material.body:
+        return (
+            f"The training rows chose it: of the models in question none that physics binds as much was better with "
+            f"{material.body['chosen_by']} left out in turn, each predicted by a fit to the others. The rows held out "
+            f"chose nothing."
+        )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
     extra = f"{number(100 * _or_nan(more[0]), 2)} % ({span(100 * _or_nan(more[1]), 100 * _or_nan(more[2]), 2)} %)"

@@ -1,0 +1,84 @@
+"""Logs are grouped by field and by motion, so that whole fields and whole motions can be left out of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset, constant_stretches
+from erclutch.signals.array import Array
+
+#: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
+ALIKE = 1.25
+#: Of the largest field: a field that moves by less over a log is one field.
+_STEADY = 0.01
+
+
+@dataclass(frozen=True)
+class LogGroups:
+    """Logs, or the stretches of one log that was taken at one field after another.
+
+    Attributes:
+        rows: start and stop of each.
+        field: number of the field of each, from the lowest; all 0 where fields change within them.
+        motion: number of the motion of each, in the order in which they come.
+    """
+
+    rows: Sequence[tuple[int, int]]
+    field: Sequence[int]
+    motion: Sequence[int]
+
+
+def groups_of(data: Dataset) -> LogGroups:
+    """The logs of some rows by field and motion; logs without rows are left out."""
+    logs = [(start, stop) for start, stop in data.source_rows if stop > start]
+    if len(logs) == 1:
+        logs = constant_stretches(data, *logs[0]) or logs
+    return LogGroups(logs, _fields(data, logs), _motions(data, logs))
+
+
+def chessboard(logs: LogGroups) -> list[int]:
+    """A number for each log, so that the odd ones have all fields and all motions, and so have the even ones.
+
+    Logs of one field and one motion go to either side in turn.
+    """
+    met: dict[tuple[int, int], int] = {}
+    numbers: list[int] = []
+    for square in zip(logs.field, logs.motion, strict=True):
+        numbers.append(sum(square) + met.get(square, 0))
+        met[square] = met.get(square, 0) + 1
+    return numbers
+
+
+def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
+    reach = _STEADY * max(float(np.abs(e.field).max()) for e in data.elements)
+    if any(np.ptp(e.field[a:b]) > reach for e in data.elements for a, b in logs):
+        return [0] * len(logs)
+    levels = [tuple(round(float(np.mean(e.field[a:b])) / (reach or 1.0)) for e in data.elements) for a, b in logs]
+    order = sorted(set(levels))
+    return [order.index(level) for level in levels]
+
+
+def _motions(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
+    known: list[Array] = []
+    numbers: list[int] = []
+    for a, b in logs:
+        own = np.array(motion_of(data, slice(a, b)))
+        same = [k for k, other in enumerate(known) if np.all(np.abs(other - own) < np.log(ALIKE))]
+        numbers.append(same[0] if same else len(known))
+        if not same:
+            known.append(own)
+    return numbers
+
+
+def motion_of(data: Dataset, log: slice) -> list[float]:
+    """Logarithms of the root mean squares of each slip and of its rate."""
+    steps = np.diff(data.clock.time[log])
+    sizes: list[float] = []
+    for element in data.elements:
+        slip = element.slip[log]
+        rate = np.diff(slip)[steps > 0] / steps[steps > 0]
+        sizes += [float(np.log(np.sqrt(np.mean(x**2)) + 1e-150)) for x in (slip, rate) if x.size]
+    return sizes

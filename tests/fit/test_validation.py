@@ -1,0 +1,155 @@
+"""Training rows choose the model: whole fields, whole motions or blocks that no fit has seen; held-out rows do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.ladder import _folds, grown
+from erclutch.fit.log_groups import chessboard, groups_of
+from erclutch.fit.validation import parts_of_training
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.models.law_model import Structure
+from erclutch.models.laws import law_from_name
+from erclutch.models.stages import slip_stages
+from erclutch.signals.array import Array
+
+PERIOD = 5e-3
+FIELDS = (0.0, 0.3, 0.6, 1.0)
+MOTIONS = ((3.0, 0.5), (1.0, 1.3), (0.4, 3.0))  # amplitude of the slip, and frequency in Hz
+
+
+def remembered(slip: Array, travel: float) -> Array:
+    """A Dahl state."""
+    state, states = 0.0, np.empty(slip.size)
+    for k, w in enumerate(slip):
+        gone = 1.0 - np.exp(-abs(w) * PERIOD / travel)
+        state = states[k] = (1.0 - gone) * state + gone * np.sign(w)
+    return states
+
+
+def made(field: Array, slip: Array, effort: Array, name: str) -> Dataset:
+    signals = {"field": field, "slip": slip, "effort": effort}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    return replace(build_dataset(recording_from_arrays(signals, units, rate=1.0 / PERIOD)), sources=(name,))
+
+
+def bench(fields: tuple[float, ...] = FIELDS, rows: int = 600) -> Dataset:
+    """A SYNTHETIC device with memory: a log for each field and each motion, as such rigs are run."""
+    rng = np.random.default_rng(0)
+    logs: list[Dataset] = []
+    for amplitude, frequency in MOTIONS:
+        for field in fields:
+            slip = amplitude * np.sin(2.0 * np.pi * frequency * PERIOD * np.arange(rows))
+            effort = (0.3 + 1.5 * field) * remembered(slip, 0.05) + 0.1 * slip + 0.01 * rng.standard_normal(rows)
+            logs.append(made(np.full(rows, field), slip, effort, f"{amplitude} {frequency} {field}"))
+    return joined(logs)
+
+
+def test_logs_have_fields_and_motions() -> None:
+    logs = groups_of(bench())
+    assert list(logs.field) == [0, 1, 2, 3] * 3
+    assert list(logs.motion) == [0] * 4 + [1] * 4 + [2] * 4
+
+
+def test_fields_that_change_within_logs_are_no_groups() -> None:
+    data = bench()
+    switched = replace(data.elements[0], field=np.where(np.arange(data.rows) % 50 < 25, 1.0, 0.0))
+    assert set(groups_of(replace(data, elements=(switched,))).field) == {0}
+
+
+@pytest.mark.parametrize("fields", [FIELDS, FIELDS[:3]])
+def test_both_colours_of_the_chessboard_have_all_fields_and_all_motions(fields: tuple[float, ...]) -> None:
+    """Four fields in the order of the logs would go to one colour two by two, and no half would know the others."""
+    logs = groups_of(bench(fields))
+    for colour in (0, 1):
+        own = [k for k, number in enumerate(chessboard(logs)) if number % 2 == colour]
+        assert {logs.field[k] for k in own} == set(logs.field)
+        assert {logs.motion[k] for k in own} == set(logs.motion)
+
+
+def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> None:
+    data = bench()
+    parts = parts_of_training(data)
+    assert parts is not None
+    assert parts.words == "whole fields and whole motions"
+    assert [int(mask.sum()) for mask in parts.masks] == [3 * 600] * 4 + [4 * 600] * 3
+    one = data.take(np.arange(data.rows) < 600)
+    blocks = parts_of_training(replace(one, sources=one.sources[:1], source_rows=((0, 600),)))
+    assert blocks is not None
+    assert blocks.words == "4 blocks in time"
+    assert parts_of_training(one.take(np.arange(600) < 100)) is None
+
+
+def test_a_memory_is_found_whatever_the_order_of_the_logs() -> None:
+    law = Structure("single", "bingham", law_from_name("bingham"), "none", True, True)
+    rungs = grown(bench(), law)
+    assert slip_stages(rungs[1].structure.dynamics)
+    assert rungs[1].error < 0.5 * rungs[0].error
+
+
+def test_states_run_through_the_windows_of_a_log() -> None:
+    t = PERIOD * np.arange(600)
+    slip = 2.0 * np.sin(2.0 * np.pi * 0.25 * t)
+    folds = _folds(made(np.ones(t.size), slip, slip, "slow"))
+    assert all(fold.data.rows == t.size for fold in folds)
+    assert np.array_equal(folds[0].scored, ~folds[1].scored)
+    assert np.count_nonzero(np.diff(folds[0].scored.astype(int))) == 11  # twelve windows of 50 rows
+
+
+def test_a_memory_longer_than_a_window_is_found_in_a_short_log() -> None:
+    """10 s at 200 Hz, SYNTHETIC: cut out of the log, each window would begin at rest and say nothing of a travel."""
+    t = PERIOD * np.arange(2000)
+    slip = 3.0 * np.sin(2.0 * np.pi * 0.4 * t) + 2.0 * np.sin(2.0 * np.pi * 1.1 * t)
+    effort = 1.5 * remembered(slip, 0.15) + 0.1 * slip + 0.02 * np.random.default_rng(0).standard_normal(t.size)
+    law = Structure("single", "bingham/constant", law_from_name("bingham/constant"), "none", False, True)
+    rungs = grown(made(np.ones(t.size), slip, effort, "short"), law)
+    assert slip_stages(rungs[-1].structure.dynamics)
+    assert rungs[-1].error < 0.021
+
+
+def test_a_stiffness_is_found_where_it_is_large() -> None:
+    """0.8 N m/rad beside the fluid, SYNTHETIC; its travel is counted from the start of the log."""
+    t = PERIOD * np.arange(2000)
+    slip = 3.0 * np.sin(2.0 * np.pi * 0.7 * t) + 2.0 * np.sin(2.0 * np.pi * 1.9 * t)
+    effort = np.tanh(slip / 0.2) + 0.05 * slip + 0.8 * np.cumsum(slip) * PERIOD
+    effort = effort + 0.005 * np.random.default_rng(0).standard_normal(t.size)
+    compared = compare(made(np.ones(t.size), slip, effort, "spring"), Settings(("bingham",)))
+    assert "stiffness" in compared.recommended
+    k = {e.name: e.value for e in compared.entry(compared.recommended).outcome.estimates}["k"]
+    assert k == pytest.approx(0.8, rel=0.02)
+    assert compared.entry(compared.recommended).test.share.value < 0.02
+
+
+def test_the_training_rows_choose_and_the_rows_held_out_only_judge() -> None:
+    """Rows held out whose effort is nonsense change the figures, and not the recommendation."""
+    data = bench()
+    settings = Settings(("bingham", "casson", "fnn-3"), lag="none")
+    compared = compare(data, settings)
+    assert compared.chosen_by == "whole fields and whole motions"
+    spoiled = compare(replace(data, effort=np.where(compared.test, 1.0 - data.effort, data.effort)), settings)
+    assert spoiled.recommended == compared.recommended
+    judged, misjudged = (c.entry(compared.recommended).test.rmse.value for c in (compared, spoiled))
+    assert misjudged > 2.0 * judged
+    known = {e.name: e.validation.value for e in compared.entries if e.validation is not None}
+    assert known == {e.name: e.validation.value for e in spoiled.entries if e.validation is not None}
+
+
+def test_a_network_that_is_best_on_its_own_fields_is_not_recommended() -> None:
+    """It knows nothing at a field that its rows do not have, and whole fields are left out in turn.
+
+    The law is the truth with two terms of none: that these have no shape that can be told does not count against it.
+    """
+    compared = compare(bench(), Settings(("bingham+dahl", "fnn-8+dahl"), lag="none"))
+    assert compared.recommended.startswith("bingham")
+    assert compared.entry("bingham+dahl").outcome.idle == ("w_s",)
+    assert any("without effect" in note for note in compared.entry("bingham+dahl").notes)
+    errors = {e.name: e.validation for e in compared.entries}
+    law, network = errors["bingham+dahl"], errors["fnn-8+dahl"]
+    assert law is not None
+    assert network is not None
+    assert law.value < network.value
