@@ -47,12 +47,12 @@ def export_model(
             raise ExportError(f"target {to} has no {name}", remedy=f"Export to c, cpp or python, or without {name}")
     may_write(folder, force)
     try:
-        program = step_of(model, asked)
-        refuse_noise(program)
+        step = step_of(model, asked)
+        refuse_noise(step)
         with whole_folder(folder, unwritable) as partial:
             with chosen.working("failed to write"):
-                chosen.value.write(program, partial)
-            finish(program, asked, chosen, partial)
+                chosen.value.write(step, partial)
+            finish(step, asked, chosen, partial)
     finally:
         release(folder)
     return folder
@@ -67,4 +67,4 @@ def verify_export(folder: str | Path) -> list[Check]:
     exported = read_export(folder)
     chosen = target(exported.target)
     with chosen.working(f"failed on {folder}"):
-        return list(chosen.value.verify(exported.program, exported.folder))
+        return list(chosen.value.verify(exported.step, exported.folder))

@@ -33,29 +33,29 @@ may_write = partial(files.may_write, marker=_MARKER, what="an export", kind=Expo
 unwritable = partial(files.unwritable, problem="the export cannot be written", remedy=_REMEDY, kind=ExportError)
 
 
-def finish(program: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
+def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
     """Write model.json and export.json, after all other files."""
-    model = json.dumps(program.model.to_dict(), indent=1, allow_nan=False)
+    model = json.dumps(step.model.to_dict(), indent=1, allow_nan=False)
     (folder / "model.json").write_text(model + "\n", encoding="utf-8")
     body: dict[str, Any] = {
         "kind": KIND,
         "schema": SCHEMA,
         "erclutch": __version__,
         "target": target.name,
-        "name": program.name,
-        "model": program.model.name,
-        "digest": program.digest,
-        "options": _options_body(options, program),
+        "name": step.name,
+        "model": step.model.name,
+        "digest": step.digest,
+        "options": _options_body(options, step),
         "files": {str(p.relative_to(folder)): file_digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
     }
-    needed = [*program.model.plugins, *(() if target.own else (target,))]
+    needed = [*step.model.plugins, *(() if target.own else (target,))]
     if needed:
         body["plugins"] = [plugin.to_dict() for plugin in needed]
     (folder / _MARKER).write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _options_body(options: ExportOptions, program: ExportedStep) -> dict[str, Any]:
-    body = {**asdict(options), "name": program.name, "period": program.period}
+def _options_body(options: ExportOptions, step: ExportedStep) -> dict[str, Any]:
+    body = {**asdict(options), "name": step.name, "period": step.period}
     return {key: value for key, value in body.items() if key not in ("alarms", "adapt") or value}
 
 
@@ -66,12 +66,12 @@ class Exported:
     Attributes:
         folder: where it lies.
         target: name of the target.
-        program: made again from its model and options.
+        step: made again from its model and options.
     """
 
     folder: Path
     target: str
-    program: ExportedStep
+    step: ExportedStep
 
 
 def read_export(folder: str | Path) -> Exported:
@@ -95,10 +95,10 @@ def read_export(folder: str | Path) -> Exported:
     require(content.get("plugins", []), str(place))
     try:
         _check_files(place, content["files"])
-        program = step_of(load_model(place / "model.json"), _options(content["options"]))
-        if program.digest != content["digest"]:
+        step = step_of(load_model(place / "model.json"), _options(content["options"]))
+        if step.digest != content["digest"]:
             raise ExportError("model.json is not the exported model", where=str(place), remedy="Export the model again")
-        return Exported(place, str(content["target"]), program)
+        return Exported(place, str(content["target"]), step)
     except ErclutchError:
         raise
     except UNFIT as error:

@@ -178,7 +178,7 @@ class ExportedStep:
         )
 
     @property
-    def signals(self) -> int:
+    def model_inputs(self) -> int:
         """How many of the inputs the model's effort depends on; behind them may come the measured effort."""
         return len(self.inputs) - self.measures
 
@@ -207,7 +207,7 @@ class ExportedStep:
 
 
 def described_step(model: Any, options: ExportOptions | None = None) -> ExportedStep:
-    """The program of a model.
+    """Everything of a model's step.
 
     Raises:
         ExportError: no model of erclutch, numbers that are not finite, an option that does not fit.

@@ -145,7 +145,7 @@ NOISE = 0.01
 def measured(step: ExportedStep, count: int = 256) -> tuple[float, float]:
     """Largest difference from NumPy on random rows of the training range, and the largest bound there."""
     rows = ordinary(step, np.random.default_rng(0), count)
-    rows[:, step.signals :] = np.nan  # nothing is measured: the model's own effort
+    rows[:, step.model_inputs :] = np.nan  # nothing is measured: the model's own effort
     at_speeds = replace(step, filter=None, limits=(-1e30, 1e30))
     difference = np.abs(run(at_speeds, rows)[0] - reference(at_speeds, rows)[0])
     limit = bound(at_speeds, rows) + bound(at_speeds, rows, FLOAT64)

@@ -106,7 +106,7 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
         effort is out of reach.
     """
     dtype = step.precision.dtype
-    values = np.asarray(rows, np.float64).astype(dtype)[:, step.elements : step.signals]
+    values = np.asarray(rows, np.float64).astype(dtype)[:, step.elements : step.model_inputs]
     target = np.asarray(wanted, np.float64).astype(dtype)
     bad = ~(np.all(np.isfinite(values), axis=1) & np.isfinite(target))
     head = search_record(step)
@@ -139,13 +139,13 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
         return inverse(step, rows, wanted)
     e, dtype = step.elements, step.precision.dtype
     values, target = np.asarray(rows, np.float64).astype(dtype), np.asarray(wanted, np.float64).astype(dtype)
-    bad = ~(np.all(np.isfinite(values[:, e : step.signals]), axis=1) & np.isfinite(target))
+    bad = ~(np.all(np.isfinite(values[:, e : step.model_inputs]), axis=1) & np.isfinite(target))
     if step.filter is not None:
         bad |= np.any(~(np.abs(values[:, e : 2 * e]) < LARGEST_ANGLE), axis=1)
     ahead, before = next_record(step), _state_before(step, values)
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        inputs = {f"u{i}": values[at, i] for i in range(e, step.signals)}
+        inputs = {f"u{i}": values[at, i] for i in range(e, step.model_inputs)}
         given = {n: before[n.operation, n.value][at] for n in ahead.needed() if (n.operation, n.value) in before}
         return evaluate(ahead, {"field": field, **inputs}, numbers(step), given)[0]
 

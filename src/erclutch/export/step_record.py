@@ -117,7 +117,7 @@ def search_record(step: ExportedStep) -> Record:
     """
     made = _Recording(step, remember=False, rest=True)
     e = step.elements
-    inputs = [made.record.input(f"u{i}") for i in range(e, step.signals)]
+    inputs = [made.record.input(f"u{i}") for i in range(e, step.model_inputs)]
     outside, _, held = made.signals([], slips_of(step.device, inputs[:e]), inputs[e:])
     for x in held:
         made.record.give(x)
@@ -244,7 +244,7 @@ class _Recording:
         step, record, e = self.step, self.record, self.step.elements
         names = tuple(f"u{i}" for i in range(len(step.inputs)))
         given = [record.input(name) for name in names]
-        rows = self.receive(given[: step.signals])
+        rows = self.receive(given[: step.model_inputs])
         slips = slips_of(step.device, rows[e : 2 * e])
         outside, both, held = self.signals(rows[:e], slips, rows[2 * e :])
         fields, slips, extras = held[:e], held[e : 2 * e], held[2 * e :]
@@ -285,7 +285,7 @@ class _Recording:
         self.good = self.started = True
         self.going = record.state("started", kind="truth")
         fields = _parted(step, record.input("field"))
-        given = [record.input(f"u{i}") for i in range(e, step.signals)]
+        given = [record.input(f"u{i}") for i in range(e, step.model_inputs)]
         rows = [self._speed(x, i) if step.filter and i < e else x for i, x in enumerate(given)]
         _, _, held = self.signals(fields, slips_of(step.device, rows[:e]), rows[e:])
         record.give(self.behind(held[:e], held[e : 2 * e], held[2 * e :]))

@@ -22,7 +22,7 @@ class Vectors:
     """Rows and what must come out.
 
     Attributes:
-        rows: inputs of successive steps from a reset, shape (n, inputs), in the program's precision.
+        rows: inputs of successive steps from a reset, shape (n, inputs), in the step's precision.
         effort, flags: of each step, bit for bit.
         numpy: the model's own NumPy in float64.
         speeds: inputs of the inverse, shape (m, inputs).
@@ -48,72 +48,72 @@ class Vectors:
 
 
 @lru_cache(maxsize=4)
-def vectors_of(program: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
+def vectors_of(step: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
     """The same vectors for the same model, always."""
-    rng = np.random.default_rng(int(program.digest[:12], 16))
-    dtype = program.precision.dtype
-    rows = rows_of(program, rng, steps).astype(dtype)
-    effort, flags = run(program, rows)
-    band = band_of(program, rows)
-    speeds = ordinary(program, rng, fields).astype(dtype)
-    low, high = program.model.trained_on.effort
+    rng = np.random.default_rng(int(step.digest[:12], 16))
+    dtype = step.precision.dtype
+    rows = rows_of(step, rng, steps).astype(dtype)
+    effort, flags = run(step, rows)
+    band = band_of(step, rows)
+    speeds = ordinary(step, rng, fields).astype(dtype)
+    low, high = step.model.trained_on.effort
     wanted = rng.uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), fields).astype(dtype)
-    speeds[: program.elements, program.elements] = np.nan
+    speeds[: step.elements, step.elements] = np.nan
     wanted[-3:] = (np.nan, np.inf, 0.0)
-    field, field_flags = inverse(program, speeds, wanted)
+    field, field_flags = inverse(step, speeds, wanted)
     # Half of them are within reach: the row's own effort, except where the field that gives it is an odd one.
     wanted_now = np.where(np.arange(AHEAD) % 2, wanted[:AHEAD], effort[:AHEAD])
-    now, now_flags = inverse_now(program, rows[:AHEAD], wanted_now)
-    numpy = reference(program, rows)[0]
+    now, now_flags = inverse_now(step, rows[:AHEAD], wanted_now)
+    numpy = reference(step, rows)[0]
     return Vectors(rows, effort, flags, numpy, speeds, wanted, field, field_flags, wanted_now, now, now_flags, band)
 
 
-def rows_of(program: ExportedStep, rng: np.random.Generator, count: int) -> Array:
+def rows_of(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Ordinary rows, with edges strewn in: one row in eight has an odd value."""
-    rows = ordinary(program, rng, count)
-    if program.filter is not None:
-        at = slice(program.elements, 2 * program.elements)
-        rows[:, at] = np.cumsum(rows[:, at], axis=0) * (program.period or 0.0)
+    rows = ordinary(step, rng, count)
+    if step.filter is not None:
+        at = slice(step.elements, 2 * step.elements)
+        rows[:, at] = np.cumsum(rows[:, at], axis=0) * (step.period or 0.0)
     odd = np.flatnonzero(rng.random(count) < 0.125)
-    edges = _edges(program)
+    edges = _edges(step)
     for k in odd:
-        column = int(rng.integers(len(program.inputs)))
+        column = int(rng.integers(len(step.inputs)))
         values = edges[column]
         rows[k, column] = values[int(rng.integers(values.size))]
     return rows
 
 
-def ordinary(program: ExportedStep, rng: np.random.Generator, count: int) -> Array:
+def ordinary(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Rows inside the training range, speeds in any case: fields that are held for a while, one side at a time."""
-    e = program.elements
-    low, high = program.field.range
+    e = step.elements
+    low, high = step.field.range
     hold = np.repeat(rng.uniform(low, high, count // 8 + 1), 8)[:count]
     columns = [hold]
     if e == 2:
         first = np.repeat(rng.random(count // 16 + 1) < 0.5, 16)[:count]
         columns = [np.where(first, hold, 0.0), np.where(first, 0.0, hold)]
-    slip = [rng.uniform(*program.slip.range, count) for _ in range(e)]
-    speeds = speeds_of(program.device, slip)
-    extras = [rng.uniform(*window.range, count) for window in program.extras]
-    measured = [] if not program.measures else [rng.uniform(*program.limits, count)]
+    slip = [rng.uniform(*step.slip.range, count) for _ in range(e)]
+    speeds = speeds_of(step.device, slip)
+    extras = [rng.uniform(*window.range, count) for window in step.extras]
+    measured = [] if not step.measures else [rng.uniform(*step.limits, count)]
     return np.column_stack([*columns, *speeds, *extras, *measured])
 
 
-def _edges(program: ExportedStep) -> list[Array]:
+def _edges(step: ExportedStep) -> list[Array]:
     """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
-    info = np.finfo(program.precision.dtype)
+    info = np.finfo(step.precision.dtype)
     tiny = float(info.smallest_subnormal)
     largest, smallest = float(info.max), float(info.tiny)
     always = [0.0, -0.0, np.nan, np.inf, -np.inf, tiny, smallest, largest, -largest]
     # A stage that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
-    switched = any(stage.switches for stage, _ in program.stages)
-    e = program.elements
-    windows = [program.field] * e + [program.slip] * e + list(program.extras)
+    switched = any(stage.switches for stage, _ in step.stages)
+    e = step.elements
+    windows = [step.field] * e + [step.slip] * e + list(step.extras)
     found: list[Array] = []
     for i, window in enumerate(windows):
         low, high = window.range
         inside = [low, high, *window.warn, *window.hold, 1.5 * high - 0.5 * low, 100.0 * (high - low)]
-        angle = program.filter is not None and e <= i < 2 * e
+        angle = step.filter is not None and e <= i < 2 * e
         small: list[float] = [] if switched and i < e else [-100 * tiny]
         found.append(np.array([*always, *small, *([1e-3, -7.0, 2e6] if angle else inside)]))
-    return [*found, np.array([*always, *program.limits])]
+    return [*found, np.array([*always, *step.limits])]

@@ -43,29 +43,29 @@ class Check:
 
 
 def to_the_bit(
-    program: ExportedStep, vectors: Vectors, where: str, values: NDArray[Any], flags: NDArray[Any], note: str = ""
+    step: ExportedStep, vectors: Vectors, where: str, values: NDArray[Any], flags: NDArray[Any], note: str = ""
 ) -> Check:
     """Efforts of all steps, and fields of all inverses if they were run, against the vectors, bit by bit.
 
     First come the inverses at rest, then those of the next step, then the ends of the band if they were looked at.
     """
-    p, count, steps = program.precision, len(values), len(vectors.effort)
+    p, count, steps = step.precision, len(values), len(vectors.effort)
     expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])[:count]
     no_flags = np.zeros(vectors.band.size, np.uint32)
     expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags])[:count]
     held = values.astype(p.dtype)
     other = (held.view(p.bits) != expected.view(p.bits)) | (flags != expected_flags)
     difference = np.abs(held[:steps].astype(np.float64) - vectors.numpy)
-    return Check(where, count, int(np.count_nonzero(other)), ulps(program, float(difference.max())), note=note)
+    return Check(where, count, int(np.count_nonzero(other)), ulps(step, float(difference.max())), note=note)
 
 
-def compare(program: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
+def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
     """Lines ``bits flags`` of all steps, then of all inverses, then perhaps of the band, against the vectors.
 
     Raises:
         ExportError: not that many lines, or no numbers.
     """
-    p, wanted = program.precision, len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
+    p, wanted = step.precision, len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
     band = vectors.band.size
     lines = [line.split() for line in printed.splitlines() if line.strip()]
     try:
@@ -75,25 +75,25 @@ def compare(program: ExportedStep, vectors: Vectors, where: str, printed: str, n
         flags = np.array([int(line[1]) for line in lines], np.uint32)
     except (ValueError, IndexError) as error:
         raise ExportError(f"unreadable results: {error}", where=where, remedy="Export the model again") from error
-    return to_the_bit(program, vectors, where, values, flags, note)
+    return to_the_bit(step, vectors, where, values, flags, note)
 
 
 #: What the functions of other libraries may be worse by than ours.
 _SLACK = 8.0
 
 
-def near(program: ExportedStep, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:
+def near(step: ExportedStep, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:
     """Steps of a target with functions of somebody else: against NumPy in float64, within what rounding may make."""
     other = int(np.count_nonzero(np.asarray(flags, np.uint32) != vectors.flags))
     difference = float(np.max(np.abs(np.asarray(effort, np.float64) - vectors.numpy)))
-    largest = ulps(program, difference) if np.isfinite(difference) else float("inf")
-    limit = bound(program, vectors.rows) + bound(program, vectors.rows, FLOAT64)
+    largest = ulps(step, difference) if np.isfinite(difference) else float("inf")
+    limit = bound(step, vectors.rows) + bound(step, vectors.rows, FLOAT64)
     # A bound beyond the effort itself says nothing: no more is allowed than the export of a precision may be off.
     most = float(np.max(limit))
-    allowed = _SLACK + ulps(program, most if most < program.scale else NOISE * program.scale)
+    allowed = _SLACK + ulps(step, most if most < step.scale else NOISE * step.scale)
     return Check(where, len(vectors.flags), other or None, largest, allowed)
 
 
-def ulps(program: ExportedStep, difference: float) -> float:
+def ulps(step: ExportedStep, difference: float) -> float:
     """A difference of efforts in units of the last place at the largest training effort."""
-    return difference / float(np.spacing(program.precision.dtype.type(program.scale)))
+    return difference / float(np.spacing(step.precision.dtype.type(step.scale)))

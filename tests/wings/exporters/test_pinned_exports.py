@@ -165,11 +165,11 @@ def numbers_of(step: ExportedStep) -> dict[str, Any]:
         "search": [search.segments, search.tolerance, search.width, search.most, search.monotone_share],
         "flags": [int(f.sum()) for f in (vectors.flags, vectors.field_flags, vectors.field_now_flags)],
     }
-    good = np.flatnonzero(np.all(np.abs(rows[:, : step.signals]) < 1e4, axis=1))[:48]
+    good = np.flatnonzero(np.all(np.abs(rows[:, : step.model_inputs]) < 1e4, axis=1))[:48]
     with np.errstate(all="ignore"):
         bounds = [bound(step, rows[good], p) for p in (FLOAT32, FLOAT64)]
     reals = {
-        "rows": rows[good, : step.signals],
+        "rows": rows[good, : step.model_inputs],
         "numpy": vectors.numpy,
         **{"effort": vectors.effort, "field": vectors.field, "now": vectors.field_now, "band": vectors.band},
         **{"bound32": bounds[0], "bound64": bounds[1]},

@@ -171,4 +171,4 @@ def test_inverses_and_steps_have_their_bits_in_c(
     checks = verify_export(folder)
     assert [(check.passed, check.other_bits) for check in checks] == [(True, 0)] * (1 if to == "c" else 2)
     assert all(check.count >= 300 for check in checks)
-    assert read_export(folder).program.period == 2e-3
+    assert read_export(folder).step.period == 2e-3

@@ -61,7 +61,7 @@ def test_the_check_prints_words_of_its_precision(models: dict[str, Model], preci
 
 def test_a_step_without_alarms_has_no_band(models: dict[str, Model]) -> None:
     program = step_of(models["bingham, single"])
-    assert band_of(program, np.zeros((4, program.signals))).shape == (0, 2)
+    assert band_of(program, np.zeros((4, program.model_inputs))).shape == (0, 2)
 
 
 def test_a_force_over_a_speed_moves_a_mass_on_a_slide(models: dict[str, Model]) -> None:

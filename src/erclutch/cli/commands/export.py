@@ -68,16 +68,16 @@ def export(
     options = ExportOptions(
         name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits), alarms, adapt
     )
-    program = step_of(chosen, options)
-    folder = export_model(chosen, out or Path(f"{program.name}_{to}"), to, options, force=force)
+    step = step_of(chosen, options)
+    folder = export_model(chosen, out or Path(f"{step.name}_{to}"), to, options, force=force)
     screen = terminal.console()
-    screen.print(f"{program.model.name} as {precision}, inputs {', '.join(program.inputs)}, to {folder}:", markup=False)
+    screen.print(f"{step.model.name} as {precision}, inputs {', '.join(step.inputs)}, to {folder}:", markup=False)
     screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
     binaries = folder / "binaries.txt"
     for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
         screen.print(f"  binary {line}", markup=False)
-    if program.other_period:
-        screen.print(f"note: {program.other_period}.", markup=False)
+    if step.other_period:
+        screen.print(f"note: {step.other_period}.", markup=False)
     screen.print(f"Check it here: erclutch verify {folder}", markup=False)
 
 

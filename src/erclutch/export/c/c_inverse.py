@@ -43,7 +43,7 @@ def _given(step: ExportedStep) -> str:
     return "state, " if feels_state(step) else ""
 
 
-def signals(step: ExportedStep) -> int:
+def held_count(step: ExportedStep) -> int:
     """Length of the array of what the search holds: slips and further inputs at rest, all inputs of the next step."""
     return len(step.inputs) if feels_state(step) else step.elements + len(step.extras)
 
@@ -91,7 +91,7 @@ static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{co
 
 
 def _close(step: ExportedStep, n: str) -> str:
-    s, p, w = step.search, step.precision, signals(step)
+    s, p, w = step.search, step.precision, held_count(step)
     k, zero = p.constant, f"0.0{p.suffix}"
     state, given = _state(step, n), _given(step)
     about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {s.most} at most"
@@ -140,7 +140,7 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
 
 
 def _search(step: ExportedStep, n: str, sides: int) -> str:
-    s, p, w = step.search, step.precision, signals(step)
+    s, p, w = step.search, step.precision, held_count(step)
     k, zero = p.constant, f"0.0{p.suffix}"
     state, given = _state(step, n), _given(step)
     return f"""/* Brackets outward from {s.origin:.6g}, so the field found is the one nearest to it. */

@@ -123,7 +123,7 @@ def _body(step: ExportedStep, n: str, made: StepRecord, signature: str, exact: s
 
 
 def _inverse(step: ExportedStep, n: str) -> str:
-    N, w = n.upper(), c_inverse.signals(step)
+    N, w = n.upper(), c_inverse.held_count(step)
     parameters = f"const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field"
     state = "NULL, " if feels_state(step) else ""
     at_rest = [f"{n}real w[{w}];", f"flags = {n}slips(input, w);", f"flags |= {n}search({state}w, wanted, field);"]
@@ -134,7 +134,7 @@ def _inverse(step: ExportedStep, n: str) -> str:
     return f"{inverse}\n{ahead}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
 
 
-def _signals(step: ExportedStep) -> str:
+def _model_inputs(step: ExportedStep) -> str:
     """How many inputs an effort depends on."""
     return f"{step.name.upper()}_INPUTS{' - 1u' if step.measures else ''}"
 
@@ -151,7 +151,7 @@ def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now
     uint32_t flags = {N}NON_FINITE;
     uint32_t good = {n}finite(wanted) & {exact};
     uint32_t i;
-    for (i = {e}u; i < {_signals(step)}; i++)
+    for (i = {e}u; i < {_model_inputs(step)}; i++)
     {{
         good &= {n}finite(input[i]);
     }}{angles}
@@ -406,7 +406,7 @@ def _example(step: ExportedStep, n: str) -> list[str]:
 def _example_row(step: ExportedStep) -> list[float]:
     """Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones."""
     rows = np.round(ordinary(step, np.random.default_rng(0), 64), 4)
-    rows[:, step.signals :] = rows[0] = 0.0
+    rows[:, step.model_inputs :] = rows[0] = 0.0
     rows[0, [0, step.elements]] = step.field.range[1], 1.0
     return next((row for row in rows if not run(step, row[None])[1][0]), rows[0]).tolist()
 
@@ -417,7 +417,7 @@ def _ranges(step: ExportedStep, i: int) -> str:
         return _window(step.field)
     if i < 2 * e:
         return "see the slips below" if e == 2 else ("see slip" if step.filter else _window(step.slip))
-    return _window(step.extras[i - 2 * e]) if i < step.signals else "NaN where it is not measured"
+    return _window(step.extras[i - 2 * e]) if i < step.model_inputs else "NaN where it is not measured"
 
 
 def _window(window: Window) -> str:

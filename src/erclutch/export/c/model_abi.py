@@ -28,15 +28,15 @@ _CALLED = {
 }
 
 
-def wrapper(program: ExportedStep) -> str:
+def wrapper(step: ExportedStep) -> str:
     """NAME_abi.c: erc_model_* around the step."""
-    n = program.name
+    n = step.name
     declared = [*(f"{function}(void)" for function in _ASKED), _EXACT, _RESET, *_CALLED, _RUN]
     switch = ""
-    if program.model.correction is not None:
+    if step.model.correction is not None:
         declared.append(_SWITCH)
         switch = f"\n{_SWITCH}\n{{\n    {n}_use_residual(({n}_state *)state, on);\n}}\n"
-    if program.alarms:
+    if step.alarms:
         declared.append(_BAND)
         held = f"((const {n}_state *)state)"
         ends = f"    band[0] = (double){held}->low;\n    band[1] = (double){held}->high;\n"
@@ -54,7 +54,7 @@ def wrapper(program: ExportedStep) -> str:
 
 {"".join(f"EXPORT {function};{chr(10)}" for function in declared)}
 {_about(n)}
-{_calls(n, len(program.inputs))}{switch}"""
+{_calls(n, len(step.inputs))}{switch}"""
 
 
 def _about(n: str) -> str:

@@ -1,8 +1,8 @@
 """Targets have names: each is a file in this folder or comes from another package (entry point ``erclutch.targets``).
 
     TITLE                              one phrase
-    write(program, folder)             writes all its files
-    verify(program, folder)            runs what it wrote on the test vectors and yields a `Check` each
+    write(step, folder)             writes all its files
+    verify(step, folder)            runs what it wrote on the test vectors and yields a `Check` each
 
 A target is a module with these three names. export.json and model.json are written for it.
 """
@@ -27,11 +27,11 @@ class Target(Protocol):
 
     TITLE: str
 
-    def write(self, program: ExportedStep, folder: Path) -> None:
+    def write(self, step: ExportedStep, folder: Path) -> None:
         """Write all files of the target."""
         ...
 
-    def verify(self, program: ExportedStep, folder: Path) -> Iterator[Check]:
+    def verify(self, step: ExportedStep, folder: Path) -> Iterator[Check]:
         """Run what was written on the test vectors."""
         ...
 

@@ -23,55 +23,55 @@ ALARMS = True
 _LEVELS = ("-O0", "-O2", "-O3")
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """All files of the target."""
-    write_core(program, folder)
-    write_bench(program, folder)
+    write_core(step, folder)
+    write_bench(step, folder)
 
 
-def write_bench(program: ExportedStep, folder: Path) -> None:
+def write_bench(step: ExportedStep, folder: Path) -> None:
     """The test vectors, their tiny main, the Makefile."""
     texts = {
-        f"{program.name}_vectors.h": vectors_header(program, vectors_of(program)),
-        f"{program.name}_check.c": check_source(program),
-        "Makefile": makefile(program),
+        f"{step.name}_vectors.h": vectors_header(step, vectors_of(step)),
+        f"{step.name}_check.c": check_source(step),
+        "Makefile": makefile(step),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="ascii")
 
 
-def write_core(program: ExportedStep, folder: Path) -> list[Path]:
+def write_core(step: ExportedStep, folder: Path) -> list[Path]:
     """The .c and .h alone, for other targets; returns the files to compile."""
-    (folder / f"{program.name}.c").write_text(source(program), encoding="ascii")
-    (folder / f"{program.name}.h").write_text(header(program), encoding="ascii")
-    return [folder / f"{program.name}.c"]
+    (folder / f"{step.name}.c").write_text(source(step), encoding="ascii")
+    (folder / f"{step.name}.h").write_text(header(step), encoding="ascii")
+    return [folder / f"{step.name}.c"]
 
 
 # --- test bench ------------------------------------------------------------------------------------------------------
 
 
-def _words(program: ExportedStep, values: NDArray[Any]) -> list[str]:
+def _words(step: ExportedStep, values: NDArray[Any]) -> list[str]:
     """Numbers as their bits."""
-    digits = program.precision.width // 4
-    held = np.asarray(values, program.precision.dtype)
+    digits = step.precision.width // 4
+    held = np.asarray(values, step.precision.dtype)
     # One NaN stands for all: what a calculation makes of it is not looked at.
-    return [f"0x{int(b):0{digits}x}{program.precision.bits_suffix}" for b in held.view(program.precision.bits).ravel()]
+    return [f"0x{int(b):0{digits}x}{step.precision.bits_suffix}" for b in held.view(step.precision.bits).ravel()]
 
 
-def rows_of_bits(program: ExportedStep, name: str, values: NDArray[Any]) -> str:
+def rows_of_bits(step: ExportedStep, name: str, values: NDArray[Any]) -> str:
     """Rows of numbers as a table of their bits."""
-    words, width = _words(program, values), values.shape[1]
+    words, width = _words(step, values), values.shape[1]
     rows = ["{" + ", ".join(words[i : i + width]) + "}" for i in range(0, len(words), width)]
-    return table(program.precision.c_bits, name, rows, 1, f"[{width}]")
+    return table(step.precision.c_bits, name, rows, 1, f"[{width}]")
 
 
-def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
+def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
     """The vectors as tables of bits."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     steps = np.column_stack([vectors.rows, vectors.effort, vectors.numpy.astype(p.dtype)])
     fields = np.column_stack([vectors.speeds, vectors.wanted, vectors.field])
     ahead = np.column_stack([vectors.wanted_now, vectors.field_now])
-    return f"""/* Test vectors of {n}, model {program.digest}.
+    return f"""/* Test vectors of {n}, model {step.digest}.
    All numbers are bits of {p.c_type}, so that NaN and infinities fit and every compiler reads the same. */
 #ifndef {n.upper()}_VECTORS_H
 #define {n.upper()}_VECTORS_H
@@ -82,30 +82,30 @@ def vectors_header(program: ExportedStep, vectors: Vectors) -> str:
 #define FIELDS {len(fields)}u
 #define AHEAD {len(ahead)}u
 /* One unit in the last place of the largest training effort. */
-#define ULP {float(np.spacing(p.dtype.type(program.scale))):.17g}
+#define ULP {float(np.spacing(p.dtype.type(step.scale))):.17g}
 
 /* Successive steps from a reset: inputs, effort to the bit, effort of NumPy in float64. */
-{rows_of_bits(program, "steps", steps)}
+{rows_of_bits(step, "steps", steps)}
 {table("uint32_t", "step_flags", [f"{flag}u" for flag in vectors.flags], 20)}
 /* Inverse: inputs, wanted effort, field to the bit. */
-{rows_of_bits(program, "fields", fields)}
+{rows_of_bits(step, "fields", fields)}
 {table("uint32_t", "field_flags", [f"{flag}u" for flag in vectors.field_flags], 20)}
 /* Inverse of the next step, ahead of each of the first steps: wanted effort, field to the bit. */
-{rows_of_bits(program, "ahead", ahead)}
-{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{_band_rows(program, vectors)}
+{rows_of_bits(step, "ahead", ahead)}
+{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{_band_rows(step, vectors)}
 #endif
 """
 
 
-def _band_rows(program: ExportedStep, vectors: Vectors) -> str:
-    if program.alarms is None:
+def _band_rows(step: ExportedStep, vectors: Vectors) -> str:
+    if step.alarms is None:
         return ""
-    return f"\n/* The band behind each step: low, high. */\n{rows_of_bits(program, 'band', vectors.band)}"
+    return f"\n/* The band behind each step: low, high. */\n{rows_of_bits(step, 'band', vectors.band)}"
 
 
-def bit_functions(program: ExportedStep) -> str:
+def bit_functions(step: ExportedStep) -> str:
     """C that turns bits into a number, and a number into bits."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     return f"""typedef {p.c_bits} word;
 
 static {n}_real number(word bits)
@@ -125,9 +125,9 @@ static word bits_of({n}_real x)
 """
 
 
-def check_source(program: ExportedStep) -> str:
+def check_source(step: ExportedStep) -> str:
     """The tiny main. With PRINT defined it prints every result instead, for erclutch verify."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     digits = p.width // 4
     form = "PRIx32" if p.width == 32 else "PRIx64"
     return f"""/* Checks {n} on this machine: make check. Exit code 0 if every bit is as expected. */
@@ -138,7 +138,7 @@ def check_source(program: ExportedStep) -> str:
 #include "{n}.h"
 #include "{n}_vectors.h"
 
-{bit_functions(program)}static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_flags)
+{bit_functions(step)}static int is_same({n}_real x, word expected, uint32_t flags, uint32_t expected_flags)
 {{
 #ifdef PRINT
     printf("%0{digits}" {form} " %" PRIu32 "\\n", bits_of(x), flags);
@@ -155,7 +155,7 @@ static void load({n}_real input[{n.upper()}_INPUTS], const word row[{n.upper()}_
     }}
 }}
 
-{_main(program)}"""
+{_main(step)}"""
 
 
 #: What a tiny main does more of a step with alarms.
@@ -171,9 +171,9 @@ _BAND = """
     }}"""
 
 
-def _main(program: ExportedStep) -> str:
-    n = program.name
-    band = _BAND.format(n=n) if program.alarms else ""
+def _main(step: ExportedStep) -> str:
+    n = step.name
+    band = _BAND.format(n=n) if step.alarms else ""
     return f"""int main(void)
 {{
     static {n}_state state;
@@ -227,9 +227,9 @@ def _main(program: ExportedStep) -> str:
 """
 
 
-def makefile(program: ExportedStep) -> str:
+def makefile(step: ExportedStep) -> str:
     """The Makefile."""
-    n = program.name
+    n = step.name
     return f"""# make check: compile {n} and its test vectors, and compare every bit.
 # -ffp-contract=off keeps products and sums apart (no fused multiply-add), so that all processors give the same bits.
 
@@ -254,28 +254,28 @@ clean:
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The vectors under every compiler and emulator of this machine."""
-    vectors = vectors_of(program)
+    vectors = vectors_of(step)
     if not natives() and not foreign():
         raise ExportError("no C compiler is found", where=str(folder), remedy="Install one, for example gcc")
     with tempfile.TemporaryDirectory() as work:
         for compiler in natives():
             for level in _LEVELS:
-                printed = run_check(compiler, folder, Path(work), program, level)
-                yield compare(program, vectors, f"{compiler.name} {level}", printed)
+                printed = run_check(compiler, folder, Path(work), step, level)
+                yield compare(step, vectors, f"{compiler.name} {level}", printed)
         for compiler in foreign():
-            printed = run_check(compiler, folder, Path(work), program, "-O2")
-            yield compare(program, vectors, f"{compiler.name} (QEMU)", printed)
+            printed = run_check(compiler, folder, Path(work), step, "-O2")
+            yield compare(step, vectors, f"{compiler.name} (QEMU)", printed)
 
 
-def run_check(compiler: Compiler, folder: Path, work: Path, program: ExportedStep, *flags: str) -> str:
+def run_check(compiler: Compiler, folder: Path, work: Path, step: ExportedStep, *flags: str) -> str:
     """What the tiny main prints of its results."""
     bench = work / f"{compiler.name}.o"
     if not bench.is_file():  # the same at every level
-        compiler.build([folder / f"{program.name}_check.c"], bench, "-DPRINT", "-O2", "-c")
+        compiler.build([folder / f"{step.name}_check.c"], bench, "-DPRINT", "-O2", "-c")
     static = ("-static",) if compiler.runner else ()
-    compiler.build([folder / f"{program.name}.c", bench], work / "check", *flags, *static)
+    compiler.build([folder / f"{step.name}.c", bench], work / "check", *flags, *static)
     # The tiny main's exit code says whether its own expectations were met; here the printed bits are compared.
     words = [*compiler.runner, str(work / "check")]
     return run(words, f"the check compiled by {compiler.name} did not pass", "Export the model again")

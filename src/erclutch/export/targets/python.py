@@ -27,30 +27,30 @@ TITLE = "the step compiled for this machine, called from Python (ctypes; 3.11 an
 ALARMS = True
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """C files, two shared libraries, the module."""
-    build(program, folder)
+    build(step, folder)
     text = resources.files("erclutch.export").joinpath("c/compiled_model.py").read_text(encoding="utf-8")
     tail = f'''
 
 def load() -> CompiledModel:
-    """{comment(f"{program.model.name}, inputs {', '.join(program.inputs)}")}."""
+    """{comment(f"{step.model.name}, inputs {', '.join(step.inputs)}")}."""
     here = Path(__file__).resolve().parent
-    return CompiledModel(here / "{library_name(program)}", here / "{CALL}")
+    return CompiledModel(here / "{library_name(step)}", here / "{CALL}")
 '''
-    (folder / f"{program.name}.py").write_text(text.rstrip() + "\n" + tail, encoding="utf-8")
+    (folder / f"{step.name}.py").write_text(text.rstrip() + "\n" + tail, encoding="utf-8")
 
 
 CALL = "erc_call.so"
 
 
-def library_name(program: ExportedStep) -> str:
+def library_name(step: ExportedStep) -> str:
     """File name of the model's shared library: a digest of its source in it, as a process loads a name only once."""
-    digest = hashlib.sha256((source(program) + model_abi.wrapper(program)).encode()).hexdigest()
-    return f"lib{program.name}-{digest[:12]}.so"
+    digest = hashlib.sha256((source(step) + model_abi.wrapper(step)).encode()).hexdigest()
+    return f"lib{step.name}-{digest[:12]}.so"
 
 
-def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None) -> Path:
+def build(step: ExportedStep, folder: Path, compiler: Compiler | None = None) -> Path:
     """The shared library with the model ABI, and beside it the one that makes a step a function of Python.
 
     Returns:
@@ -60,9 +60,9 @@ def build(program: ExportedStep, folder: Path, compiler: Compiler | None = None)
         ExportError: no compiler, or it failed.
     """
     chosen = compiler or native()
-    sources = [*c.write_core(program, folder), folder / f"{program.name}_abi.c"]
-    sources[-1].write_text(model_abi.wrapper(program), encoding="ascii")
-    library = folder / library_name(program)
+    sources = [*c.write_core(step, folder), folder / f"{step.name}_abi.c"]
+    sources[-1].write_text(model_abi.wrapper(step), encoding="ascii")
+    library = folder / library_name(step)
     shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
     chosen.build(sources, library, *shared)
     (folder / "erc_call.c").write_text(_call_source())
@@ -84,7 +84,7 @@ def _call_library(compiler: Compiler, flags: tuple[str, ...]) -> bytes:
         return library.read_bytes()
 
 
-def compile_model(program: ExportedStep) -> CompiledModel:
+def compile_model(step: ExportedStep) -> CompiledModel:
     """A model compiled on the spot; its files are gone once it is loaded.
 
     Raises:
@@ -92,7 +92,7 @@ def compile_model(program: ExportedStep) -> CompiledModel:
     """
     work = Path(tempfile.mkdtemp(prefix="erclutch-"))
     try:
-        library = build(program, work)
+        library = build(step, work)
         return load(library, work / CALL)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -112,12 +112,12 @@ def load(library: Path, call: Path | None = None) -> CompiledModel:
         ) from error
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """Steps one by one and in one call, and the inverse, through the library that lies in the folder."""
-    model = load(folder / library_name(program), folder / CALL)
-    if model.digest != program.digest:
+    model = load(folder / library_name(step), folder / CALL)
+    if model.digest != step.digest:
         raise ExportError("the library is of another model", where=str(folder), remedy="Export the model again")
-    vectors = vectors_of(program)
+    vectors = vectors_of(step)
     effort, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
     pairs = {"step": _stepwise(model, vectors.rows), "run": (list(effort), list(flags))}
     fields = [
@@ -127,7 +127,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     for name, (values, found) in pairs.items():
         all_values = np.array([*values, *(f for f, _ in fields)])
         all_flags = np.array([*found, *(g for _, g in fields)], np.uint32)
-        yield to_the_bit(program, vectors, f"Python, {name}", all_values, all_flags)
+        yield to_the_bit(step, vectors, f"Python, {name}", all_values, all_flags)
 
 
 def _stepwise(model: CompiledModel, rows: np.ndarray) -> tuple[list[float], list[int]]:

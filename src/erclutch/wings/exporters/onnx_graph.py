@@ -44,12 +44,12 @@ class Emitter:
     """Operators and constants while they are collected; every number is a tensor of shape (1,).
 
     Attributes:
-        program: what is exported.
+        step: what is exported.
         helper: the module onnx.helper.
         nodes, constants: of the ONNX graph.
     """
 
-    program: ExportedStep
+    step: ExportedStep
     helper: Any
     nodes: list[Any] = field(default_factory=list[Any])
     constants: list[Any] = field(default_factory=list[Any])
@@ -60,7 +60,7 @@ class Emitter:
         """Name of a constant tensor."""
         from onnx import numpy_helper
 
-        held: NDArray[Any] = np.asarray(values, dtype or self.program.precision.dtype)
+        held: NDArray[Any] = np.asarray(values, dtype or self.step.precision.dtype)
         key = held.tobytes() + str((held.shape, held.dtype)).encode()
         if key not in self._known:
             self._known[key] = f"k{len(self._known)}"
@@ -107,10 +107,10 @@ class Emitter:
         if operation == "finite":
             return self.add("Less", [self.add("Abs", a), self.constant([np.inf])])
         if operation == "nearest":
-            magic = self.constant([format_of(self.program.precision).magic])
+            magic = self.constant([format_of(self.step.precision).magic])
             return self.add("Sub", [self.add("Add", [a[0], magic]), magic])
         if operation == "power":
-            smallest = self.constant([2.0 ** (1 - self.program.precision.bias)])
+            smallest = self.constant([2.0 ** (1 - self.step.precision.bias)])
             return self.add("Pow", [self.add("Max", [a[0], smallest]), a[1]])
         if operation == "expm1":
             return self._expm1(a[0])
@@ -135,7 +135,7 @@ class Emitter:
         return self.add("Where", [self.add("Less", [self.add("Abs", [x]), one]), near, far])
 
     def _network(self, a: list[str]) -> str:
-        model = self.program.network
+        model = self.step.network
         assert model is not None
         s, w = model.scaling, model.weights
         x = self.add("Concat", a, axis=0)
@@ -158,16 +158,16 @@ class Emitter:
         return self.add("Add", [scaled, self.constant([s.effort_offset])])
 
 
-def onnx_model(program: ExportedStep, record: StepRecord) -> Any:
+def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     """The ONNX model: ``input`` (1, n), perhaps ``state`` (S,); ``effort`` (1, 1), ``flags`` (1,), ``state_out`` (S,).
 
     A state of zeros is a reset.
     """
     from onnx import TensorProto, helper
 
-    emit = Emitter(program, helper)
+    emit = Emitter(step, helper)
     flat, count = record.record.flat(), len(record.inputs)
-    real = TensorProto.FLOAT if program.precision.width == 32 else TensorProto.DOUBLE
+    real = TensorProto.FLOAT if step.precision.width == 32 else TensorProto.DOUBLE
     row = emit.add("Reshape", ["input", emit.constant([count], np.int64)])
     emit.split(row, record.inputs, [1] * count)
     inputs = [helper.make_tensor_value_info("input", real, [1, count])]
@@ -188,11 +188,11 @@ def onnx_model(program: ExportedStep, record: StepRecord) -> Any:
     emit.add("Identity", [reduce(lambda a, b: emit.add("Add", [a, b]), raised)], "flags")
     if record.size:
         _pack(emit, flat, real)
-    about = printable(f"{program.model.title}: {program.model.name}. Inputs: {', '.join(program.inputs)}.")
-    graph = helper.make_graph(emit.nodes, program.name, inputs, outputs, emit.constants, doc_string=about)
+    about = printable(f"{step.model.title}: {step.model.name}. Inputs: {', '.join(step.inputs)}.")
+    graph = helper.make_graph(emit.nodes, step.name, inputs, outputs, emit.constants, doc_string=about)
     made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
     made.producer_name, made.producer_version, made.doc_string = "erclutch", __version__, about
-    helper.set_model_props(made, {key: printable(text) for key, text in _properties(program).items()})
+    helper.set_model_props(made, {key: printable(text) for key, text in _properties(step).items()})
     return made
 
 
@@ -223,17 +223,17 @@ def _pack(emit: Emitter, record: Record, real: int) -> None:
     emit.add("Concat", parts, "state_out", axis=0)
 
 
-def _properties(program: ExportedStep) -> dict[str, str]:
-    model = program.model
+def _properties(step: ExportedStep) -> dict[str, str]:
+    model = step.model
     ranges = model.trained_on
     return {
-        "digest": program.digest,
+        "digest": step.digest,
         "model": model.name,
         "erclutch": __version__,
-        "inputs": ", ".join(f"{n} [{u}]" for n, u in zip(program.inputs, program.units, strict=True)),
+        "inputs": ", ".join(f"{n} [{u}]" for n, u in zip(step.inputs, step.units, strict=True)),
         "effort": model.units.effort or "1",
         "field range": f"{ranges.field[0]:.9g} {ranges.field[1]:.9g}",
         "slip range": f"{ranges.slip[0]:.9g} {ranges.slip[1]:.9g}",
-        "effort limits": f"{program.limits[0]:.9g} {program.limits[1]:.9g}",
-        **({} if program.period is None else {"period": f"{program.period:.9g}"}),
+        "effort limits": f"{step.limits[0]:.9g} {step.limits[1]:.9g}",
+        **({} if step.period is None else {"period": f"{step.period:.9g}"}),
     }

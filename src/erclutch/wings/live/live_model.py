@@ -50,9 +50,9 @@ def live_model(
 
     alarms = model.band is not None
     options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
-    program = step_of(model, options)
-    if program.signals != _INPUTS[device]:
-        needed = ", ".join(program.inputs[: program.signals])
+    step = step_of(model, options)
+    if step.model_inputs != _INPUTS[device]:
+        needed = ", ".join(step.inputs[: step.model_inputs])
         raise SettingError(
             f"{model.name} has the inputs {needed}; the loop has {_INPUTS[device]}",
             where=str(path),
@@ -60,24 +60,24 @@ def live_model(
         )
     name = f"{model.name}, adapting" if adapt else model.name
     return LiveModel(
-        library=_compiled(program),
+        library=_compiled(step),
         name=name,
-        digest=program.digest,
+        digest=step.digest,
         units=model.units,
         period=period,
-        note=program.other_period,
+        note=step.other_period,
         adapts=adapt,
-        effort=program.scale,
-        slip=max(abs(end) for end in program.slip.range),
+        effort=step.scale,
+        slip=max(abs(end) for end in step.slip.range),
         band=0.0 if model.band is None else model.band.settled,
     )
 
 
-def _compiled(program: object) -> Path:
+def _compiled(step: object) -> Path:
     from erclutch.export.exported_step import ExportedStep
     from erclutch.export.targets.python import build, library_name
 
-    assert isinstance(program, ExportedStep)
-    name = library_name(program)
+    assert isinstance(step, ExportedStep)
+    name = library_name(step)
     target = cache_folder() / f"model-{hashlib.sha256(name.encode()).hexdigest()[:24]}" / name
-    return cached(target, lambda folder: build(program, folder, find_compiler()))
+    return cached(target, lambda folder: build(step, folder, find_compiler()))

@@ -21,46 +21,46 @@ from erclutch.wings.exporters.fmu.fmu_description import Interface, Port, build_
 BINARIES = "binaries.txt"
 
 
-def identifier(program: ExportedStep, version: int) -> str:
+def identifier(step: ExportedStep, version: int) -> str:
     """The modelIdentifier."""
-    return f"{program.name}_fmi{version}"
+    return f"{step.name}_fmi{version}"
 
 
-def archive_path(program: ExportedStep, version: int, folder: Path) -> Path:
+def archive_path(step: ExportedStep, version: int, folder: Path) -> Path:
     """The FMU's place in an export."""
-    return folder / f"{identifier(program, version)}.fmu"
+    return folder / f"{identifier(step, version)}.fmu"
 
 
-def write_fmu(program: ExportedStep, folder: Path, version: int, face: Interface | None = None) -> None:
+def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | None = None) -> None:
     """Compile for every machine that there is a compiler for, and pack; by default the model's step alone.
 
     Raises:
         ExportError: no compiler for this machine, or it failed.
     """
-    face = face or interface(program)
+    face = face or interface(step)
     with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
-        root, name = Path(work), identifier(program, version)
+        root, name = Path(work), identifier(step, version)
         code = root / "sources"
         code.mkdir()
-        _sources(program, face, version, code)
-        files = [f"fmi{version}.c", f"{program.name}.c"]
+        _sources(step, face, version, code)
+        files = [f"fmi{version}.c", f"{step.name}.c"]
         # The description is written while the compilers run: to load the units takes half a second.
         lines = pool.submit(build_binaries, version, [code / file for file in files], name, root / "binaries")
         (root / "documentation").mkdir()
-        (root / "documentation" / "index.html").write_text(_page(program, face), encoding="utf-8")
-        _tree(description(program, face, version, name, token(face), files), root / "modelDescription.xml")
+        (root / "documentation" / "index.html").write_text(_page(step, face), encoding="utf-8")
+        _tree(description(step, face, version, name, token(face), files), root / "modelDescription.xml")
         if version == 3:
             _tree(build_description(name, files), code / "buildDescription.xml")
         (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines.result()), encoding="utf-8")
-        _pack(root, archive_path(program, version, folder))
+        _pack(root, archive_path(step, version, folder))
 
 
-def _sources(program: ExportedStep, face: Interface, version: int, folder: Path) -> None:
-    texts = {f"{program.name}.c": face.code[0], f"{program.name}.h": face.code[1]}
+def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) -> None:
+    texts = {f"{step.name}.c": face.code[0], f"{step.name}.h": face.code[1]}
     sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
     for name in ("core.h", "fmi_common.h", f"fmi{version}.h", f"fmi{version}.c"):
         texts[name] = (sources / name).read_text(encoding="ascii")
-    n, period = program.name, program.period if face.sampled and program.period else 1.0
+    n, period = step.name, step.period if face.sampled and step.period else 1.0
     texts["model.h"] = f"""/* Binds the FMU's code to {n}. */
 #ifndef ERC_MODEL_H
 #define ERC_MODEL_H
@@ -87,7 +87,7 @@ def token(face: Interface) -> str:
     return f"{{{found[:8]}-{found[8:12]}-{found[12:16]}-{found[16:20]}-{found[20:32]}}}"
 
 
-def _page(program: ExportedStep, face: Interface) -> str:
+def _page(step: ExportedStep, face: Interface) -> str:
     def row(port: Port) -> str:
         text = "any" if port.limits is None else f"{port.limits[0]:.6g} .. {port.limits[1]:.6g}"
         return f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{text}</td></tr>"
@@ -99,15 +99,15 @@ def _page(program: ExportedStep, face: Interface) -> str:
         if ports
     )
     when = (
-        f"The model has memory: it is sampled every {program.period:.9g} s. In co-simulation a sample is taken at the "
+        f"The model has memory: it is sampled every {step.period:.9g} s. In co-simulation a sample is taken at the "
         "end of each period with the inputs that held through it; in model exchange by a time event."
         if face.sampled
         else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
     )
     return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{markup(program.model.name)}</title></head><body>
-<h1>{markup(program.model.title)}</h1>
-<p>Model {program.digest}, written by erclutch {__version__}.</p>
+<html lang="en"><head><meta charset="utf-8"><title>{markup(step.model.name)}</title></head><body>
+<h1>{markup(step.model.title)}</h1>
+<p>Model {step.digest}, written by erclutch {__version__}.</p>
 {tables}
 <p>flags, by bits: {markup(face.flags[1])}.</p>
 <p>{when}</p>

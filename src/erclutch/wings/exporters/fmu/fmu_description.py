@@ -56,36 +56,34 @@ class Interface:
     binding: str
 
 
-def interface(program: ExportedStep) -> Interface:
+def interface(step: ExportedStep) -> Interface:
     """That of a model's step."""
-    n, inputs = program.name, list[Port]()
-    for i, (name, unit) in enumerate(zip(program.inputs, program.units, strict=True)):
-        covered = ranges(program, i)
+    n, inputs = step.name, list[Port]()
+    for i, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
+        covered = ranges(step, i)
         start = min(max(0.0, covered[0]), covered[1]) if covered else 0.0
         inputs.append(Port(name, unit, covered, start))
-    low, high = program.limits
-    effort = Port("effort", program.model.units.effort or "1", (min(low, 0.0), max(high, 0.0)))
+    low, high = step.limits
+    effort = Port("effort", step.model.units.effort or "1", (min(low, 0.0), max(high, 0.0)))
     text = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
-    residual = () if program.model.correction is None else (Port("residual", "1", None, 1.0, text),)
+    residual = () if step.model.correction is None else (Port("residual", "1", None, 1.0, text),)
     binding = f"""#define erc_reset {n}_reset
 #define erc_step {n}_step
 #define erc_use(state, parameter) {f"{n}_use_residual(state, (parameter)[0] != 0.0)" if residual else "((void)(state))"}
 typedef {n}_state erc_state;
 typedef {n}_real erc_real;
 """
-    code = (source(program), header(program))
-    return Interface(
-        tuple(inputs), (effort,), residual, "tunable", has_memory(program), (31, flags_text()), code, binding
-    )
+    code = (source(step), header(step))
+    return Interface(tuple(inputs), (effort,), residual, "tunable", has_memory(step), (31, flags_text()), code, binding)
 
 
 def description(
-    program: ExportedStep, face: Interface, version: int, identifier: str, token: str, files: list[str]
+    step: ExportedStep, face: Interface, version: int, identifier: str, token: str, files: list[str]
 ) -> Element:
     """The tree of modelDescription.xml.
 
     Args:
-        program: what is exported.
+        step: what is exported.
         face: its variables.
         version: of FMI, 2 or 3.
         identifier: the modelIdentifier.
@@ -93,9 +91,9 @@ def description(
         files: sources to compile.
     """
     about = {
-        "modelName": program.model.name,
-        "description": f"{program.model.title}, model {program.digest}",
-        "version": program.digest[:12],
+        "modelName": step.model.name,
+        "description": f"{step.model.title}, model {step.digest}",
+        "version": step.digest[:12],
         "generationTool": f"erclutch {__version__}",
         "variableNamingConvention": "flat",
         "fmiVersion": f"{version}.0",
@@ -105,14 +103,14 @@ def description(
     if version == 2:
         _interface2(root, identifier, files)
     else:
-        _interfaces3(root, identifier, program, face)
+        _interfaces3(root, identifier, step, face)
     ports = (*face.inputs, *face.outputs, *face.parameters)
     units = sorted({port.unit for port in ports if _unit_of(port.unit)})
     if units:
         SubElement(root, "UnitDefinitions").extend(_unit_element(unit) for unit in units)
     SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
-    if program.period is not None:
-        SubElement(root, "DefaultExperiment", {"stepSize": repr(float(program.period))})
+    if step.period is not None:
+        SubElement(root, "DefaultExperiment", {"stepSize": repr(float(step.period))})
     _variables(face, version, SubElement(root, "ModelVariables"))
     _structure(face, version, SubElement(root, "ModelStructure"))
     return root
@@ -129,12 +127,12 @@ def _interface2(root: Element, identifier: str, files: list[str]) -> None:
     SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
 
 
-def _interfaces3(root: Element, identifier: str, program: ExportedStep, face: Interface) -> None:
+def _interfaces3(root: Element, identifier: str, step: ExportedStep, face: Interface) -> None:
     common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     SubElement(root, "ModelExchange", common)
     simulation = {**common, "canHandleVariableCommunicationStepSize": "true"}
-    if face.sampled and program.period is not None:
-        simulation["fixedInternalStepSize"] = repr(float(program.period))
+    if face.sampled and step.period is not None:
+        simulation["fixedInternalStepSize"] = repr(float(step.period))
     SubElement(root, "CoSimulation", simulation)
 
 
@@ -200,16 +198,16 @@ def build_description(identifier: str, files: list[str]) -> Element:
     return root
 
 
-def ranges(program: ExportedStep, i: int) -> tuple[float, float] | None:
+def ranges(step: ExportedStep, i: int) -> tuple[float, float] | None:
     """Training range of an input, None for an angle; of a coaxial pair the speeds whose slips can stay in theirs."""
-    e = program.elements
+    e = step.elements
     if i < e:
-        return program.field.range
+        return step.field.range
     if i >= 2 * e:
-        return program.extras[i - 2 * e].range
-    if program.filter:
+        return step.extras[i - 2 * e].range
+    if step.filter:
         return None
-    low, high = program.slip.range
+    low, high = step.slip.range
     if e == 1:
         return low, high
     # w1 = theta' - alpha' and w2 = -theta' - alpha' within [low, high].

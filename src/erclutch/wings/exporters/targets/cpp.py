@@ -20,45 +20,45 @@ TITLE = "a C++11 class around the C step, with CMakeLists.txt and package.xml fo
 ALARMS = True
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """A folder that is a CMake project and an ament_cmake package."""
-    n = program.name
+    n = step.name
     include, code = folder / "include" / n, folder / "src"
     include.mkdir(parents=True)
     code.mkdir()
-    c.write_core(program, code)
+    c.write_core(step, code)
     (code / f"{n}.h").rename(include / f"{n}.h")
     texts = {
-        include / f"{n}.hpp": _class(program),
-        include / f"{n}_vectors.h": c.vectors_header(program, vectors_of(program)),
-        code / f"{n}_check.cpp": _check(program),
-        folder / "CMakeLists.txt": _cmake(program),
-        folder / "package.xml": _package(program),
+        include / f"{n}.hpp": _class(step),
+        include / f"{n}_vectors.h": c.vectors_header(step, vectors_of(step)),
+        code / f"{n}_check.cpp": _check(step),
+        folder / "CMakeLists.txt": _cmake(step),
+        folder / "package.xml": _package(step),
     }
     for path, text in texts.items():
         path.write_text(text, encoding="ascii")
 
 
-def class_name(program: ExportedStep) -> str:
+def class_name(step: ExportedStep) -> str:
     """The class: hem_rise_fall -> HemRiseFall."""
-    return "".join(part[:1].upper() + part[1:] for part in program.name.split("_"))
+    return "".join(part[:1].upper() + part[1:] for part in step.name.split("_"))
 
 
-def _members(program: ExportedStep) -> list[str]:
+def _members(step: ExportedStep) -> list[str]:
     """Names of inputs as members; an input whose name will not do is called by its place."""
-    names = [re.sub(r"\W+", "_", x, flags=re.ASCII).strip("_").lower() for x in program.inputs]
+    names = [re.sub(r"\W+", "_", x, flags=re.ASCII).strip("_").lower() for x in step.inputs]
     good = [name[:1].isalpha() and name not in KEYWORDS and names.index(name) == i for i, name in enumerate(names)]
     return [name if good[i] else f"input{i}" for i, name in enumerate(names)]
 
 
-def _class(program: ExportedStep) -> str:
-    n, N, members = program.name, program.name.upper(), _members(program)
+def _class(step: ExportedStep) -> str:
+    n, N, members = step.name, step.name.upper(), _members(step)
     fields = "\n".join(
-        f"    Real {m}{{}};  ///< {comment(f'{program.inputs[i]} [{program.units[i]}]')}" for i, m in enumerate(members)
+        f"    Real {m}{{}};  ///< {comment(f'{step.inputs[i]} [{step.units[i]}]')}" for i, m in enumerate(members)
     )
-    unit = comment(program.model.units.effort or "1")
-    return f"""// {program.headline} as a C++ class. Written by erclutch {__version__}.
-// Model {program.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
+    unit = comment(step.model.units.effort or "1")
+    return f"""// {step.headline} as a C++ class. Written by erclutch {__version__}.
+// Model {step.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
 // real-time loop. One object a device; an object is used by one thread at a time.
 #ifndef {N}_HPP
 #define {N}_HPP
@@ -86,23 +86,23 @@ struct Output {{
 
 /// Result of the inverse.
 struct Command {{
-    Real field;           ///< signed field{", E1 - E2" if program.elements == 2 else ""}
+    Real field;           ///< signed field{", E1 - E2" if step.elements == 2 else ""}
     std::uint32_t flags;
 
     bool ok() const noexcept {{ return flags == 0u; }}
 }};
 
-{_device(program, members)}
+{_device(step, members)}
 }}  // namespace {n}_model
 
 #endif
 """
 
 
-def _device(program: ExportedStep, members: Sequence[str]) -> str:
-    n, name = program.name, class_name(program)
+def _device(step: ExportedStep, members: Sequence[str]) -> str:
+    n, name = step.name, class_name(step)
     listed = ", ".join(f"in.{m}" for m in members)
-    period = "0" if program.period is None else repr(program.period)
+    period = "0" if step.period is None else repr(step.period)
     methods = (
         ("One sample.", "Output step(const Input &in)", f"{n}_step(&state_, values, &out.effort)"),
         (
@@ -133,7 +133,7 @@ def _device(program: ExportedStep, members: Sequence[str]) -> str:
         for about, signature, call in methods
     )
     band = ""
-    if program.alarms:
+    if step.alarms:
         ends = ((end, f"{end} end of the band around the effort of the last step") for end in ("low", "high"))
         band = "".join(
             f"    /// {about.capitalize()}.\n    Real {end}() const noexcept {{ return state_.{end}; }}\n\n"
@@ -162,10 +162,10 @@ private:
 """
 
 
-def _check(program: ExportedStep) -> str:
-    n, N, p = program.name, program.name.upper(), program.precision
+def _check(step: ExportedStep) -> str:
+    n, N, p = step.name, step.name.upper(), step.precision
     form = "PRIx32" if p.width == 32 else "PRIx64"
-    given = "\n".join(f"    in.{m} = number(row[{i}]);" for i, m in enumerate(_members(program)))
+    given = "\n".join(f"    in.{m} = number(row[{i}]);" for i, m in enumerate(_members(step)))
     return f"""// Prints the bits of every result of the test vectors; exit code 0 if all are as expected.
 #include <cinttypes>
 #include <cstdio>
@@ -197,14 +197,14 @@ static Input input(const Word *row) {{
 }}
 
 int main() {{
-    {class_name(program)} device;
+    {class_name(step)} device;
     bool good = device.exact();
     for (unsigned i = 0; i < STEPS; i++) {{
         const Output out = device.step(input(steps[i]));
         good = show(out.effort, out.flags, steps[i][{N}_INPUTS], step_flags[i]) && good;
     }}
     for (unsigned i = 0; i < FIELDS; i++) {{
-        const Command out = {class_name(program)}::inverse(input(fields[i]), number(fields[i][{N}_INPUTS]));
+        const Command out = {class_name(step)}::inverse(input(fields[i]), number(fields[i][{N}_INPUTS]));
         good = show(out.field, out.flags, fields[i][{N}_INPUTS + 1u], field_flags[i]) && good;
     }}
     device.reset();
@@ -218,8 +218,8 @@ int main() {{
 """
 
 
-def _cmake(program: ExportedStep) -> str:
-    n = program.name
+def _cmake(step: ExportedStep) -> str:
+    n = step.name
     return f"""cmake_minimum_required(VERSION 3.16)
 project({n} LANGUAGES C CXX)
 
@@ -247,12 +247,12 @@ endif()
 """
 
 
-def _package(program: ExportedStep) -> str:
+def _package(step: ExportedStep) -> str:
     return f"""<?xml version="1.0"?>
 <package format="3">
-  <name>{program.name.lower()}</name>
+  <name>{step.name.lower()}</name>
   <version>{__version__}</version>
-  <description>Torque model {markup(program.model.name)}, {program.digest}</description>
+  <description>Torque model {markup(step.model.name)}, {step.digest}</description>
   <!-- Fill in the two lines below: nobody but you can say who keeps this package, and under which terms. -->
   <maintainer email="todo@todo.todo">TODO: your name</maintainer>
   <license>TODO: your licence</license>
@@ -264,7 +264,7 @@ def _package(program: ExportedStep) -> str:
 """
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The class on the test vectors, by every C++ compiler found.
 
     Raises:
@@ -273,7 +273,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
     compilers = cpp_compilers()
     if not compilers:
         raise ExportError("no C++ compiler is found", where=str(folder), remedy="Install one, for example g++")
-    n, vectors = program.name, vectors_of(program)
+    n, vectors = step.name, vectors_of(step)
     with tempfile.TemporaryDirectory() as work:
         made = Path(work) / "core.o"
         include = f"-I{folder / 'include'}"
@@ -284,4 +284,4 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
             words += [str(folder / "src" / f"{n}_check.cpp"), str(made), "-o", program_file]
             run(words, f"{name} cannot compile the class", "Use another compiler")
             printed = run([program_file], "the class does not give what it should", "Export the model again")
-            yield compare(program, vectors, f"{name}, C++11", printed)
+            yield compare(step, vectors, f"{name}, C++11", printed)

@@ -12,13 +12,13 @@ from erclutch.wings.exporters.fmu.fmu_archive import write_fmu
 TITLE = "an FMU 3.0 for co-simulation and model exchange, with its C sources"
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """NAME_fmi3.fmu."""
-    write_fmu(program, folder, 3)
+    write_fmu(step, folder, 3)
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """Validate and simulate it with FMPy, both ways."""
     from erclutch.wings.exporters.fmu.fmu_run import check_fmu
 
-    yield from check_fmu(program, folder, 3, ("CoSimulation", "ModelExchange"))
+    yield from check_fmu(step, folder, 3, ("CoSimulation", "ModelExchange"))

@@ -27,62 +27,62 @@ TITLE = "the compiled step as a user actuator of MuJoCo, with an example model"
 _LARGEST = 1e8
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """The Python target's files, NAME_mujoco.py and the example NAME.xml."""
-    n = program.name
-    python.write(program, folder)
+    n = step.name
+    python.write(step, folder)
     code = resources.files("erclutch.wings.exporters").joinpath("mujoco_actuator.py").read_text(encoding="utf-8")
-    speeds = program.filter is None
+    speeds = step.filter is None
     tail = f'''
 
 def {n}(model: Any, effort: str = "effort", **names: Any) -> Actuator:
-    """{comment(program.model.name)} as actuator `effort` of a model; see `Actuator` for the names."""
+    """{comment(step.model.name)} as actuator `effort` of a model; see `Actuator` for the names."""
     from {n} import load
 
     defaults: dict[str, Any] = {{
-        "fields": {_fields(program)!r},
-        "joints": {_joints(program)!r},
+        "fields": {_fields(step)!r},
+        "joints": {_joints(step)!r},
         "positions": {not speeds},
-        "further": {len(program.extras)},
-        "period": {program.period if has_memory(program) else None!r},
+        "further": {len(step.extras)},
+        "period": {step.period if has_memory(step) else None!r},
     }}
     return Actuator(load, model, effort, **{{**defaults, **names}})
 '''
     (folder / f"{n}_mujoco.py").write_text(code.rstrip() + "\n" + tail, encoding="utf-8")
-    (folder / f"{n}.xml").write_text(_example(program), encoding="utf-8")
+    (folder / f"{n}.xml").write_text(_example(step), encoding="utf-8")
 
 
-def _fields(program: ExportedStep) -> tuple[str, ...]:
-    return ("E1", "E2") if program.elements == 2 else ("field",)
+def _fields(step: ExportedStep) -> tuple[str, ...]:
+    return ("E1", "E2") if step.elements == 2 else ("field",)
 
 
-def _joints(program: ExportedStep) -> tuple[str, ...]:
-    return ("theta", "alpha") if program.elements == 2 else ("slip",)
+def _joints(step: ExportedStep) -> tuple[str, ...]:
+    return ("theta", "alpha") if step.elements == 2 else ("slip",)
 
 
-def _control_range(program: ExportedStep) -> tuple[float, float]:
+def _control_range(step: ExportedStep) -> tuple[float, float]:
     """Range of the field; MuJoCo wants some width, also of a model with one field."""
-    low, high = program.field.range
-    return (low, high) if low < high else (low, max(program.search.plus, program.search.origin))
+    low, high = step.field.range
+    return (low, high) if low < high else (low, max(step.search.plus, step.search.origin))
 
 
-def _example(program: ExportedStep) -> str:
-    low, high = _control_range(program)
+def _example(step: ExportedStep) -> str:
+    low, high = _control_range(step)
     actuators = "\n".join(
-        f'    <general name="{name}" joint="{_joints(program)[-1]}" gainprm="0" biastype="none" '
+        f'    <general name="{name}" joint="{_joints(step)[-1]}" gainprm="0" biastype="none" '
         f'ctrllimited="true" ctrlrange="{low:.9g} {high:.9g}"/>'
-        for name in _fields(program)
+        for name in _fields(step)
     )
-    gear = 1 if program.elements == 2 else -1
-    period = program.period or 1e-3
-    top = max(abs(v) for v in program.model.trained_on.effort) or 1.0
+    gear = 1 if step.elements == 2 else -1
+    period = step.period or 1e-3
+    top = max(abs(v) for v in step.model.trained_on.effort) or 1.0
     # An arm that the largest effort accelerates by 100 rad/s^2 or m/s^2.
-    slides = program.elements == 1 and (program.model.units.slip == "m/s" or program.model.units.effort == "N")
+    slides = step.elements == 1 and (step.model.units.slip == "m/s" or step.model.units.effort == "N")
     heavy, turning = (f"{top / 100.0:.6g}", "1") if slides else ("1", f"{top / 100.0:.6g}")
     inertial = f'<inertial pos="0 0 0" mass="{heavy}" diaginertia="{" ".join(3 * [turning])}"/>'
     joint = 'type="slide" axis="1 0 0"' if slides else 'type="hinge" axis="0 0 1"'
     drive = motor = ""
-    if program.elements == 2:
+    if step.elements == 2:
         drive = f"""    <body name="drive">
       <joint name="theta" type="hinge" axis="0 0 1" damping="{top:.6g}"/>
       {inertial}
@@ -90,22 +90,22 @@ def _example(program: ExportedStep) -> str:
     </body>
 """
         motor = f'    <velocity name="motor" joint="theta" kv="{10 * top:.6g}"/>\n'
-    return f"""<!-- {program.headline} as an actuator; written by erclutch {__version__}.
-     The ctrl of {" and ".join(_fields(program))} is the field; the force of "effort" comes from
-     {program.name}_mujoco.py.
+    return f"""<!-- {step.headline} as an actuator; written by erclutch {__version__}.
+     The ctrl of {" and ".join(_fields(step))} is the field; the force of "effort" comes from
+     {step.name}_mujoco.py.
      Units are those of the model: joints in {"m and m/s" if slides else "rad and rad/s"} where it was trained so. -->
-<mujoco model="{program.name}">
+<mujoco model="{step.name}">
   <option timestep="{period:.9g}" gravity="0 0 0" integrator="implicitfast"/>
   <worldbody>
 {drive}    <body name="arm">
-      <joint name="{_joints(program)[-1]}" {joint}/>
+      <joint name="{_joints(step)[-1]}" {joint}/>
       {inertial}
       <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
   </worldbody>
   <actuator>
 {motor}{actuators}
-    <general name="effort" joint="{_joints(program)[-1]}" gear="{gear}" gainprm="0" biastype="user"/>
+    <general name="effort" joint="{_joints(step)[-1]}" gear="{gear}" gainprm="0" biastype="user"/>
   </actuator>
 </mujoco>
 """
@@ -114,7 +114,7 @@ def _example(program: ExportedStep) -> str:
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The actuator's force in the example model at the rows of the test vectors, and a hundred steps of simulation.
 
     Raises:
@@ -124,25 +124,23 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
         import mujoco
     except ImportError as error:
         raise ExportError("mujoco is not installed", remedy="Run: pip install mujoco") from error
-    model = mujoco.MjModel.from_xml_path(str(folder / f"{program.name}.xml"))
-    vectors = vectors_of(program)
+    model = mujoco.MjModel.from_xml_path(str(folder / f"{step.name}.xml"))
+    vectors = vectors_of(step)
     usable = np.all(np.abs(np.where(np.isfinite(vectors.rows), vectors.rows, np.inf)) < _LARGEST, axis=1)
     rows = vectors.rows[usable]
-    expected, flags = run(program, rows)
-    with _imported(program, folder) as module:
-        efforts, found_flags = _forces(mujoco, program, module, model, rows.astype(np.float64))
-        note = _simulated(mujoco, program, module, model)
-    other = (efforts.astype(program.precision.dtype) != expected) | (found_flags != flags)
-    largest = float(np.max(np.abs(efforts - reference(program, rows)[0])))
-    yield Check(
-        f"MuJoCo {mujoco.__version__}", len(rows), int(np.count_nonzero(other)), ulps(program, largest), note=note
-    )
+    expected, flags = run(step, rows)
+    with _imported(step, folder) as module:
+        efforts, found_flags = _forces(mujoco, step, module, model, rows.astype(np.float64))
+        note = _simulated(mujoco, step, module, model)
+    other = (efforts.astype(step.precision.dtype) != expected) | (found_flags != flags)
+    largest = float(np.max(np.abs(efforts - reference(step, rows)[0])))
+    yield Check(f"MuJoCo {mujoco.__version__}", len(rows), int(np.count_nonzero(other)), ulps(step, largest), note=note)
 
 
 @contextmanager
-def _imported(program: ExportedStep, folder: Path) -> Generator[ModuleType]:
+def _imported(step: ExportedStep, folder: Path) -> Generator[ModuleType]:
     """NAME_mujoco.py, which imports NAME.py beside it; both are forgotten again: another export may have the name."""
-    names = (program.name, f"{program.name}_mujoco")
+    names = (step.name, f"{step.name}_mujoco")
     kept = {name: sys.modules.pop(name) for name in names if name in sys.modules}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.path.insert(0, str(folder.resolve()))
@@ -157,18 +155,18 @@ def _imported(program: ExportedStep, folder: Path) -> Generator[ModuleType]:
         sys.modules.update(kept)
 
 
-def _forces(mujoco: Any, program: ExportedStep, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
-    data, e = mujoco.MjData(model), program.elements
+def _forces(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
+    data, e = mujoco.MjData(model), step.elements
     effort, flags = np.zeros(len(rows)), np.zeros(len(rows), np.uint32)
     at = model.actuator("effort").id
-    with getattr(module, program.name)(model) as actuator:
+    with getattr(module, step.name)(model) as actuator:
         for k, row in enumerate(rows):
-            data.time = k * (program.period or model.opt.timestep)
-            for name, value in zip(_fields(program), row[:e], strict=True):
+            data.time = k * (step.period or model.opt.timestep)
+            for name, value in zip(_fields(step), row[:e], strict=True):
                 data.ctrl[model.actuator(name).id] = value
-            for name, value in zip(_joints(program), row[e:], strict=False):
+            for name, value in zip(_joints(step), row[e:], strict=False):
                 place = data.joint(name)
-                (place.qvel if program.filter is None else place.qpos)[0] = value
+                (place.qvel if step.filter is None else place.qpos)[0] = value
             actuator.further[:] = list(row[2 * e :])
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
@@ -177,19 +175,19 @@ def _forces(mujoco: Any, program: ExportedStep, module: ModuleType, model: Any, 
     return effort, flags
 
 
-def _simulated(mujoco: Any, program: ExportedStep, module: ModuleType, model: Any) -> str:
+def _simulated(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any) -> str:
     data, steps = mujoco.MjData(model), 100
-    low, high = _control_range(program)
-    with getattr(module, program.name)(model) as actuator:
-        data.ctrl[model.actuator(_fields(program)[0]).id] = 0.5 * (low + high)
-        if program.elements == 2:
-            data.ctrl[model.actuator("motor").id] = 0.5 * program.slip.range[1]
+    low, high = _control_range(step)
+    with getattr(module, step.name)(model) as actuator:
+        data.ctrl[model.actuator(_fields(step)[0]).id] = 0.5 * (low + high)
+        if step.elements == 2:
+            data.ctrl[model.actuator("motor").id] = 0.5 * step.slip.range[1]
         else:
-            data.joint("slip").qvel[0] = 0.5 * program.slip.range[1]
+            data.joint("slip").qvel[0] = 0.5 * step.slip.range[1]
         for _ in range(steps):
             mujoco.mj_step(model, data)
         samples = actuator.samples
     if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel))):
         raise ExportError("the simulation of the example fails", remedy="Export the model again")
-    speed = float(data.joint(_joints(program)[-1]).qvel[0])
+    speed = float(data.joint(_joints(step)[-1]).qvel[0])
     return f"{steps} steps of the example: {samples} samples, arm at {speed:.3g}"

@@ -19,7 +19,7 @@ from erclutch.wings.exporters.onnx_graph import OPSET, onnx_model
 TITLE = f"an ONNX model of one step (opset {OPSET}), state in and out as a tensor"
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """NAME.onnx.
 
     Raises:
@@ -29,12 +29,12 @@ def write(program: ExportedStep, folder: Path) -> None:
         import onnx
     except ImportError as error:
         raise ExportError("onnx is not installed", remedy='Run: pip install "erclutch[export]"') from error
-    made = onnx_model(program, step_record(program, remember=False))
+    made = onnx_model(step, step_record(step, remember=False))
     onnx.checker.check_model(made, full_check=True)  # pyright: ignore[reportUnknownMemberType]
-    onnx.save_model(made, str(folder / f"{program.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
+    onnx.save_model(made, str(folder / f"{step.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The steps one by one in ONNX Runtime on the CPU.
 
     Raises:
@@ -44,7 +44,7 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
         import onnxruntime as runtime
     except ImportError as error:
         raise ExportError("onnxruntime is not installed", remedy="Run: pip install onnxruntime") from error
-    path = folder / f"{program.name}.onnx"
+    path = folder / f"{step.name}.onnx"
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     try:
@@ -53,17 +53,17 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
         raise ExportError(
             f"ONNX Runtime refuses the model: {error}", where=str(path), remedy="Update ONNX Runtime"
         ) from error
-    vectors = vectors_of(program)
-    effort, flags = run(session, program, vectors.rows)
-    if not has_memory(program):
+    vectors = vectors_of(step)
+    effort, flags = run(session, step, vectors.rows)
+    if not has_memory(step):
         effort, flags = _filled(effort, flags, vectors)
-    yield near(program, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
+    yield near(step, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
 
 
-def run(session: Any, program: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def run(session: Any, step: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Effort and flags of successive steps from a reset."""
-    given = {i.name: np.zeros(i.shape, program.precision.dtype) for i in session.get_inputs()}
-    effort, flags = np.zeros(len(rows), program.precision.dtype), np.zeros(len(rows), np.uint32)
+    given = {i.name: np.zeros(i.shape, step.precision.dtype) for i in session.get_inputs()}
+    effort, flags = np.zeros(len(rows), step.precision.dtype), np.zeros(len(rows), np.uint32)
     for k, row in enumerate(rows):
         given["input"] = row[None, :]
         found = session.run(None, given)

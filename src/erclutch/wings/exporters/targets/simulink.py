@@ -26,28 +26,28 @@ from erclutch.wings.exporters.matlab_function import block_function, step_functi
 TITLE = "MATLAB functions for Simulink and MATLAB Coder, and the C step for a C Caller block with its settings"
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """NAME_step.m, NAME_block.m, NAME_setup.m, the C files and NAME_caller.c and .h."""
-    n, record = program.name, step_record(program)
-    c.write_core(program, folder)
+    n, record = step.name, step_record(step)
+    c.write_core(step, folder)
     texts = {
-        f"{n}_step.m": step_function(program, record),
-        f"{n}_block.m": block_function(program, record),
-        f"{n}_setup.m": _setup(program),
-        f"{n}_caller.h": _caller_header(program),
-        f"{n}_caller.c": _caller_source(program),
+        f"{n}_step.m": step_function(step, record),
+        f"{n}_block.m": block_function(step, record),
+        f"{n}_setup.m": _setup(step),
+        f"{n}_caller.h": _caller_header(step),
+        f"{n}_caller.c": _caller_source(step),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="ascii")
 
 
-def caller_bytes(program: ExportedStep) -> int:
+def caller_bytes(step: ExportedStep) -> int:
     """Bytes of state that the block carries: no compiler pads more than this."""
-    return (state_bytes(program) + 15) // 8 * 8
+    return (state_bytes(step) + 15) // 8 * 8
 
 
-def _caller_header(program: ExportedStep) -> str:
-    n, N, p = program.name, program.name.upper(), program.precision
+def _caller_header(step: ExportedStep) -> str:
+    n, N, p = step.name, step.name.upper(), step.precision
     return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
@@ -59,8 +59,8 @@ def _caller_header(program: ExportedStep) -> str:
 extern "C" {{
 #endif
 
-void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t before[{caller_bytes(program)}],
-    {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{caller_bytes(program)}]);
+void {n}_caller(const {p.c_type} input[{len(step.inputs)}], const uint8_t before[{caller_bytes(step)}],
+    {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{caller_bytes(step)}]);
 
 #ifdef __cplusplus
 }}
@@ -70,8 +70,8 @@ void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t bef
 """
 
 
-def _caller_source(program: ExportedStep) -> str:
-    n, p, size = program.name, program.precision, caller_bytes(program)
+def _caller_source(step: ExportedStep) -> str:
+    n, p, size = step.name, step.precision, caller_bytes(step)
     return f"""#include "{n}_caller.h"
 
 #include <string.h>
@@ -81,7 +81,7 @@ def _caller_source(program: ExportedStep) -> str:
 /* Fails to compile if the state does not fit. */
 typedef char {n}_fits[(sizeof({n}_state) <= {size}u) ? 1 : -1];
 
-void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t before[{size}],
+void {n}_caller(const {p.c_type} input[{len(step.inputs)}], const uint8_t before[{size}],
     {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{size}])
 {{
     {n}_state state;
@@ -97,8 +97,8 @@ void {n}_caller(const {p.c_type} input[{len(program.inputs)}], const uint8_t bef
 """
 
 
-def _setup(program: ExportedStep) -> str:
-    n, size = program.name, caller_bytes(program)
+def _setup(step: ExportedStep) -> str:
+    n, size = step.name, caller_bytes(step)
     return f"""function {n}_setup(model)
 %{n.upper()}_SETUP Settings of a Simulink model for {n}, and a C Caller block with the delay that carries its state.
 %   {n.upper()}_SETUP(MODEL) with the name of an open model. Simulink R2018b or newer.
@@ -113,7 +113,7 @@ def _setup(program: ExportedStep) -> str:
     add_block('simulink/User-Defined Functions/C Caller', caller);
     set_param(caller, 'FunctionName', '{n}_caller');
     ports = get_param(caller, 'FunctionPortSpecification');
-    sizes = {{'{len(program.inputs)}', '{size}', '1', '1', '{size}'}};
+    sizes = {{'{len(step.inputs)}', '{size}', '1', '1', '{size}'}};
     scopes = {{'Input', 'Input', 'Output', 'Output', 'Output'}};
     for i = 1:numel(scopes)
         ports.InputArguments(i).Scope = scopes{{i}};
@@ -121,7 +121,7 @@ def _setup(program: ExportedStep) -> str:
     end
     delay = [model '/{n} state'];
     add_block('simulink/Discrete/Unit Delay', delay);
-    set_param(delay, 'InitialCondition', 'zeros({size}, 1, ''uint8'')', 'SampleTime', '{program.period or -1!r}');
+    set_param(delay, 'InitialCondition', 'zeros({size}, 1, ''uint8'')', 'SampleTime', '{step.period or -1!r}');
     add_line(model, '{n}/3', '{n} state/1', 'autorouting', 'on');
     add_line(model, '{n} state/1', '{n}/2', 'autorouting', 'on');
 end
@@ -131,7 +131,7 @@ end
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The MATLAB function in GNU Octave, the caller's function compiled.
 
     Raises:
@@ -143,9 +143,9 @@ def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
             "neither Octave nor a C compiler is found", where=str(folder), remedy="Install one: apt install octave"
         )
     if octave is not None:
-        yield _in_octave(program, folder, octave)
+        yield _in_octave(step, folder, octave)
     if natives():
-        yield _called(program, folder)
+        yield _called(step, folder)
 
 
 _SCRIPT = """
@@ -168,24 +168,24 @@ file = fopen('out.bin', 'w'); fwrite(file, [effort; flags], 'double'); fclose(fi
 """
 
 
-def _in_octave(program: ExportedStep, folder: Path, octave: str) -> Check:
-    vectors, record = vectors_of(program), step_record(program)
-    values = {"kind": "single" if program.precision.width == 32 else "double", "inputs": len(program.inputs)}
-    text = _SCRIPT.format(**values, state=record.size, name=program.name)
+def _in_octave(step: ExportedStep, folder: Path, octave: str) -> Check:
+    vectors, record = vectors_of(step), step_record(step)
+    values = {"kind": "single" if step.precision.width == 32 else "double", "inputs": len(step.inputs)}
+    text = _SCRIPT.format(**values, state=record.size, name=step.name)
     with tempfile.TemporaryDirectory() as work:
         place = Path(work)
         np.ascontiguousarray(vectors.rows).tofile(place / "rows.bin")
         moved = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
         (place / "check.m").write_text(f"1;\n{moved}\n{text}", encoding="utf-8")
         words = [octave, "--no-gui", "--norc", "--quiet", str(place / "check.m")]
-        run(words, f"{program.name}_step.m does not run", "Export the model again")
+        run(words, f"{step.name}_step.m does not run", "Export the model again")
         found = np.fromfile(place / "out.bin").reshape(2, -1)
-    return near(program, vectors, "GNU Octave", found[0], found[1].astype(np.uint32))
+    return near(step, vectors, "GNU Octave", found[0], found[1].astype(np.uint32))
 
 
-def _called(program: ExportedStep, folder: Path) -> Check:
+def _called(step: ExportedStep, folder: Path) -> Check:
     """The C Caller's function, state going round as in the block."""
-    vectors, n, p = vectors_of(program), program.name, program.precision
+    vectors, n, p = vectors_of(step), step.name, step.precision
     with tempfile.TemporaryDirectory() as work:
         library = Path(work) / "caller.so"
         files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
@@ -194,9 +194,9 @@ def _called(program: ExportedStep, folder: Path) -> Check:
     function.restype = None
     effort: NDArray[Any] = np.zeros(len(vectors.rows), p.dtype)
     flags = np.zeros(len(vectors.rows), np.uint32)
-    states = np.zeros((2, caller_bytes(program)), np.uint8)
+    states = np.zeros((2, caller_bytes(step)), np.uint8)
     rows = np.ascontiguousarray(vectors.rows)
     for k in range(len(rows)):
         arrays = (rows[k], states[k % 2], effort[k : k + 1], flags[k : k + 1], states[1 - k % 2])
         function(*(ctypes.c_void_p(a.ctypes.data) for a in arrays))
-    return to_the_bit(program, vectors, f"C Caller function, {native().name}", effort, flags)
+    return to_the_bit(step, vectors, f"C Caller function, {native().name}", effort, flags)

@@ -46,18 +46,18 @@ _PARTS = ("plausible", "torque", "interlock")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """The files of target c, with the controller in them, and its own test vectors.
 
     Raises:
         ExportError: a model that the loop cannot run either, or no compiler here.
     """
-    write_core(program, folder)
-    c.write_bench(program, folder)
-    n, rows = program.name, sample_rows(program)
+    write_core(step, folder)
+    c.write_bench(step, folder)
+    n, rows = step.name, sample_rows(step)
     with tempfile.TemporaryDirectory() as work:
-        printed = _printed(native(), folder, Path(work), program, rows)
-    (folder / f"{n}_control_check.c").write_text(_check_source(program, rows, printed), encoding="ascii")
+        printed = _printed(native(), folder, Path(work), step, rows)
+    (folder / f"{n}_control_check.c").write_text(_check_source(step, rows, printed), encoding="ascii")
     make = (folder / "Makefile").read_text(encoding="ascii")
     make = make.replace(f"check: {n}_check\n\t./{n}_check\n", f"check: {n}_check {n}_control_check\n\t./{n}_check\n")
     make = make.replace(f"\t./{n}_check\n", f"\t./{n}_check\n\t./{n}_control_check\n", 1)
@@ -67,39 +67,39 @@ def write(program: ExportedStep, folder: Path) -> None:
     (folder / "Makefile").write_text(make, encoding="ascii")
 
 
-def write_core(program: ExportedStep, folder: Path) -> list[Path]:
+def write_core(step: ExportedStep, folder: Path) -> list[Path]:
     """The .c and .h alone; returns the files to compile.
 
     Raises:
         ExportError: see `texts`.
     """
-    for text, kind in zip(texts(program), "ch", strict=True):
-        (folder / f"{program.name}.{kind}").write_text(text, encoding="ascii")
-    return [folder / f"{program.name}.c"]
+    for text, kind in zip(texts(step), "ch", strict=True):
+        (folder / f"{step.name}.{kind}").write_text(text, encoding="ascii")
+    return [folder / f"{step.name}.c"]
 
 
-def texts(program: ExportedStep) -> tuple[str, str]:
+def texts(step: ExportedStep) -> tuple[str, str]:
     """The .c and .h: the model's, and the controller after it.
 
     Raises:
         ExportError: a model of positions, or with inputs that the controller does not know.
     """
-    if program.filter is not None or program.extras:
+    if step.filter is not None or step.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
-        raise ExportError(problem, where=program.model.name, remedy="Export a model without further inputs, of speeds")
+        raise ExportError(problem, where=step.model.name, remedy="Export a model without further inputs, of speeds")
     code = _read("target_c/controller.c")
     for name in _PARTS:
         code = code.replace(f"@{name.upper()}@", _static(_body(f"c/erc_{name}.c")))
-    for key, value in _places(program).items():
+    for key, value in _places(step).items():
         code = code.replace(f"@{key}@", value)
-    plain = header(program).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    plain = header(step).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
     before, found, after = plain.rpartition("#ifdef __cplusplus\n}\n")
     assert found
-    own = source(program, frozenset({"exp", "tanh"}))
-    if _known_at_rest(program):
-        own = _step_of_known(program.name, own)
-    declared = _worded(program, _declared(program))
-    return f"{own}\n{_worded(program, code)}", f"{before}{declared}\n{found}{after}"
+    own = source(step, frozenset({"exp", "tanh"}))
+    if _known_at_rest(step):
+        own = _step_of_known(step.name, own)
+    declared = _worded(step, _declared(step))
+    return f"{own}\n{_worded(step, code)}", f"{before}{declared}\n{found}{after}"
 
 
 # --- the loop's C in the words of the model's file -------------------------------------------------------------------
@@ -135,21 +135,21 @@ def _of_kind(kind: str) -> str:
     return ", ".join(f"config->{name}" for name in _members() if name in SETTINGS and SETTINGS[name].kind == kind)
 
 
-def defaults(program: ExportedStep) -> dict[str, float]:
+def defaults(step: ExportedStep) -> dict[str, float]:
     """Settings to begin with: the range of the training data, and a supply that goes over it in a period."""
-    period = program.period or 1e-3
-    largest = program.field.range[1]
+    period = step.period or 1e-3
+    largest = step.field.range[1]
     known = {
         "period_ns": round(period * 1e9),
         "field_limit": largest,
         "rise_rate": largest / period,
         "fall_rate": largest / period,
         "torque_lead": 2.0 * period,
-        "least_slip": 0.05 * max(abs(end) for end in program.slip.range),
-        "torque_scale": program.scale / 16.0,
+        "least_slip": 0.05 * max(abs(end) for end in step.slip.range),
+        "torque_scale": step.scale / 16.0,
     }
-    band = 0.0 if program.model.band is None else program.model.band.settled
-    known |= torque_limits(program.scale, band, period)
+    band = 0.0 if step.model.band is None else step.model.band.settled
+    known |= torque_limits(step.scale, band, period)
     plain = LoopSettings()
     return {name: known.get(name, getattr(plain, name, 0.0)) for name in _members()}
 
@@ -159,38 +159,38 @@ def settings_of() -> dict[str, str]:
     return {**{name: line.split()[0] for name, line in _members().items()}, "observer": "uint32_t"}
 
 
-def _places(program: ExportedStep) -> dict[str, str]:
-    rest = "rest_miss" if feels_state(program) else "miss"
+def _places(step: ExportedStep) -> dict[str, str]:
+    rest = "rest_miss" if feels_state(step) else "miss"
     coaxial = ("applied[0]", "applied[1]", "input->theta_dot", "input->alpha_dot")
-    signals = coaxial if program.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
-    given = [*signals, *(("known",) if program.measures else ())]
+    signals = coaxial if step.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
+    given = [*signals, *(("known",) if step.measures else ())]
     return {
-        "HELD": str(program.elements),
+        "HELD": str(step.elements),
         "REST": f"NAME_{rest}",
         "HOLD": f"{LoopSettings().hold}u",
         "TRIP": f"{LoopSettings().trip}u",
-        "MEASURED": _MEASURED if program.measures else "",
-        "FASTEST": program.precision.constant(_FASTEST * max(abs(end) for end in program.slip.range)),
+        "MEASURED": _MEASURED if step.measures else "",
+        "FASTEST": step.precision.constant(_FASTEST * max(abs(end) for end in step.slip.range)),
         "ABOVE_ZERO": _of_kind("ABOVE_ZERO"),
         "FROM_ZERO": _of_kind("FROM_ZERO"),
         "SIGNED": _of_kind("SIGNED"),
-        "MOST": program.precision.constant(MOST),
-        "LEAST": program.precision.constant(LEAST),
+        "MOST": step.precision.constant(MOST),
+        "LEAST": step.precision.constant(LEAST),
         "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
-        **_places_of_known(program),
+        **_places_of_known(step),
     }
 
 
-def _known_at_rest(program: ExportedStep) -> bool:
+def _known_at_rest(step: ExportedStep) -> bool:
     """Whether the model's effort is what the inverse says of a field: no memory, and zero field is in the log."""
-    return not feels_state(program) and program.field.range[0] <= 0.0
+    return not feels_state(step) and step.field.range[0] <= 0.0
 
 
-def _places_of_known(program: ExportedStep) -> dict[str, str]:
-    if not _known_at_rest(program):
+def _places_of_known(step: ExportedStep) -> dict[str, str]:
+    if not _known_at_rest(step):
         return {"KNOWN": "", "STEP": "NAME_step(&core->model, sample, &core->estimate)"}
     # The step holds fields within the log's range, the inverse does not.
-    largest = program.precision.constant(program.field.range[1])
+    largest = step.precision.constant(step.field.range[1])
     same = ["asked", "!core->stages.locked", "core->field == core->stages.found", f"fabs(core->field) <= {largest}"]
     known = f"const double *known = ({' && '.join(same)}) ? &core->stages.gave : NULL;"
     return {
@@ -204,9 +204,9 @@ def _step_of_known(n: str, text: str) -> str:
     given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
     head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
     known = f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
-    before, found, step = text.partition(head)
+    before, found, rest = text.partition(head)
     assert found
-    body, end, after = step.partition("\n}\n")
+    body, end, after = rest.partition("\n}\n")
     body, count = re.subn(r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body)
     assert count == 1
     before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
@@ -215,12 +215,12 @@ def _step_of_known(n: str, text: str) -> str:
     return f"{before}{about}\n{known}{body}{end}{plain}{end}{after}"
 
 
-def _declared(program: ExportedStep) -> str:
+def _declared(step: ExportedStep) -> str:
     """The controller's part of the header."""
     lines = dict.fromkeys(_members().values())
     numbers = [
-        f"{int(value)}u" if name == "period_ns" else program.precision.constant(float(value))
-        for name, value in defaults(program).items()
+        f"{int(value)}u" if name == "period_ns" else step.precision.constant(float(value))
+        for name, value in defaults(step).items()
     ]
     structs = re.findall(
         r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL
@@ -229,12 +229,12 @@ def _declared(program: ExportedStep) -> str:
         _read("target_c/controller.h").replace("@SETTINGS@", "\n".join(lines)).replace("@STAGES@", "\n".join(structs))
     )
     text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
-    units = program.model.units
+    units = step.model.units
     text = text.replace("@UNITS@", comment(f"{units.effort or '1'} and {units.slip or '1'}"))
     code = "".join(_body(f"c/erc_{part}.c") for part in _PARTS) + _read("target_c/controller.c")
     events = {name: text for name, text in EVENTS if f"ERC_{_macro(name)}" in code}
     named = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
-    device = "SINGLE" if program.elements == 1 else "COAXIAL"
+    device = "SINGLE" if step.elements == 1 else "COAXIAL"
     macros = [
         f"#define NAME_EVENT_{_macro(name)} ((uint32_t){EVENT_BITS[name]}u) /* {text} */"
         for name, text in events.items()
@@ -257,9 +257,9 @@ def _macro(event: str) -> str:
     return event.upper().replace("-", "_")
 
 
-def _worded(program: ExportedStep, text: str) -> str:
+def _worded(step: ExportedStep, text: str) -> str:
     """C of the loop with the model's number type, functions and prefix."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     text = re.sub(r"core->config\.device\b", "ERC_DEVICE", text)
     text = re.sub(
         r"if \(isfinite\((\w+)\)\) \{\n", r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n", text
@@ -280,20 +280,20 @@ def _worded(program: ExportedStep, text: str) -> str:
 # --- test bench ------------------------------------------------------------------------------------------------------
 
 
-def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
+def sample_rows(step: ExportedStep, odd: int = 24) -> Array:
     """Samples of a drive that turns while the wanted torque swings, some of them with an odd value, shape (n, 7)."""
-    rng = np.random.default_rng(int(program.digest[:12], 16))
+    rng = np.random.default_rng(int(step.digest[:12], 16))
     k = np.arange(_ROWS)
-    top = max(abs(end) for end in program.slip.range)
-    wanted = program.scale * np.sin(2.0 * np.pi * k / 128.0) * np.where(k < _ROWS // 2, 0.3, 1.2)
+    top = max(abs(end) for end in step.slip.range)
+    wanted = step.scale * np.sin(2.0 * np.pi * k / 128.0) * np.where(k < _ROWS // 2, 0.3, 1.2)
     speed = 0.4 * top * (1.0 + 0.5 * np.sin(2.0 * np.pi * k / 300.0))
-    output = 0.1 * top * np.sin(2.0 * np.pi * k / 97.0) * (program.elements == 2)
+    output = 0.1 * top * np.sin(2.0 * np.pi * k / 97.0) * (step.elements == 2)
     speed[300:330] = output[300:330]  # both sides at one speed
     speed[330:400] *= -1.0
-    torque = 0.9 * wanted + 0.02 * program.scale * rng.standard_normal(_ROWS)
+    torque = 0.9 * wanted + 0.02 * step.scale * rng.standard_normal(_ROWS)
     torque[100:120] = np.nan
-    rate = np.asarray(np.gradient(wanted), np.float64) / (program.period or 1e-3)
-    motor = 0.1 * program.scale * np.sign(speed)
+    rate = np.asarray(np.gradient(wanted), np.float64) / (step.period or 1e-3)
+    motor = 0.1 * step.scale * np.sign(speed)
     rows = np.array([wanted, rate, speed, output, 0.0 * k, torque, motor], np.float64).T.copy()
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0)
     for at in rng.choice(_ROWS, odd, replace=False):
@@ -301,9 +301,9 @@ def sample_rows(program: ExportedStep, odd: int = 24) -> Array:
     return rows
 
 
-def _check_source(program: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
+def _check_source(step: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
     """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     expected = [line.split() for line in printed.splitlines()] or [["0"] * (len(OUTPUTS) + 1)] * len(rows)
     bits = [[*(f"0x{word}{p.bits_suffix}" for word in words[:-1]), f"{words[-1]}u"] for words in expected]
     answers = table(p.c_bits, "answers", ["{" + ", ".join(row) + "}" for row in bits], 1, f"[{len(OUTPUTS) + 1}]")
@@ -315,20 +315,20 @@ def _check_source(program: ExportedStep, rows: Array, printed: str = "", *, plai
 
 #include "{n}.h"
 
-{c.bit_functions(program)}
-{c.rows_of_bits(program, "samples", rows)}
+{c.bit_functions(step)}
+{c.rows_of_bits(step, "samples", rows)}
 {answers}
 static int is_same({n}_real x, word expected)
 {{
     return bits_of(x) == expected;
 }}
 
-{_main(program, len(rows), plain)}"""
+{_main(step, len(rows), plain)}"""
 
 
-def _main(program: ExportedStep, rows: int, plain: bool) -> str:
+def _main(step: ExportedStep, rows: int, plain: bool) -> str:
     """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
-    n, p = program.name, program.precision
+    n, p = step.name, step.precision
     form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
     given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
     compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
@@ -371,39 +371,37 @@ def _main(program: ExportedStep, rows: int, plain: bool) -> str:
 """
 
 
-def answers(program: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
+def answers(step: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
     """Bits of each sample's outputs and its flags, by the default settings, shape (n, 4); the C lies in the folder."""
-    lines = _printed(native(), folder, folder, program, rows, plain=True).splitlines()
+    lines = _printed(native(), folder, folder, step, rows, plain=True).splitlines()
     return np.array(
         [[*(int(word, 16) for word in line.split()[:-1]), int(line.split()[-1])] for line in lines], np.uint64
     )
 
 
 def _printed(
-    compiler: Compiler, folder: Path, work: Path, program: ExportedStep, rows: Array, *, plain: bool = False
+    compiler: Compiler, folder: Path, work: Path, step: ExportedStep, rows: Array, *, plain: bool = False
 ) -> str:
     """What the controller makes of the samples, by a compiler."""
-    bench, n = work / "bench.c", program.name
-    text = _check_source(program, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
+    bench, n = work / "bench.c", step.name
+    text = _check_source(step, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
     compiler.build([bench, folder / f"{n}.c"], work / "bench", "-DPRINT", f"-I{folder}", "-O2", *static)
     return run([*compiler.runner, str(work / "bench")], f"{n} compiled by {compiler.name} failed", "Export it again")
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The model's vectors and the controller's, under every compiler and emulator of this machine."""
-    yield from c.verify(program, folder)
-    rows = sample_rows(program)
-    said = re.search(
-        r"answers\[.*?= \{\n(.*?)\n\};", (folder / f"{program.name}_control_check.c").read_text(), re.DOTALL
-    )
+    yield from c.verify(step, folder)
+    rows = sample_rows(step)
+    said = re.search(r"answers\[.*?= \{\n(.*?)\n\};", (folder / f"{step.name}_control_check.c").read_text(), re.DOTALL)
     if said is None:
         raise ExportError("the test vectors are gone", where=str(folder), remedy="Export the model again")
     expected = [re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line) for line in said[1].splitlines()]
     wanted = [" ".join(a or b for a, b in line) for line in expected if line]
     with tempfile.TemporaryDirectory() as work:
         for compiler in (*natives(), *foreign()):
-            printed = _printed(compiler, folder, Path(work), program, rows).split("\n")[: len(wanted)]
+            printed = _printed(compiler, folder, Path(work), step, rows).split("\n")[: len(wanted)]
             other: Any = sum(a != b for a, b in zip(printed, wanted, strict=True))
             yield Check(f"controller, {compiler.name}", len(wanted), other, 0.0)

@@ -29,15 +29,15 @@ _MEANING = {
 }
 
 
-def interface(program: ExportedStep) -> Interface:
+def interface(step: ExportedStep) -> Interface:
     """The controller's variables, and what binds the FMU to its C."""
-    n, units = program.name, program.model.units
-    effort, field = units.effort or "1", program.units[0]
+    n, units = step.name, step.model.units
+    effort, field = units.effort or "1", step.units[0]
     of = {"wanted": effort, "torque": effort, "motor_torque": effort, "theta_dot": units.slip, "alpha_dot": units.slip}
     inputs = [Port(name, of.get(name, "?"), None, 0.0, _MEANING[name]) for name in controller.INPUTS]
-    top = (0.0, program.field.range[1])
+    top = (0.0, step.field.range[1])
     outputs = [Port("field1", field, top), Port("field2", field, top), Port("estimate", effort, None)]
-    starts = controller.defaults(program)
+    starts = controller.defaults(step)
     named = [name for name in controller.settings_of() if name not in ("period_ns", "observer")]
     about = "1: the model alone, 2: a torque sensor, 3: the drive's motion"
     parameters = [Port(name, "?", None, starts[name]) for name in named]
@@ -70,28 +70,28 @@ static uint32_t erc_step({n}_controller *state, const {n}_real *in, {n}_real *ou
 """
     parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
     flags = (2 ** (len(EVENTS) + 1) - 1, f"those of the model and the events of {n}.h")
-    code = controller.texts(program)
+    code = controller.texts(step)
     return Interface(tuple(inputs), tuple(outputs), tuple(parameters), "fixed", True, flags, code, binding)
 
 
-def write(program: ExportedStep, folder: Path) -> None:
+def write(step: ExportedStep, folder: Path) -> None:
     """NAME_fmi3.fmu.
 
     Raises:
         ExportError: a model that the controller cannot run, or no compiler here.
     """
-    write_fmu(program, folder, 3, interface(program))
+    write_fmu(step, folder, 3, interface(step))
 
 
-def verify(program: ExportedStep, folder: Path) -> Iterator[Check]:
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """Validate and simulate it with FMPy, against the C compiled here, bit by bit."""
-    rows = controller.sample_rows(program)
-    face = interface(program)
+    rows = controller.sample_rows(step)
+    face = interface(step)
     with tempfile.TemporaryDirectory() as work:
-        controller.write_core(program, Path(work))
-        expected = controller.answers(program, rows, Path(work))
-    for where, outputs, flags in simulated(program, face, folder, 3, ("CoSimulation",), rows):
-        held = outputs.astype(program.precision.dtype).view(program.precision.bits)
+        controller.write_core(step, Path(work))
+        expected = controller.answers(step, rows, Path(work))
+    for where, outputs, flags in simulated(step, face, folder, 3, ("CoSimulation",), rows):
+        held = outputs.astype(step.precision.dtype).view(step.precision.bits)
         found = np.column_stack([held.astype(np.uint64), flags.astype(np.uint64)])
         other = int(np.count_nonzero((found != expected).any(axis=1)))
         yield Check(where, len(rows), other, 0.0)

@@ -29,9 +29,9 @@ static fmi2Status fail(fmi2Component c, const char *message)
 #define DESERIALIZE DeSerialize
 #define REAL Real
 #define WHOLE Integer
-#define MORE
+#define EXTRA_PARAMETERS
 #define ALLOWED references[i] != REF_TIME
-#define OR_ELSE
+#define EXTRA_REASON
 #include "fmi_common.h"
 
 EXPORT const char *fmi2GetTypesPlatform(void)
@@ -79,7 +79,7 @@ CALL(SetupExperiment)(fmi2Component c, fmi2Boolean tolerance_given, fmi2Real tol
     return started(c, start);
 }
 
-FINE(EnterInitializationMode, (fmi2Component c))
+ACCEPTED(EnterInitializationMode, (fmi2Component c))
 
 NO_INPUTS(Integer)
 NO_VARIABLES(Boolean)
@@ -90,8 +90,8 @@ NO_VARIABLES(String)
 #define ORDERS(given)                                                                                                  \
     (fmi2Component c, const fmi2ValueReference references[], size_t count, const fmi2Integer orders[],                 \
      given fmi2Real values[])
-NONE(SetRealInputDerivatives, "inputs are not interpolated", ORDERS(const))
-NONE(GetRealOutputDerivatives, "there are no output derivatives", ORDERS())
+NO_VALUES(SetRealInputDerivatives, "inputs are not interpolated", ORDERS(const))
+NO_VALUES(GetRealOutputDerivatives, "there are no output derivatives", ORDERS())
 NOT_OFFERED(GetDirectionalDerivative,
             (fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
              size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[]))

@@ -29,9 +29,9 @@ static fmi3Status fail(fmi3Instance c, const char *message)
 #define DESERIALIZE Deserialize
 #define REAL Float64
 #define WHOLE UInt32
-#define MORE , size_t values_count
+#define EXTRA_PARAMETERS , size_t values_count
 #define ALLOWED values_count == count
-#define OR_ELSE ", or not as many values as variables"
+#define EXTRA_REASON ", or not as many values as variables"
 #include "fmi_common.h"
 
 EXPORT const char *fmi3GetVersion(void)
@@ -97,12 +97,12 @@ CALL(EnterInitializationMode)(fmi3Instance c, fmi3Boolean tolerance_given, fmi3F
     return started(c, start);
 }
 
-FINE(EnterEventMode, (fmi3Instance c))
-FINE(EnterContinuousTimeMode, (fmi3Instance c))
-FINE(EnterStepMode, (fmi3Instance c))
-FINE(EnterConfigurationMode, (fmi3Instance c))
-FINE(ExitConfigurationMode, (fmi3Instance c))
-FINE(EvaluateDiscreteStates, (fmi3Instance c))
+ACCEPTED(EnterEventMode, (fmi3Instance c))
+ACCEPTED(EnterContinuousTimeMode, (fmi3Instance c))
+ACCEPTED(EnterStepMode, (fmi3Instance c))
+ACCEPTED(EnterConfigurationMode, (fmi3Instance c))
+ACCEPTED(ExitConfigurationMode, (fmi3Instance c))
+ACCEPTED(EvaluateDiscreteStates, (fmi3Instance c))
 
 NO_INPUTS(UInt32)
 NO_VARIABLES(Float32)
@@ -179,7 +179,7 @@ CALL(GetNumberOfContinuousStates)(fmi3Instance c, size_t *count)
 }
 
 #define NO_STATES(name, given)                                                                                         \
-    NONE(name, "there are no continuous states and no event indicators",                                               \
+    NO_VALUES(name, "there are no continuous states and no event indicators",                                          \
          (fmi3Instance c, given fmi3Float64 values[], size_t count))
 NO_STATES(SetContinuousStates, const)
 NO_STATES(GetContinuousStates, )
@@ -193,8 +193,8 @@ NO_STATES(GetEventIndicators, )
 #define DERIVATIVE                                                                                                     \
     (OF, const fmi3ValueReference known[], size_t knowns, const fmi3Float64 seed[], size_t seeds, fmi3Float64 found[], \
      size_t founds)
-NONE(GetBinary, "there are no Binary variables", (OF, size_t sizes[], fmi3Binary values[], size_t values_count))
-NONE(SetBinary, "there are no Binary variables",
+NO_VALUES(GetBinary, "there are no Binary variables", (OF, size_t sizes[], fmi3Binary values[], size_t values_count))
+NO_VALUES(SetBinary, "there are no Binary variables",
      (OF, const size_t sizes[], const fmi3Binary values[], size_t values_count))
 NOT_OFFERED(GetClock, (OF, fmi3Clock values[]))
 NOT_OFFERED(SetClock, (OF, const fmi3Clock values[]))

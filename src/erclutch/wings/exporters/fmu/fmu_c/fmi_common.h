@@ -5,8 +5,8 @@
    HANDLE, SAVED         types of an instance and of a saved state
    STATE(verb, what)     name of a function of a saved state
    REAL, WHOLE           types of the inputs and the effort, and of the flags
-   MORE                  what else a function of values takes
-   ALLOWED, OR_ELSE      whether it may read or write value i, and what else its message says where it may not */
+   EXTRA_PARAMETERS      what else a function of values takes
+   ALLOWED, EXTRA_REASON whether it may read or write value i, and what else its message says where it may not */
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
 #else
@@ -24,7 +24,7 @@
 
 /* A function that has nothing to do; one that is not offered, as modelDescription.xml says; one of things of which there
    are none. */
-#define FINE(name, parameters)                                                                                         \
+#define ACCEPTED(name, parameters)                                                                                     \
     CALL(name) parameters                                                                                              \
     {                                                                                                                  \
         return FMI(OK);                                                                                                \
@@ -34,7 +34,7 @@
     {                                                                                                                  \
         return fail(c, TEXT(FMI(name)) " is not offered");                                                             \
     }
-#define NONE(name, message, parameters)                                                                                \
+#define NO_VALUES(name, message, parameters)                                                                           \
     CALL(name) parameters                                                                                              \
     {                                                                                                                  \
         return (count == 0u) ? FMI(OK) : fail(c, message);                                                             \
@@ -42,7 +42,7 @@
 
 /* Functions of many values: those that do one value at a time, and those of types of which there are no variables. */
 #define VALUES(type, given)                                                                                            \
-    (HANDLE c, const FMI(ValueReference) references[], size_t count, given FMI(type) values[] MORE)
+    (HANDLE c, const FMI(ValueReference) references[], size_t count, given FMI(type) values[] EXTRA_PARAMETERS)
 #define EACH_(verb, type, given, one, message)                                                                         \
     CALL(verb##type) VALUES(type, given)                                                                               \
     {                                                                                                                  \
@@ -57,18 +57,18 @@
         return FMI(OK);                                                                                                \
     }
 #define EACH(verb, type, given, one, message) EACH_(verb, type, given, one, message)
-#define NO_INPUTS(type) NONE(Set##type, "there are no " #type " inputs", VALUES(type, const))
+#define NO_INPUTS(type) NO_VALUES(Set##type, "there are no " #type " inputs", VALUES(type, const))
 #define NO_VARIABLES(type)                                                                                             \
-    NONE(Get##type, "there are no " #type " variables", VALUES(type, ))                                                \
+    NO_VALUES(Get##type, "there are no " #type " variables", VALUES(type, ))                                           \
     NO_INPUTS(type)
 
-EACH(Get, REAL, , erc_get(MEMORY(c), references[i], &values[i]), "no such variable" OR_ELSE)
-EACH(Set, REAL, const, erc_set(MEMORY(c), references[i], values[i]), "no such input" OR_ELSE)
-EACH(Get, WHOLE, , erc_get_flags(MEMORY(c), references[i], (uint32_t *)&values[i]), "no such variable" OR_ELSE)
+EACH(Get, REAL, , erc_get(MEMORY(c), references[i], &values[i]), "no such variable" EXTRA_REASON)
+EACH(Set, REAL, const, erc_set(MEMORY(c), references[i], values[i]), "no such input" EXTRA_REASON)
+EACH(Get, WHOLE, , erc_get_flags(MEMORY(c), references[i], (uint32_t *)&values[i]), "no such variable" EXTRA_REASON)
 
-FINE(SetDebugLogging, (HANDLE c, FMI(Boolean) on, size_t count, const FMI(String) categories[]))
-FINE(ExitInitializationMode, (HANDLE c))
-FINE(Terminate, (HANDLE c))
+ACCEPTED(SetDebugLogging, (HANDLE c, FMI(Boolean) on, size_t count, const FMI(String) categories[]))
+ACCEPTED(ExitInitializationMode, (HANDLE c))
+ACCEPTED(Terminate, (HANDLE c))
 
 EXPORT void FMI(FreeInstance)(HANDLE c)
 {
