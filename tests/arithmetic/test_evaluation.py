@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from erclutch.arithmetic.evaluation import Numbers, evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Record
+from tests.support.examples import examples
 
 _OPERATIONS = ("add", "subtract", "multiply", "choose", "tanh", "delay", "state", "call", "hold", "latch")
 
@@ -86,7 +87,7 @@ class _RowByRow:
         return [known[n.index] for n in self.record.outputs]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(data=st.data(), rows=st.integers(1, 12), precision=st.sampled_from([FLOAT64, FLOAT32]))
 def test_all_rows_at_once_are_the_rows_one_by_one(data: st.DataObject, rows: int, precision: Precision) -> None:
     record = data.draw(st.composite(_random_record)())
@@ -99,7 +100,7 @@ def test_all_rows_at_once_are_the_rows_one_by_one(data: st.DataObject, rows: int
         np.testing.assert_array_equal(found, np.concatenate([np.broadcast_to(row[j], 1) for row in alone]))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(data=st.data())
 def test_a_flat_record_is_the_record_with_its_calls(data: st.DataObject) -> None:
     record = data.draw(st.composite(_random_record)())

@@ -28,6 +28,7 @@ from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
+from tests.support.examples import examples
 
 WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
 BAND = Band(
@@ -221,7 +222,7 @@ def test_a_drift_is_found_and_its_end_too() -> None:
 ODD = st.sampled_from([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0])
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=examples(30))
 @given(st.data())
 def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:
     made = _single()

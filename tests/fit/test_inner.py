@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from erclutch.fit.laws.bounded_least_squares import solve_bounded
+from tests.support.examples import examples
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def peer_cost(matrix: Array, target: Array, nonnegative: NDArray[np.bool_]) -> f
 masks = st.lists(st.booleans(), min_size=1, max_size=12)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.integers(0, 2**32 - 1), masks, st.integers(0, 30), st.floats(-6, 6))
 def test_random_problems_equal_bvls(seed: int, mask: list[bool], more: int, decades: float) -> None:
     rng = np.random.default_rng(seed)
@@ -64,7 +65,7 @@ def best_of_all_subsets(matrix: Array, target: Array, nonnegative: NDArray[np.bo
     return best
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(1, 4))
 def test_rank_deficient_problems_reach_the_lowest_cost(seed: int, p: int, rank: int) -> None:
     rng = np.random.default_rng(seed)
@@ -79,7 +80,7 @@ def test_rank_deficient_problems_reach_the_lowest_cost(seed: int, p: int, rank: 
     assert cost_of(matrix, target, c) <= best_of_all_subsets(matrix, target, nonnegative) * (1 + 1e-6) + 1e-9
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 10))
 def test_the_conditions_of_a_minimum_hold(seed: int, p: int) -> None:
     """Gradient zero over what is free, pointing out of bounds over what is held."""

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError, TimingError
 from erclutch.logs import read
+from tests.support.examples import examples
 
 HEAD = "t [s],field [V],slip [rad/s],effort [N*m]\n"
 LINES = [f"{i / 1000},1,{i},{i * 2}\n" for i in range(20)]
@@ -117,7 +118,7 @@ def test_errors_of_timing_are_errors_of_logs(tmp_path: Path) -> None:
         read(path)
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     data=st.binary(max_size=400) | st.just(b"PAR1" * 5) | st.binary(max_size=50).map(lambda tail: HEAD.encode() + tail),
     suffix=st.sampled_from([".csv", ".txt", ".mat", ".parquet", ".gz", ""]),
@@ -129,7 +130,7 @@ def test_any_bytes_in_any_file_give_an_error_of_ours(tmp_path: Path, data: bytes
         assert read(path).rows
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 255)), min_size=1, max_size=5))
 def test_a_mutated_log_gives_a_recording_or_an_error_of_ours(tmp_path: Path, changes: list[tuple[int, int]]) -> None:
     data = bytearray((HEAD + "".join(LINES)).encode())

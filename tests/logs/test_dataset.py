@@ -17,6 +17,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
+from tests.support.examples import examples
 
 UNITS = {"field": "V", "slip": "rad/s", "effort": "N*m"}
 
@@ -170,7 +171,7 @@ def datasets(draw: st.DrawFn) -> Dataset:
     )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(data=datasets(), seed=st.integers(0, 2**32 - 1), share=st.floats(0, 1))
 def test_take_keeps_rows_spans_and_sources(data: Dataset, seed: int, share: float) -> None:
     mask = np.random.default_rng(seed).random(data.rows) < share

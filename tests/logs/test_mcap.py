@@ -21,6 +21,7 @@ from erclutch.logs import read, read_table
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.mcap_records import DamageError
 from erclutch.logs.readers.mcap_table import layout, read_mcap
+from tests.support.examples import examples
 
 ROWS = 60
 FLAT = b"float64 field\nfloat32 slip # rad/s\nint32 count\nfloat64 effort"
@@ -173,7 +174,7 @@ WHOLE = written()
 COLUMNS = {name: values.copy() for name, values in table_of(WHOLE).columns.items()}
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.integers(1, 255)), min_size=1, max_size=4))
 @example([(WHOLE.rindex(b"float64 field") + 8, 1)])  # the schema as the summary repeats it
 def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
@@ -187,7 +188,7 @@ def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
         assert all(np.array_equal(found[name], COLUMNS[name]) for name in COLUMNS)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(
     st.binary(max_size=300).map(lambda tail: b"\x89MCAP0\r\n" + tail)
     | st.tuples(st.integers(0, len(WHOLE)), st.integers(0, len(WHOLE))).map(lambda ab: WHOLE[: ab[0]] + WHOLE[ab[1] :])
@@ -219,7 +220,7 @@ def test_a_summary_that_says_otherwise_is_refused_without_checksums_too() -> Non
 UNGUARDED = written(crc=False, compression=CompressionType.NONE)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.tuples(st.integers(8, len(UNGUARDED) - 1), st.integers(0, 255)), min_size=1, max_size=6))
 def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]]) -> None:
     data = bytearray(UNGUARDED)
@@ -229,7 +230,7 @@ def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(chan
         assert table_of(bytes(data)).columns
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(allow_nan=False, width=32)] * 3), min_size=1, max_size=40),
     st.integers(60, 4000),

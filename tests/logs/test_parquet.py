@@ -16,6 +16,7 @@ from erclutch.logs import read, read_table
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.parquet import parquet_windows, read_parquet
+from tests.support.examples import examples
 
 
 def whole() -> bytes:
@@ -112,7 +113,7 @@ def test_a_file_without_numbers() -> None:
         read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6))
 def test_a_mutated_file_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]]) -> None:
     data = bytearray(whole())

@@ -22,6 +22,7 @@ from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
 from erclutch.logs.readers.dates import seconds
+from tests.support.examples import examples
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
 NAMES, UNITS = ("t", "Y", "V", "F"), ("s", "V", "cm/s", "N")
@@ -46,7 +47,7 @@ def header_of(style: str, delimiter: str) -> list[str]:
     return labels[style]
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=examples(150), suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     data=st.lists(
         st.tuples(*[st.floats(allow_nan=False, allow_infinity=False, width=64)] * 4), min_size=3, max_size=12
@@ -78,14 +79,14 @@ def test_numbers_come_back_exactly(
     assert any("delimiter" in note for note in table.notes) == trailing
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.binary(max_size=300))
 def test_random_bytes_give_a_table_or_an_error_of_ours(data: bytes) -> None:
     with suppress(ErclutchError):
         assert table_of(data).rows >= 0
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=8), st.integers(0, 200))
 def test_a_damaged_log_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]], cut: int) -> None:
     text = bytearray(b"Rate: 1000\n" + b't,"V [cm/s]",F,\n' + b"".join(b"%d.5,2.25,-%d,\n" % (i, i) for i in range(15)))
@@ -95,7 +96,7 @@ def test_a_damaged_log_gives_a_table_or_an_error_of_ours(changes: list[tuple[int
         assert table_of(bytes(text[: len(text) - cut % 100])).rows >= 0
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.text("0123456789.,;-+eE \t\n\r\"'#%|ab:/", max_size=200))
 def test_almost_tables_give_a_table_or_an_error_of_ours(text: str) -> None:
     with suppress(ErclutchError):

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from erclutch.errors import TimingError
 from erclutch.logs import timing
 from erclutch.logs.timing import LogClock
+from tests.support.examples import examples
 
 ROWS = np.arange(2000)
 _RANDOM = np.random.default_rng(0)
@@ -145,7 +146,7 @@ def test_steps_that_no_logger_makes_are_refused() -> None:
         clock_of(1e-239 * np.arange(20))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_nan=False) | st.sampled_from([0.0, 1e-3, 1e-300, 5e-324]), max_size=40),
     st.booleans(),

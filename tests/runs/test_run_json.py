@@ -27,6 +27,7 @@ from erclutch.runs.new_rows import predict, score
 from erclutch.runs.recalibrated_run import recalibrated
 from erclutch.runs.run_folder import outcome_of, read_run, write_run
 from erclutch.runs.run_rows import read_rows
+from tests.support.examples import examples
 
 _GONE: Any = object()
 VALUES = [_GONE, None, -1, 1e9, 10**9, 10**400, "", "x", True, [], {}, float("inf")]
@@ -101,7 +102,7 @@ def use(run: Path, beside: Path, log: Path) -> None:
     write_comparison(pair([found, read_run(beside)]), run.parent / "comparison.html")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.data())
 def test_one_change_of_run_json_is_refused_or_harmless(run: Path, log: Path, data: st.DataObject) -> None:
     body = body_of(run)

@@ -32,6 +32,7 @@ from erclutch.models.residual_model import ResidualModel, ResidualStructure, par
 from erclutch.models.stages import remembers, stages_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.examples import examples
 
 PERIOD = 1e-3
 DYNAMICS = "lag+dahl+effort-lag"
@@ -93,7 +94,7 @@ ANY = st.floats(allow_nan=True, allow_infinity=True)
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(x=st.lists(st.tuples(ANY, ANY, ANY, ANY), min_size=1, max_size=5))
 def test_the_limit_holds_for_any_input(with_memory: ResidualModel, x: list[tuple[float, ...]]) -> None:
     correction = with_memory.correction
@@ -103,7 +104,7 @@ def test_the_limit_holds_for_any_input(with_memory: ResidualModel, x: list[tuple
     assert np.all(np.abs(added) <= correction.limit)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(field=st.floats(-1e3, 1e3), slip=st.floats(-1e5, 1e5))
 def test_the_law_is_alone_outside_the_training_range(model: ResidualModel, field: float, slip: float) -> None:
     reach = model.correction.covered.reach * (model.law.reference.field, 1.0)

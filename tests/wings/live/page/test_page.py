@@ -31,6 +31,7 @@ from erclutch.wings.live.page.page_process import PageError, PageProcess
 from erclutch.wings.live.page.wire import pack, wire_of
 from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimits, PageCommand, parse
 from erclutch.wings.live.ring import RingInfo, State
+from tests.support.examples import examples
 
 LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
 PROGRAMS = [(name, f"what {name} does", "") for name in LIMITS.programs]
@@ -79,7 +80,7 @@ _VALUES: Any = st.recursive(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(
     st.binary(max_size=300) | st.dictionaries(_WORDS, _VALUES, max_size=4).map(lambda body: json.dumps(body).encode())
 )
@@ -143,7 +144,7 @@ def test_host_and_origin(headers: list[tuple[str, str]], file: bool, socket_: bo
     assert access.from_here(headers, socket=True) is socket_
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.text(max_size=60))
 def test_only_the_token_is_the_token(text: str) -> None:
     access = Access(80, "the token")
