@@ -140,8 +140,8 @@ class House:
 
     @cached_property
     def rooms(self) -> list[str]:
-        """Packages on the ground floor."""
-        return sorted(p.parent.name for p in self.source.glob("*/__init__.py"))
+        """Packages on the ground floor; what stands in `wings` is counted there."""
+        return sorted(p.parent.name for p in self.source.glob("*/__init__.py") if p.parent.name != "wings")
 
     @cached_property
     def wings(self) -> list[str]:

@@ -18,12 +18,11 @@ from typing import Any
 
 import pytest
 
-from erclutch import places
 from erclutch.cli.command_list import Command, commands
 from erclutch.errors import ErclutchError, RunError
-from erclutch.files import is_plain_file, may_write, may_write_file, unwritable, whole_file, whole_folder
+from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
+from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
-from erclutch.places import put_new, release, release_all, reserve
 
 PAIRS = 30
 SPAWN = multiprocessing.get_context("fork")
@@ -230,7 +229,7 @@ def test_a_failure_leaves_nothing(tmp_path: Path) -> None:
 def reserved_elsewhere(place: Path) -> str:
     """What another process is told that reserves the place."""
     code = (
-        "import sys, pathlib\nfrom erclutch.places import nothing, release_all, reserve\n"
+        "import sys, pathlib\nfrom erclutch.files.places import nothing, release_all, reserve\n"
         "reserve(pathlib.Path(sys.argv[1]), nothing)\nrelease_all()\nprint('free')"
     )
     done = subprocess.run([sys.executable, "-c", code, str(place)], capture_output=True, text=True, timeout=60)

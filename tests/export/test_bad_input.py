@@ -97,7 +97,7 @@ def test_a_disk_that_fails_leaves_nothing(
     def full(source: Any, to: Any, flag: int) -> bool:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("erclutch.places._renamed", full)
+    monkeypatch.setattr("erclutch.files.places._renamed", full)
     with pytest.raises(ExportError, match="No space left"):
         export_model(law("bingham"), tmp_path / "out")
     assert list(tmp_path.iterdir()) == []

@@ -276,7 +276,7 @@ def test_a_failed_move_keeps_the_old_run(
     def broken(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr("erclutch.places._renamed", broken)
+    monkeypatch.setattr("erclutch.files.places._renamed", broken)
     with pytest.raises((RunError, KeyboardInterrupt)):
         write_run(run, compared, [recording], force=True)
     assert run.exists()

@@ -11,7 +11,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.errors import ErclutchError, of_missing_wing
-from erclutch.places import release_all
+from erclutch.files.places import release_all
 
 #: The software and the paper whose models it implements, as in CITATION.cff.
 _CITATION = (

@@ -17,7 +17,7 @@ from erclutch.export.step_record import step_of
 from erclutch.export.target_check import Check
 from erclutch.export.targets import target
 from erclutch.files import whole_folder
-from erclutch.places import release
+from erclutch.files.places import release
 
 __all__ = ["Check", "ExportOptions", "ExportedStep", "export_model", "step_of", "verify_export"]
 

@@ -17,9 +17,9 @@ from typing import Literal
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.files import unwritable, whole_file
+from erclutch.files.places import nothing
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.table import listed
-from erclutch.places import nothing
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS
 

@@ -12,7 +12,7 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
 from erclutch.files import may_write_file, unwritable, whole_folder
-from erclutch.places import is_there, nothing, release, reserve
+from erclutch.files.places import is_there, nothing, release, reserve
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset

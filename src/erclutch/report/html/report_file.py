@@ -7,7 +7,7 @@ from pathlib import Path
 
 from erclutch.errors import RunError
 from erclutch.files import is_plain_file
-from erclutch.places import is_there, release, reserve
+from erclutch.files.places import is_there, release, reserve
 
 _OURS = (b'<meta name="generator" content="erclutch">', b"/Creator (erclutch)")
 _LOOK = 1_000

@@ -179,8 +179,9 @@ class Material:
     @cached_property
     def law_parts(self) -> Mapping[str, TorqueModel]:
         """The law of each model that has one: of a law itself, and of a law with a network."""
-        parts = {name: getattr(model, "law", model) for name, model in self.models.items()}
-        return {name: part for name, part in parts.items() if isinstance(part, TorqueModel)}
+        corrected = {name: model.law for name, model in self.models.items() if model.correction is not None}
+        parts = {**self.laws, **corrected}
+        return {name: parts[name] for name in self.models if name in parts}
 
     @cached_property
     def error_maps(self) -> tuple[ErrorMap, ...]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.places import put_beside, put_new
+from erclutch.files.places import put_beside, put_new
 
 #: What the page calls the estimate of a log.
 ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")

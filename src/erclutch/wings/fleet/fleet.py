@@ -27,6 +27,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import file_digest, may_write, whole_file
+from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
 from erclutch.logs.dataset import build_dataset
@@ -34,7 +35,6 @@ from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.mapping import file_beside
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
-from erclutch.places import nothing, release, reserve
 from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.array import Array

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from erclutch.cli.options import LogOptions
 from erclutch.errors import SettingError
-from erclutch.wings.live.command_line.options import ControlOptions, LoopOptions, RigOptions
+from erclutch.wings.live.command_line.live_options import ControlOptions, LoopOptions, RigOptions
 
 if TYPE_CHECKING:
     from rich.console import Console

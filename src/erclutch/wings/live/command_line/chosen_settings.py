@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from erclutch.errors import SettingError
 from erclutch.files import plain_words, toml_of
 from erclutch.wings.live.command_line.chosen_rig import PERIOD
-from erclutch.wings.live.command_line.options import DEFAULTS, ControlOptions, RigOptions
+from erclutch.wings.live.command_line.live_options import DEFAULTS, ControlOptions, RigOptions
 
 if TYPE_CHECKING:
     from erclutch.signals.channels import LiveChannel

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import require
-from erclutch.wings.live.command_line.options import (
+from erclutch.wings.live.command_line.live_options import (
     DEFAULTS,
     EVERY_DAY,
     TORQUE,

@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
+from erclutch.files.places import put_beside
 from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Place, parse, places
 from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
-from erclutch.places import put_beside
 from erclutch.signals.units import UNKNOWN
 from erclutch.wings.live.layout import EVENT_BITS, frames_of
 from erclutch.wings.live.ring import RingInfo

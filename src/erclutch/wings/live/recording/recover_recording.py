@@ -18,6 +18,7 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from erclutch.files import whole_file
+from erclutch.files.places import nothing
 from erclutch.logs.readers.mcap_records import (
     MAGIC,
     Contents,
@@ -32,7 +33,6 @@ from erclutch.logs.readers.mcap_records import (
     runs_of,
     unpack_chunk,
 )
-from erclutch.places import nothing
 from erclutch.wings.live.recording.mcap_file import OWN, RecordingError, chunk_index, record_bytes, seal, unwritable
 
 _KEPT = {

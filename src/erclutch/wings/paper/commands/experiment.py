@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
-from erclutch.places import nothing, reserve
+from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import WARMING
 from erclutch.wings.rig.twin.parameters import load_rig
 

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import RunError, SettingError, require
-from erclutch.places import nothing, reserve
+from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
 

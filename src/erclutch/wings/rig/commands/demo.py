@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import RunError, require
-from erclutch.places import is_there, release, reserve
+from erclutch.files.places import is_there, release, reserve
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison

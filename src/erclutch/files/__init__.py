@@ -1,7 +1,7 @@
 """Files and folders are there whole or not at all, and take nobody's place; this module writes them.
 
 A command reserves a name when it looks at it, before any work, and holds the name until the finished file or folder is
-moved there (`erclutch.places`).
+moved there (`erclutch.files.places`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
-from erclutch.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
+from erclutch.files.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
 
 
 def cache_folder() -> Path:
