@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
+from erclutch.cli.standard_output import standard_output
 from erclutch.errors import ErclutchError, of_missing_wing
 from erclutch.files.places import release_all
 
@@ -104,6 +105,9 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
     return 0
 
 
+_MORE_MEMORY = "Give the command more memory, fewer --workers or --models, or a shorter log"
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Run a command, that of this process where no words are given.
 
@@ -112,6 +116,15 @@ def main(words: Sequence[str] | None = None) -> int:
     """
     words = sys.argv[1:] if words is None else words
     _end_by_signals()
+    with standard_output() as output:
+        code = _code_of(words)
+        output.flush()
+    if output.failure is None or output.unheard:
+        return code
+    return _failed(f"the output cannot be written ({output.failure.strerror})", code or 2)
+
+
+def _code_of(words: Sequence[str]) -> int:
     try:
         _load(words)
         result = app(words, exit_on_error=False, print_error=True)
@@ -126,12 +139,15 @@ def main(words: Sequence[str] | None = None) -> int:
         return _failed(str(missing), missing.exit_code)
     except KeyboardInterrupt:
         return _failed("interrupted; nothing was left half-written", 130)
-    except BrokenPipeError:
-        # The reader of our output went away (``| head``): that is no error of ours.
-        sys.stderr.close()
-        return 0
-    except OSError as error:
-        return _failed(f"the output cannot be written ({error.strerror or error})", 2)
+    except MemoryError:
+        return _failed(f"memory ran out. {_MORE_MEMORY}", 2)
+    except (OSError, ImportError) as error:
+        if "shared object" in str(error):  # what a library says that cannot be mapped
+            return _failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
+        if isinstance(error, ImportError):
+            raise
+        place = f"{error.filename}: " if error.filename else ""
+        return _failed(f"{place}{error.strerror or error}", 2)
     finally:
         release_all()
     return result if isinstance(result, int) else 0

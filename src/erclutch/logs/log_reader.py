@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from erclutch import registry
-from erclutch.errors import LogError, PluginError, placed
+from erclutch.errors import LogError, PluginError, placed, printable
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
@@ -45,7 +45,7 @@ class LogSource:
     @property
     def name(self) -> str:
         """The file's name, for the table and for messages."""
-        return self.path.name
+        return printable(self.path.name)  # a name may hold bytes that are no text
 
 
 #: ``windows(path, rows, margin)`` yields (start, stop, table): the rows of the file that a window stands for, and its

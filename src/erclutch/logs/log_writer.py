@@ -77,7 +77,8 @@ def _label_of_csv(path: Path) -> str:
 def _label_of_parquet(path: Path) -> str:
     import pyarrow.parquet as pq
 
-    about: dict[bytes, bytes] = pq.read_schema(path).metadata or {}
+    with path.open("rb") as file:
+        about: dict[bytes, bytes] = pq.read_schema(file).metadata or {}
     return json.loads(about[b"erclutch"])["label"]
 
 
@@ -114,7 +115,8 @@ def _parquet(path: Path, columns: LabelledColumns, chunks: Iterable[Array], abou
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
     options: dict[str, Any] = {"compression": "zstd", "use_byte_stream_split": True, "use_dictionary": False}
-    with pq.ParquetWriter(path, schema, write_page_checksum=True, **options) as writer:
+    # The open file and not its name: Arrow takes no name that is not UTF-8.
+    with path.open("wb") as file, pq.ParquetWriter(file, schema, write_page_checksum=True, **options) as writer:
         for chunk in _gathered(chunks, 60_000):
             arrays = [pa.array(np.ascontiguousarray(chunk[:, i])) for i in range(len(columns))]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))

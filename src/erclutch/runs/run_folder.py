@@ -215,14 +215,16 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
         for (name, (_, unit)), array in zip(columns.items(), arrays, strict=True)
     ]
     floats = [f.name for f in fields if f.type == pa.float64()]
-    pq.write_table(
-        pa.Table.from_arrays(arrays, schema=pa.schema(fields)),
-        path,
-        compression="zstd",
-        use_dictionary=[f.name for f in fields if f.name not in floats],
-        use_byte_stream_split=floats,
-        write_page_checksum=True,
-    )
+    # The open file and not its name: Arrow takes no name that is not UTF-8.
+    with path.open("wb") as file:
+        pq.write_table(
+            pa.Table.from_arrays(arrays, schema=pa.schema(fields)),
+            file,
+            compression="zstd",
+            use_dictionary=[f.name for f in fields if f.name not in floats],
+            use_byte_stream_split=floats,
+            write_page_checksum=True,
+        )
 
 
 @dataclass(frozen=True, repr=False)

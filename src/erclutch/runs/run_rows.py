@@ -46,7 +46,7 @@ def read_rows(run: Run) -> RunRows:
     path = run.file("predictions.parquet")
     try:
         # Not read_table, which imports pandas to no end.
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        with path.open("rb") as opened, pq.ParquetFile(opened, page_checksum_verification=True) as file:
             table: Any = file.read()
         names = [name for name in table.column_names if name != "log"]
         columns: dict[str, Any] = {name: of_arrow(table[name].cast(pyarrow.float64())) for name in names}

@@ -121,5 +121,5 @@ def write_comparison(found: Pairing, path: Path) -> Path:
     heading = f"{len(found.contenders)} runs on {headings(material)[0]}"
     text = page(material, sections, heading, heading, f"{count(found.rows)} rows that all of them held out")
     with placed(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
+        unfinished.write_text(text, encoding="utf-8", errors="backslashreplace")  # names may be no text
     return path

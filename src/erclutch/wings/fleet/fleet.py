@@ -421,6 +421,6 @@ def _write_tables(folder: Path, body: Mapping[str, Any], made: _Made) -> None:
     for name, rows in (("parameters", parameters), ("fits", fits)):
         columns = list(dict.fromkeys(key for row in rows for key in row))
         table = pa.table({key: [row.get(key) for row in rows] for key in columns})
-        with whole_file(folder / f"{name}.parquet", unwritable) as partial:
-            pq.write_table(table, partial)
+        with whole_file(folder / f"{name}.parquet", unwritable) as partial, partial.open("wb") as file:
+            pq.write_table(table, file)
     _write(folder / MARKER, {**body, "model": model, "digest": digest})

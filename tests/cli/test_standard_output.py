@@ -1,0 +1,81 @@
+"""What a command says may go nowhere: to a reader that left, a closed output, a full disk. Its work is kept."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from subprocess import PIPE
+
+import pytest
+
+from erclutch.cli.standard_output import StandardOutput
+from erclutch.logs.synthetic import write_synthetic_log
+
+COMMAND = (sys.executable, "-m", "erclutch")
+FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--json", "--out", "run")
+
+
+def broken_pipe() -> int:
+    """The end of a pipe that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return writing
+
+
+@pytest.mark.parametrize("words", [("laws",), ("--version",), ("fit", "--help")])
+def test_a_reader_that_went_away_is_no_error(words: tuple[str, ...]) -> None:
+    pipe = broken_pipe()
+    done = subprocess.run([*COMMAND, *words], stdout=pipe, stderr=PIPE, text=True, timeout=60)
+    os.close(pipe)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_closed_output_is_told() -> None:
+    done = subprocess.run([*COMMAND, "laws"], stderr=PIPE, text=True, timeout=60, preexec_fn=lambda: os.close(1))
+    assert done.returncode == 2
+    assert done.stderr == "error: the output cannot be written (standard output is closed)\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["full", "closed", "unheard"])
+def test_a_run_is_kept_whatever_becomes_of_the_output(output: str, tmp_path: Path) -> None:
+    write_synthetic_log(tmp_path / "log.csv")
+    stdout = broken_pipe() if output == "unheard" else os.open("/dev/full", os.O_WRONLY)
+    done = subprocess.run(
+        [*COMMAND, *FIT],
+        cwd=tmp_path,
+        stdout=stdout,
+        stderr=PIPE,
+        text=True,
+        timeout=120,
+        preexec_fn=(lambda: os.close(1)) if output == "closed" else None,
+    )
+    os.close(stdout)
+    assert done.returncode == (0 if output == "unheard" else 2), done.stderr
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "run" / "run.json").is_file()
+
+
+@pytest.mark.slow
+def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
+    log, run = os.fsdecode(b"lo\xffg.csv"), os.fsdecode(b"r\xffn")
+    write_synthetic_log(tmp_path / log)
+    for words in (("fit", log, "--models", "bingham", "--lag", "none", "--out", run), ("report", run)):
+        done = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / run / "report.html").is_file()
+
+
+def test_the_first_failure_is_kept_and_the_rest_is_dropped() -> None:
+    with open(broken_pipe(), "w", encoding="utf-8") as stream:
+        output = StandardOutput(stream)
+        output.write("a line\n")
+        output.flush()
+        first = output.failure
+        output.write("more\n")
+        output.flush()
+    assert isinstance(first, BrokenPipeError)
+    assert output.failure is first
+    assert output.unheard
