@@ -17,6 +17,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from erclutch._version import __version__
+from erclutch.signals.shown import Presenter, present_by
 
 if TYPE_CHECKING:
     from erclutch.errors import ErclutchError
@@ -39,6 +40,16 @@ if TYPE_CHECKING:
     from erclutch.wings.align.aligned_logs import align
     from erclutch.wings.fleet.fleet import Fleet, fit_many
     from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
+
+
+def _notebook() -> Presenter:
+    """What shows values in a notebook. It stands above all values, so it is handed down to them."""
+    from erclutch.report import notebook
+
+    return notebook
+
+
+present_by(_notebook)
 
 _HOMES = {
     "fit.comparison": ("Comparison", "Settings", "compare"),

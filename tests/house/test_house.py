@@ -12,25 +12,13 @@ from studies import house as study
 
 ROOT = Path(__file__).parents[2]
 
-#: Places where the name of a module is data: the lazy names of the package, a plug-in, what shows a value in a
-#: notebook, a module that was exported, and the reader that a child runs.
+#: Places where the name of a module is data: the lazy names of the package, a plug-in, a module that was exported, and
+#: the reader that a child runs.
 TRICKS = {
     "__init__.py",
     "registry.py",
-    "signals/shown.py",
     "wings/exporters/targets/mujoco.py",
     "logs/readers/found_recordings.py",
-}
-
-
-#: What shows values in a notebook, until values show themselves.
-CLIMBS = {
-    "signals/shown.py -> erclutch.report.notebook",
-    "report/notebook_cards.py -> erclutch.wings.align.aligned_logs",
-    "report/notebook_cards.py -> erclutch.wings.align.clocks_plot",
-    "report/notebook_cards.py -> erclutch.wings.fleet.fleet",
-    "report/notebook_cards.py -> erclutch.wings.fleet.fleet_page",
-    "report/notebook_cards.py -> erclutch.wings.rheology.flow_curve",
 }
 
 
@@ -50,7 +38,7 @@ def test_the_layers_are_few_lines(house: Any) -> None:
 
 
 def test_no_arrow_points_up(house: Any) -> None:
-    assert set(house.arrows_up) <= CLIMBS
+    assert list(house.arrows_up) == []
 
 
 def test_no_function_is_long(house: Any) -> None:

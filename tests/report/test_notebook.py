@@ -41,18 +41,41 @@ def shown() -> dict[str, Any]:
 def test_html_is_escaped_and_asks_for_nothing(shown: dict[str, Any]) -> None:
     for name, value in shown.items():
         drawn = value._repr_html_()
-        assert "<svg" in drawn, name
+        assert "<table" in drawn, name
         assert "<script" not in drawn
         assert not re.search(r"https?://|url\(|@import", drawn), name
         assert len(drawn) < 100_000, name
 
 
-def test_an_untrusted_notebook_shows_no_leftovers_of_drawings(shown: dict[str, Any]) -> None:
-    """Such a notebook drops styles and drawings, and keeps the text in them: no tick is text."""
-    for value in shown.values():
-        drawings = re.findall(r"<svg.*?</svg>", value._repr_html_(), re.DOTALL)
-        assert not [words for drawn in drawings for words in re.findall(r">([^<]+)<", drawn) if words.strip()]
-        assert not drawings or "trust the notebook" in value._repr_html_()
+def test_a_table_in_a_notebook_is_short_and_says_so(shown: dict[str, Any]) -> None:
+    law = shown["TorqueModel"]
+    rows = len(law.table())
+    assert law._repr_html_().count("<tr") == 1 + min(rows, 8)
+    assert (f"{rows - 8} more: .table()" in law._repr_html_()) == (rows > 8)
+
+
+def test_a_line_needs_few_modules() -> None:
+    """A recording writes its line itself, without a module of reports, fits or tables."""
+    code = (
+        "import sys, numpy as np, erclutch\n"
+        "from erclutch.signals.recording import Recording\n"
+        "log = Recording('a', {'field': np.ones(2)}, {'field': 'V'}, np.arange(2.0), 1.0, ((0, 2),), True, '')\n"
+        "before = set(sys.modules)\n"
+        "assert repr(log) == 'Recording(a: 2 rows, 2 s at 1 Hz, field [V])', repr(log)\n"
+        "print(*sorted(name for name in set(sys.modules) - before if name.startswith('erclutch')))\n"
+        "print(*sorted(name for name in sys.modules if name.startswith(('erclutch.report', 'erclutch.fit', 'pandas'))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_without_the_face_of_the_package_nothing_shows(monkeypatch: pytest.MonkeyPatch, shown: dict[str, Any]) -> None:
+    from erclutch.signals import shown as module
+
+    monkeypatch.setattr(module, "_given", [])
+    assert repr(shown["Recording"]).startswith("Recording(")
+    with pytest.raises(SettingError, match="Import erclutch first"):
+        shown["Recording"].table()
 
 
 def test_a_line_is_a_line(shown: dict[str, Any]) -> None:
@@ -60,7 +83,7 @@ def test_a_line_is_a_line(shown: dict[str, Any]) -> None:
         assert repr(value).startswith(f"{name}(")
         assert len(repr(value)) < 300
         assert not re.search(r"[\x00-\x1f]", repr(value)), name
-    assert "1 200 rows" in repr(shown["Recording"])
+    assert "1200 rows, 1.2 s at 1000 Hz, field [V], slip [rad/s], effort [N*m])" in repr(shown["Recording"])
 
 
 def test_a_recording_goes_out_as_a_frame_and_comes_back(shown: dict[str, Any]) -> None:

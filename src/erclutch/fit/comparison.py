@@ -20,12 +20,12 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
-from erclutch.fit.scoring import recommend
+from erclutch.fit.scoring import explains, recommend
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset
 from erclutch.registry import Plugin
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 
 __all__ = ["Comparison", "FitProgress", "RankedModel", "Settings", "compare"]
 
@@ -55,6 +55,15 @@ class Comparison(Shown):
     recommended: str
     chosen_by: str = ""
     recalibration: Mapping[str, Any] | None = None
+
+    def __repr__(self) -> str:
+        chosen = self.entry(self.recommended)
+        test = chosen.test
+        sound = chosen.sound and explains(test.share.value, test.r2.low)
+        standing = f"{'recommended' if sound else 'nearest'} {chosen.name}"
+        error = f"RMSE {test.rmse.value:.4g} {self.data.units.effort} on {test.rows} rows held out"
+        share = f"{test.share.value:.1%} of the standard deviation"
+        return one_line(self, self.data.where, f"{len(self.entries)} models", standing, error, share)
 
     def entry(self, name: str) -> RankedModel:
         """The entry of a model by name.

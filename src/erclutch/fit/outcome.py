@@ -12,7 +12,7 @@ from erclutch.fit.intervals import as_json
 from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,11 @@ class FitOutcome(Shown, Generic[M]):
     idle: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     unseen: Array | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        size = f"{self.weights} weights" if self.weights else f"{self.parameters} parameters"
+        ended = f"{self.stop}, last solver {self.iterations} steps"
+        return one_line(self, self.model.name, size, ended, f"rank {self.rank} of {self.unknowns}")
 
     @property
     def converged(self) -> bool:

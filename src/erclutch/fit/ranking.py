@@ -16,7 +16,7 @@ from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, indepen
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band
 from erclutch.signals.array import Array
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 
 #: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
 _MEANINGLESS = 1e8
@@ -61,6 +61,13 @@ class RankedModel(Shown):
     def name(self) -> str:
         """The model's name."""
         return self.label or self.outcome.model.name
+
+    def __repr__(self) -> str:
+        rmse, unit = self.test.rmse, self.outcome.model.units.effort
+        band = f"95 % band {rmse.low:.4g} to {rmse.high:.4g}"
+        error = f"RMSE {rmse.value:.4g} {unit} on {self.test.rows} rows held out ({band})"
+        share = f"{self.test.share.value:.1%} of the standard deviation"
+        return one_line(self, self.name, f"{self.outcome.parameters} parameters", error, share)
 
 
 def scored(

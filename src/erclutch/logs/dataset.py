@@ -20,7 +20,7 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
 from erclutch.signals.recording import Recording
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative, differentiate
 
 #: Share of the RMS slip below which a row is at rest.
@@ -66,6 +66,11 @@ class Dataset(Shown):
     def __post_init__(self) -> None:
         if not self.source_rows:
             object.__setattr__(self, "source_rows", ((0, self.rows),))
+
+    def __repr__(self) -> str:
+        extent = f"{self.duration:.4g} s at {1.0 / self.period:.4g} Hz"
+        stretches = [f"{len(self.clock.spans)} stretches"] if len(self.clock.spans) > 1 else []
+        return one_line(self, self.where, self.device, f"{self.rows} rows", extent, *stretches)
 
     @property
     def rows(self) -> int:

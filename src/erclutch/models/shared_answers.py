@@ -18,7 +18,7 @@ from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 
 #: Lone rows of a model after which Numba, which takes half a second to load, has paid.
 WORTH_LOADING = 1000
@@ -56,6 +56,11 @@ class SharedAnswers(Shown):
     def name(self: Model) -> str:
         """Identifier: law or network and the stages, for example ``bingham/power+lag``."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    def __repr__(self: Model) -> str:
+        effort = f"effort in {self.units.effort or '1'}"
+        band = "with a prediction band" if self.band else "without a prediction band"
+        return one_line(self, self.name, self.structure.device, self.title, effort, band)
 
     def in_units(self) -> Iterator[tuple[str, float, str, str]]:
         """Name, value in the data's units, unit and meaning of each parameter; weights have no meaning."""

@@ -1,162 +1,102 @@
-"""Cards of values are drawn for notebooks: as a line, as HTML that reads in light and dark, as DataFrames and plots.
+"""What a notebook shows of a value: its line, a few sentences, a small table; beside it DataFrames and plots.
 
-The HTML takes the colour of the notebook's text and colours that stand out on white and on black, so it asks for no
-theme. Each text in it is escaped: names come from files.
+This module is the presenter that `erclutch.signals.shown` asks. What a class of the core shows stands below under the
+name of the class; a value of a wing, or of another package, has a method ``notebook_card`` that returns a `Card`.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from markupsafe import Markup
 
-from erclutch.errors import SettingError, printable
-from erclutch.report.notebook_cards import card_of
-from erclutch.report.numbers.number_text import count, number, plain
-from erclutch.report.plots.plot_description import Panel, PlotTable
+from erclutch.errors import SettingError
+from erclutch.report.numbers.number_text import capital, number, unit_text
+from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
+from erclutch.signals.recording import TEMPERATURE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from erclutch.fit.comparison import Comparison, RankedModel
+    from erclutch.fit.outcome import Estimate, FitOutcome
+    from erclutch.logs.dataset import Dataset
+    from erclutch.models.model import Model
+    from erclutch.report.numbers.run_material import Material
     from erclutch.runs.run_folder import Run
+    from erclutch.signals.recording import Recording
 
-_MOST = 8  # rows of a table
-_SMALL, _WIDE = (262, 165), (400, 200)  # of pictures: three beside each other, or fewer
-_RAMP = ("808080", "7a6fd0", "4a7fd6", "0e93a8", "2a9d5f", "9a8a00", "d55e00")
-_SERIES = ("0072b2", "d55e00", "009e73", "cc79a7", "a67c00", "7a6fd0")
-_ROLES = {"recommended": "d55e00", "best": "0072b2", "baseline": "009e73"}
-_STYLE = Markup(
-    ".erclutch{font:13px/1.45 system-ui,sans-serif;max-width:66em}"
-    ".erclutch p{margin:.3em 0;max-width:56em}.erclutch .facts,.erclutch .more{opacity:.78}"
-    ".erclutch .badge{font-size:11px;font-weight:700;border:1px solid;border-radius:4px;padding:0 6px;margin-left:6px}"
-    ".erclutch table{font:inherit;border-collapse:collapse;margin:.5em 0;font-variant-numeric:tabular-nums}"
-    ".erclutch th,.erclutch td{text-align:left;white-space:nowrap;padding:2px 12px 2px 0;background:none;color:inherit;"
-    "border-bottom:1px solid color-mix(in srgb,currentColor 22%,transparent)}"
-    ".erclutch .n{text-align:right}.erclutch pre{font-size:12px;white-space:pre-wrap;margin:.4em 0}"
-    ".erclutch .panels{display:flex;flex-wrap:wrap;gap:4px 14px}.erclutch figure{margin:0}"
-    ".erclutch figcaption{font-size:12px;opacity:.85}.erclutch svg.plot{width:100%;height:auto}"
-    ".erclutch svg.key{width:18px;height:8px;margin:0 4px 0 8px}"
-    ".erclutch svg span{display:block;font:10.5px sans-serif;white-space:nowrap}.erclutch .untrusted{display:none}"
-    ".erclutch svg span::after{content:attr(data-text)}.erclutch .middle{text-align:center}"
-    ".erclutch .end{text-align:right}"
-    ".erclutch svg path{stroke:currentColor;fill:none}.erclutch svg .grid{opacity:.18}"
-    ".erclutch svg .zero,.erclutch svg .axis,.erclutch svg .tick{opacity:.55}"
-    ".erclutch svg .line{stroke-width:1.6}.erclutch svg .dashed,.erclutch svg .best{stroke-dasharray:6 3}"
-    ".erclutch svg .dots{stroke-linecap:round}"
-    ".erclutch svg .white{fill:currentColor;stroke:none;opacity:.16}"
-    ".erclutch svg .cell{stroke:none;fill:#0072b2}"
-    + "".join(f".erclutch svg .{name}{{stroke:#{colour}}}" for name, colour in _ROLES.items())
-    + "".join(f".erclutch svg .series{k}{{stroke:#{colour}}}" for k, colour in enumerate(_SERIES))
-    + "".join(f".erclutch svg .level{k}{{stroke:#{colour}}}" for k, colour in enumerate(_RAMP))
-    + "".join(f".erclutch svg .mass{k}{{fill-opacity:{0.16 + 0.12 * k:.2f}}}" for k in range(8))
-)
-_UNTRUSTED = "Pictures are shown where the notebook is trusted: run the cell, or trust the notebook."
-_TEXT = re.compile(
-    r'<text (?:class="title" )?x="(?P<x>[-\d.]+)" y="(?P<y>[-\d.]+)"(?: text-anchor="(?P<anchor>\w+)")?>'
-    r"(?P<words>.*?)</text>"
-)
-_ROOM = 300  # width of a text
+_MOST = 8  # rows of a table in a notebook
+_SECTION = 600  # rows of a log in a plot that nobody gave a length
+_WORRIES = 3
+_CURVES, _POINTS = 5, 81
+#: Of an equation's lines those that only give a number, which the table has.
+_NUMBER = re.compile(r"  \w+ +=  *-?[\d.e+-]+$")
 
 
-def line(value: Any) -> str:
-    """A value in a line, without what could move a terminal's cursor."""
-    card = card_of(value)
-    return printable(plain(f"{type(value).__name__}({card.name}: {', '.join(card.facts)})"))
-
-
-def html(value: Any) -> str:
-    """A value as HTML: name, facts, sentences, the first rows of its table, a picture or two."""
-    card = card_of(value)
-    badge = Markup(' <span class="badge">{}</span>').format(card.badge) if card.badge else ""
-    panels = card.panels()
-    size = _SMALL if len(panels) > 2 else _WIDE
-    parts = [
-        Markup("<p>{} <b>{}</b>{}</p>").format(type(value).__name__, card.name, badge),
-        Markup('<p class="facts">{}</p>').format(", ".join(card.facts)),
-        *(Markup("<p>{}</p>").format(sentence) for sentence in card.says()),
-        Markup("<pre>{}</pre>").format("\n".join(card.lines)) if card.lines else "",
-        _table(card.table()),
-        Markup('<p class="untrusted">{}</p>').format(_UNTRUSTED) if panels else "",
-        Markup('<div class="panels">{}</div>').format(Markup("").join(_figure(p, size) for p in panels)),
-    ]
-    return str(Markup('<div class="erclutch"><style>{}</style>{}</div>').format(_STYLE, Markup("").join(parts)))
-
-
-def _table(found: PlotTable) -> Markup:
-    rows = [Markup("<tr>{}</tr>").format(_cells(row)) for row in found.rows[:_MOST]]
-    sides = ["n" if isinstance(value, float | int) else "" for value in found.rows[0]] if found.rows else []
-    heads = zip(found.header, [*sides, *[""] * len(found.header)], strict=False)
-    head = Markup("").join(Markup('<th class="{}">{}</th>').format(css, name) for name, css in heads)
-    left = len(found.rows) - _MOST
-    more = Markup('<p class="more">{} more: .table()</p>').format(count(left)) if left > 0 else ""
-    body = Markup("").join(rows)
-    return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>{}").format(head, body, more)
-
-
-def _cells(row: Sequence[object]) -> Markup:
-    drawn: list[Markup] = []
-    for value in row:
-        text = number(float(value), 4) if isinstance(value, float) else "–" if value is None else value
-        css = "n" if isinstance(value, float | int) else ""
-        drawn.append(Markup('<td class="{}">{}</td>').format(css, text))
-    return Markup("").join(drawn)
-
-
-def _figure(panel: Panel, size: tuple[int, int]) -> Markup:
-    """A panel with the names of its lines below."""
-    from erclutch.report.plots.svg_painter import svg
-
-    drawn = Markup(_TEXT.sub(_written_by_css, str(svg(replace(panel, size=size)))))
-    key = Markup('<svg class="key" viewBox="0 0 18 8"><path class="line {}" d="M0 4H18"/></svg>{}')
-    keys = Markup(" ").join(key.format(css, label) for css, label in dict.fromkeys(panel.legend()))
-    return Markup('<figure style="flex:0 1 {}px">{}<figcaption>{} {}</figcaption></figure>').format(
-        size[0], drawn, panel.title, keys
-    )
-
-
-def _written_by_css(text: re.Match[str]) -> str:
-    """A text of a drawing as an attribute: a notebook that is not trusted drops drawings, and keeps what they write."""
-    x, y, anchor, words = float(text["x"]), float(text["y"]), text["anchor"] or "start", text["words"]
-    first = x - _ROOM * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
-    span = f'<span class="{anchor}" data-text="{words}"></span>'
-    return f'<foreignObject x="{first:.1f}" y="{y - 11:.1f}" width="{_ROOM}" height="15">{span}</foreignObject>'
+def _nothing() -> Sequence[str]:
+    return ()
 
 
 @dataclass(frozen=True)
-class InlineReport:
-    """A report in a frame of its own; `html` is the document."""
+class Card:
+    """What is shown of a value beside its line.
 
-    html: str = field(repr=False)
+    Attributes:
+        name: of the value, as its file or its model calls it.
+        table: the summary, unrounded.
+        badge: TWIN or another word where the data are no recording.
+        lines: of an equation.
+        says: sentences: the verdict and what to worry about.
+        frame: all rows as a DataFrame; None: they are the table.
+        plots: what each plot draws, the first by default.
+    """
 
-    def _repr_html_(self) -> str:
-        frame = '<iframe title="Report" sandbox="allow-scripts" style="{}" srcdoc="{}"></iframe>'
-        return str(Markup(frame).format("width:100%;height:720px;border:0;background:#fff", self.html))
+    name: str
+    table: Callable[[], DataFrame]
+    badge: str = ""
+    lines: Sequence[str] = ()
+    says: Callable[[], Sequence[str]] = _nothing
+    frame: Callable[[], DataFrame] | None = None
+    plots: Mapping[str, Callable[..., Plot]] = field(default_factory=dict[str, Callable[..., Plot]])
 
 
-def report(run: Run) -> InlineReport:
-    """See `Run.report`."""
-    from erclutch.report.html.report_page import report_html
-    from erclutch.report.numbers.run_material import material_of
+def card_of(value: Any) -> Card:
+    """The card of a value: its own, or the one that stands here under the name of its class."""
+    if hasattr(value, "notebook_card"):
+        return value.notebook_card()
+    return next(_CARDS[kind.__name__] for kind in type(value).__mro__ if kind.__name__ in _CARDS)(value)
 
-    return InlineReport(report_html(material_of(run)))
+
+# --- the presenter ----------------------------------------------------------------------------------------------------
+
+
+def html(value: Any) -> str:
+    """A value as HTML without a picture or a script: its line, sentences, the first rows of its table."""
+    from erclutch.report.html.report_page import templates
+
+    card = card_of(value)
+    rows = card.table()
+    shown = rows.head(_MOST).to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
+    template = templates().get_template("notebook.html.j2")
+    return template.render(line=repr(value), card=card, table=Markup(shown), left=max(0, len(rows) - _MOST))
 
 
 def table(value: Any) -> DataFrame:
     """See `Shown.table`."""
-    from pandas import DataFrame
-
-    found = card_of(value).table()
-    return DataFrame([list(row) for row in found.rows], columns=list(found.header))
+    return card_of(value).table()
 
 
 def frame(value: Any) -> DataFrame:
     """See `Shown.to_frame`; a value without rows of its own gives its table."""
     card = card_of(value)
-    return table(value) if card.frame is None else card.frame()
+    return card.table() if card.frame is None else card.frame()
 
 
 def plot(value: Any, name: str | None = None, **options: Any) -> Any:
@@ -180,3 +120,236 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
         paint(figure, described)
     axes = [axis for axis in figure.axes if axis.get_subplotspec() is not None][: len(described.panels)]
     return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
+
+
+@dataclass(frozen=True)
+class InlineReport:
+    """A report in a frame of its own; `html` is the document."""
+
+    html: str = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        frame = '<iframe title="Report" sandbox="allow-scripts" style="{}" srcdoc="{}"></iframe>'
+        return str(Markup(frame).format("width:100%;height:720px;border:0;background:#fff", self.html))
+
+
+def report(value: Run) -> InlineReport:
+    """See `Run.report`."""
+    from erclutch.report.html.report_page import report_html
+    from erclutch.report.numbers.run_material import material_of
+
+    return InlineReport(report_html(material_of(value)))
+
+
+# --- tables that cards share ------------------------------------------------------------------------------------------
+
+
+def titled_column(name: str, unit: str | None) -> str:
+    """A column's name with its unit, as readers of logs understand it."""
+    return f"{'temperature' if name == TEMPERATURE else name} [{unit}]" if unit and unit != "?" else name
+
+
+def as_frame(columns: Mapping[str, Any], index: str | None = None) -> DataFrame:
+    """Columns by name as a DataFrame; ``index`` names the column that is its index."""
+    from pandas import DataFrame
+
+    made = DataFrame(dict(columns))
+    return made if index is None else made.set_index(index)
+
+
+def rows_as_frame(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> DataFrame:
+    """Rows under a header as a DataFrame."""
+    from pandas import DataFrame
+
+    return DataFrame([list(row) for row in rows], columns=list(header))
+
+
+def estimates_as_frame(estimates: Sequence[Estimate]) -> DataFrame:
+    """Parameters with their 95 % intervals."""
+    rows = [(e.name, e.value, e.low, e.high, e.unit, e.meaning) for e in estimates]
+    return rows_as_frame(("parameter", "value", "low", "high", "unit", "meaning"), rows)
+
+
+def badge_of_origins(origins: Sequence[str]) -> str:
+    """The word that all logs say of themselves, such as TWIN; MIXED where they differ, "" for measurements."""
+    words = {*origins} - {""}
+    return "MIXED" if words and len({*origins}) > 1 else next(iter(words), "")
+
+
+def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:
+    """Lowest, mean and highest value of each signal."""
+    rows = [(name, unit, float(x.min()), float(x.mean()), float(x.max())) for name, (x, unit) in columns.items()]
+    return rows_as_frame(("signal", "unit", "lowest", "mean", "highest"), rows)
+
+
+# --- logs -------------------------------------------------------------------------------------------------------------
+
+
+def _recording(log: Recording) -> Card:
+    from erclutch.report.plots.log_plots import describe_section
+
+    columns = {name: (x, log.units.get(name, "")) for name, x in log.signals.items()}
+    columns |= {n: (x, "") if n != TEMPERATURE else (x, "K") for n, x in {**log.extras, **log.spare}.items()}
+
+    def section(*, start: float | None = None, seconds: float | None = None) -> Plot:
+        width = min(log.duration, _SECTION * log.period) if seconds is None else seconds
+        return describe_section(log, start=start, seconds=width)
+
+    def rows() -> DataFrame:
+        named = {titled_column(name, unit): x for name, (x, unit) in columns.items()}
+        return as_frame({"time [s]": log.time, **named}, "time [s]")
+
+    return Card(
+        log.name,
+        lambda: _extent(columns),
+        badge=log.origin,
+        frame=rows,
+        plots={"section": section} if {"effort", "T"} & set(log.signals) else {},
+    )
+
+
+def _signals_of(data: Dataset) -> dict[str, tuple[Array, str]]:
+    extras = {name: (x, "") for name, x in data.extras.items()}
+    return {**data.named_signals, "effort": (data.effort, data.units.effort), **extras}
+
+
+def _rows_of(data: Dataset, more: Mapping[str, Any] | None = None) -> DataFrame:
+    columns: dict[str, Any] = {"time [s]": data.clock.time}
+    if len(data.sources) > 1:
+        columns["log"] = np.repeat(data.sources, [b - a for a, b in data.source_rows])
+    columns |= {titled_column(name, unit): x for name, (x, unit) in _signals_of(data).items()}
+    return as_frame({**columns, **(more or {})}, "time [s]")
+
+
+def _dataset(data: Dataset) -> Card:
+    from erclutch.report.plots.log_plots import describe_coverage
+
+    return Card(
+        data.where,
+        lambda: _extent(_signals_of(data)),
+        badge=badge_of_origins(data.origins),
+        frame=lambda: _rows_of(data),
+        plots={"coverage": lambda: describe_coverage(data, data.where)},
+    )
+
+
+# --- models -----------------------------------------------------------------------------------------------------------
+
+
+def _model(model: Any) -> Card:
+    """A law has its numbers in the data's units; every model has the range that it was trained on."""
+    header = ("parameter", "value", "unit", "meaning")
+    return Card(
+        model.name,
+        lambda: rows_as_frame(header, [*model.in_units(), *_trained(model)]),
+        lines=[line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)],
+        plots={"flow-curves": lambda: Plot([_curves(model)], PlotTable((), ()), 2.6)},
+    )
+
+
+def _trained(model: Model) -> Iterator[tuple[str, float, str, str]]:
+    units = model.units
+    for name, unit in (("field", units.field), ("slip", units.slip), ("effort", units.effort)):
+        low, high = getattr(model.trained_on, name)
+        yield f"lowest {name}", float(low), unit, "of the training rows"
+        yield f"highest {name}", float(high), unit, "of the training rows"
+
+
+def _curves(model: Model) -> Panel:
+    """Effort over slip in settled fields, the other element at rest without field, further inputs at mid-range."""
+    covered = model.trained_on
+    elements = 1 if model.structure.device == "single" else 2
+    strongest = max(map(abs, covered.field))
+    weakest = min(map(abs, covered.field)) if min(covered.field) > 0 else 0.0
+    slip = np.linspace(*covered.slip, _POINTS)
+    rest = [np.zeros(_POINTS)] * (elements - 1)
+    extras = [np.full(_POINTS, 0.5 * (low + high)) for low, high in model.extras.values()]
+    unit = unit_text(model.units.field) if model.units.field != "?" else ""
+    lines: list[Mark] = []
+    for k, level in enumerate(np.unique(np.linspace(weakest, strongest, _CURVES))):
+        effort = np.asarray(model.steady([np.full(_POINTS, level), *rest], [slip, *rest], extras))
+        colour = f"level{round(6 * k / (_CURVES - 1))}"
+        lines.append(Line(slip, effort, colour, f"{number(float(level), 3)} {unit}".strip()))
+    x = Axis("slip", unit_text(model.units.slip))
+    y = Axis("effort", unit_text(model.units.effort))
+    return Panel(x, y, lines, f"Effort over slip of {model.name} in settled fields.", "effort in settled fields")
+
+
+def _outcome(outcome: FitOutcome[Any]) -> Card:
+    card = _model(outcome.model)
+    estimates = outcome.estimates
+    return replace(card, table=lambda: estimates_as_frame(estimates) if estimates else card.table(), lines=())
+
+
+def _entry(entry: RankedModel) -> Card:
+    return replace(_outcome(entry.outcome), name=entry.name, says=lambda: [f"{capital(n)}." for n in entry.notes])
+
+
+# --- comparisons and runs ---------------------------------------------------------------------------------------------
+
+
+def _ranking(body: Mapping[str, Any]) -> DataFrame:
+    """Every model of a run: parameters, RMSE on the rows held out with its band, its share of the spread, R²."""
+    unit = body["units"]["effort"]
+    errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
+    rows = [
+        (e["name"], e["parameters_count"], *e["test"]["rmse"], e["test"]["share"][0], e["test"]["r2"][0])
+        for e in body["ranking"]
+    ]
+    return rows_as_frame(("model", "parameters", *errors, "share", "r2"), rows)
+
+
+def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any], origins: Sequence[str]) -> Card:
+    """What a comparison and a run have in common."""
+    from erclutch.report.plots.run_plots import FIGURES
+
+    def predicted() -> DataFrame:
+        rows = material().rows
+        more = {f"effort:{name}": x for name, x in rows.predicted.items()}
+        return _rows_of(rows.data, {"test": rows.test, **more})
+
+    return Card(
+        name,
+        lambda: _ranking(body),
+        badge=badge_of_origins(origins),
+        says=lambda: _verdict(material()),
+        frame=predicted,
+        plots={key: partial(_drawn, describe, material) for key, (_, describe) in FIGURES.items()},
+    )
+
+
+def _drawn(describe: Callable[..., Plot], material: Callable[[], Material], **options: Any) -> Plot:
+    return describe(material(), **options)
+
+
+def _verdict(material: Material) -> list[str]:
+    from erclutch.report.html.verdict_section import choice, worries
+    from erclutch.report.numbers.run_material import standing
+
+    told = worries(material)
+    more = [f"{len(told) - _WORRIES} more worries are in the report."] if len(told) > _WORRIES else []
+    return [f"{capital(standing(material.body))}: {material.recommended}. {choice(material)}", *told[:_WORRIES], *more]
+
+
+def _comparison(comparison: Comparison) -> Card:
+    from erclutch.report.numbers.run_material import material_in_memory
+
+    material = material_in_memory(comparison)
+    return _judged(lambda: material, comparison.data.where, material.body, comparison.data.origins)
+
+
+def _run(run: Run) -> Card:
+    from erclutch.report.numbers.run_material import material_of
+
+    return _judged(lambda: material_of(run), run.folder.name, run.body, [log["origin"] for log in run.body["logs"]])
+
+
+_CARDS: Mapping[str, Callable[[Any], Card]] = {
+    "Recording": _recording,
+    "Dataset": _dataset,
+    "SharedAnswers": _model,
+    "FitOutcome": _outcome,
+    "RankedModel": _entry,
+    "Comparison": _comparison,
+    "Run": _run,
+}

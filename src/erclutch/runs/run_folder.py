@@ -35,7 +35,7 @@ from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
 from erclutch.runs.run_shape import GUARDED, file_name, require_shape
 from erclutch.signals.recording import Recording
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line, presenter
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
@@ -239,6 +239,21 @@ class Run(Shown):
     folder: Path
     body: Mapping[str, Any]
 
+    def __repr__(self) -> str:
+        chosen = self.entry(self.body["recommended"])
+        rmse, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+        error = f"RMSE {rmse:.4g} {self.body['units']['effort']} on {self.body['test_rows']} rows held out"
+        sound = chosen["sound"] and explains(share, chosen["test"]["r2"][1])
+        standing = f"{'recommended' if sound else 'nearest'} {chosen['name']}"
+        return one_line(
+            self,
+            self.folder.name,
+            f"{len(self.body['ranking'])} models",
+            standing,
+            error,
+            f"{share:.1%} of the standard deviation",
+        )
+
     @property
     def names(self) -> tuple[str, ...]:
         """Models, best test error first."""
@@ -280,7 +295,7 @@ class Run(Shown):
         Raises:
             RunError: a file of the run is missing or was changed.
         """
-        return self.shown_by("report")
+        return presenter().report(self)
 
     def model(self, name: str | None = None) -> Model:
         """A model of the run; None gives the recommended one.

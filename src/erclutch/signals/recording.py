@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from erclutch.signals.array import Array
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,12 @@ class Recording(Shown):
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
     mapping: tuple[str, str] | None = None
+
+    def __repr__(self) -> str:
+        extent = f"{self.duration:.4g} s at {1.0 / self.period:.4g} Hz"
+        stretches = [f"{len(self.segments)} stretches"] if len(self.segments) > 1 else []
+        columns = [f"{name} [{self.units[name]}]" if self.units.get(name) else name for name in list(self.signals)[:8]]
+        return one_line(self, self.name, f"{self.rows} rows", extent, *stretches, *columns)
 
     def __getstate__(self) -> dict[str, object]:
         """For copies and other processes: views of mappings as mappings."""

@@ -53,7 +53,7 @@ def test_either_log_may_be_first() -> None:
         erclutch.align(_b(200.0), _a(), on=("rpm", "slip")),
     )
     assert there.table()["drift_ppm"].tolist() == [pytest.approx(there.drift_ppm)]
-    assert there._repr_html_().count('<svg class="plot"') == 2
+    assert there._repr_html_().count("<tr") == 2
     assert there.to_frame().shape == (there.joined.rows, len(there.joined.columns) - 1)
     middle = there.matches[0].on_b(np.array([15.0]))
     assert back.matches[0].on_b(middle) == pytest.approx(15.0, abs=1e-6)

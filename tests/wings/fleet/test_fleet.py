@@ -21,7 +21,7 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many
-from erclutch.wings.fleet.fleet_page import fleet_panels
+from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
@@ -155,8 +155,8 @@ def test_the_command_writes_a_report(logs: Path, capsys: pytest.CaptureFixture[s
 
 def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> None:
     few = replace(fleet, series=tuple(replace(s, chart=None) for s in fleet.series))
-    assert all("Grey" in panel.caption for panel in fleet_panels(fleet))
-    for panel in fleet_panels(few):
+    assert all("Grey" in panel.caption for panel in fleet_panels(fleet.stands_for, fleet.over))
+    for panel in fleet_panels(few.stands_for, few.over):
         assert "Grey" not in panel.caption
         assert panel.x.whole
         bars = next(m for m in panel.marks if isinstance(m, Line)).y

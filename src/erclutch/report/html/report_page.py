@@ -76,7 +76,7 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
         line: under the heading.
     """
     filled = [(section, values) for section in sections if (values := section.fill(material)) is not None]
-    environment = _environment()
+    environment = templates()
     data = {section.name: values["data"] for section, values in filled if "data" in values}
     grids: list[Any] = [grid for _, values in filled for grid in values.get("grids", [])]
     common = {
@@ -97,7 +97,7 @@ def plain_page(
     badge: tuple[str, str],
     section: Section,
     values: dict[str, Any],
-    templates: Path | None = None,
+    folder: Path | None = None,
 ) -> str:
     """A document of one section that is no run's.
 
@@ -106,9 +106,9 @@ def plain_page(
         badge: where the data come from, and what that means.
         section: its template has the section's name.
         values: of the template.
-        templates: folder of the template; None: the folder of the report.
+        folder: of the template; None: the folder of the report.
     """
-    body = _body(_environment(templates), section, values)
+    body = _body(templates(folder), section, values)
     return _document(titles, badge, [body], {"traces": None, "grids": []}, plots=False)
 
 
@@ -119,7 +119,7 @@ def _document(
     scripts.append(_asset("report/assets/report.js"))
     title, heading, line = titles
     return (
-        _environment()
+        templates()
         .get_template("page.html.j2")
         .render(
             title=title,
@@ -156,8 +156,8 @@ def _asset(path: str) -> str:
     return text
 
 
-def _environment(first: Path | None = None) -> Any:
-    """Templates of the report, behind those of another folder."""
+def templates(first: Path | None = None) -> Any:
+    """Templates of the report as a Jinja environment, behind those of another folder."""
     import jinja2
 
     own = Path(str(files("erclutch").joinpath("report/templates")))

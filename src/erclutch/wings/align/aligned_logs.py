@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,11 +26,13 @@ from erclutch.logs.timing import LogClock
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.align.clock_match import ClockMatch, Track, match_clocks, track_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from erclutch.report.notebook import Card
 
 _TIME = "time"
 _DIGITS = 1e-9  # of a number in a text file, as a share
@@ -53,6 +56,29 @@ class AlignedLogs(Shown):
     signal: tuple[str, str]
     traces: tuple[Track, tuple[Track, ...]]
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return one_line(self, self.joined.name, f"{self.joined.rows} rows", *(said(match) for match in self.matches))
+
+    def notebook_card(self) -> Card:
+        """What a notebook shows: each match with its intervals."""
+        from erclutch.report.notebook import Card, as_frame, rows_as_frame, titled_column
+        from erclutch.wings.align.clocks_plot import describe_clocks
+
+        header = ("offset_s", "offset_low", "offset_high", "drift_ppm", "drift_low", "drift_high")
+        rows = [
+            (m.offset, *m.offset_interval, *(1e6 * drift for drift in (m.drift, *m.drift_interval)))
+            for m in self.matches
+        ]
+        columns, units = self.joined.columns, self.joined.units
+        return Card(
+            self.joined.name,
+            lambda: rows_as_frame(header, rows),
+            badge=self.joined.origin,
+            says=lambda: self.notes,
+            frame=lambda: as_frame({titled_column(n, units.get(n)): x for n, x in columns.items()}, "time [s]"),
+            plots={"clocks": partial(describe_clocks, self.matches, self.traces, self.signal[0], self.joined.origin)},
+        )
 
     @property
     def offset(self) -> float:

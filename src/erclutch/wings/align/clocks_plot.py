@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Plot, PlotTable, ReferenceLine
 from erclutch.signals.array import Array
-from erclutch.wings.align.aligned_logs import AlignedLogs
 from erclutch.wings.align.clock_match import ClockMatch, Track
 
 _ROWS = 150  # of the slower log in the section that is shown
 
 
-def describe_clocks(logs: AlignedLogs) -> Plot:
+def describe_clocks(
+    matches: Sequence[ClockMatch], traces: tuple[Track, tuple[Track, ...]], title: str, badge: str = ""
+) -> Plot:
     """Three panels: both signals on their own clocks, on A's clock, and the offset that is left over time."""
-    a, match = logs.traces[0], logs.matches[0]
-    b = logs.traces[1][0]
+    a, match = traces[0], matches[0]
+    b = traces[1][0]
     x = _section(a, b, match)
-    title = logs.signal[0]
     curves = [
         (a.time, _scaled(a)),
         (b.time, _scaled(b) * np.sign(match.gain)),
@@ -31,8 +33,8 @@ def describe_clocks(logs: AlignedLogs) -> Plot:
         for rows in [(time >= x[0]) & (time <= x[1])]
     ]
     time = Axis("time on the clock of A", "s", *x)
-    centres = np.concatenate([m.centres for m in logs.matches])
-    left = 1e3 * np.concatenate([m.residuals for m in logs.matches])
+    centres = np.concatenate([m.centres for m in matches])
+    left = 1e3 * np.concatenate([m.residuals for m in matches])
     rows = [("offset left", float(t), float(v)) for t, v in zip(centres, left, strict=True)]
     names = ("A", "B before", "B after")
     for name, line in zip(names, lines, strict=True):
@@ -51,7 +53,7 @@ def describe_clocks(logs: AlignedLogs) -> Plot:
         ],
         PlotTable(("curve", "time_s", "value"), rows),
         4.2,
-        badge=logs.joined.origin,
+        badge=badge,
     )
 
 

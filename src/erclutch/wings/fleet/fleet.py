@@ -21,7 +21,7 @@ from datetime import UTC, datetime
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -37,13 +37,14 @@ from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
-from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
-from erclutch.signals.shown import Shown
-from erclutch.wings.fleet.fleet_statistics import OUTLYING, ControlChart, Trend, control_chart, outlier_scores, trend
+from erclutch.signals.shown import Shown, one_line
+from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, control_chart, outlier_scores, trend
+
+if TYPE_CHECKING:
+    from erclutch.report.notebook import Card
 
 MARKER = "fleet.json"
-RMSE = "rmse"
 _DEVICES = "devices"
 
 #: Called with the devices done, those there are, and the device that was just done.
@@ -70,37 +71,6 @@ class DeviceTask:
     device: DeviceName
 
 
-@dataclass(frozen=True)
-class FleetSeries:
-    """One number of one model over the devices that have it, in their order.
-
-    Attributes:
-        model, parameter, unit: what it is; the parameter "rmse" is the error on rows held out.
-        devices: names.
-        x: place in the order, or what the fleet is ordered by, shape (n,).
-        value, low, high: with 95 % intervals, shape (n,).
-        score: see `outlier_scores`, shape (n,).
-        trend, chart: None for few devices.
-    """
-
-    model: str
-    parameter: str
-    unit: str
-    devices: tuple[str, ...]
-    x: Array
-    value: Array
-    low: Array
-    high: Array
-    score: Array
-    trend: Trend | None
-    chart: ControlChart | None
-
-    @property
-    def outliers(self) -> tuple[str, ...]:
-        """Devices that stand out."""
-        return tuple(d for d, s in zip(self.devices, self.score, strict=True) if abs(s) > OUTLYING)
-
-
 @dataclass(frozen=True, repr=False)
 class Fleet(Shown):
     """What came out.
@@ -125,6 +95,41 @@ class Fleet(Shown):
     taken: int
     over: str
     origins: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        most = f"most often {self.model or 'no model'}"
+        return one_line(self, self.folder.name, f"{self.devices} devices", f"{len(self.failed)} failed", most)
+
+    def notebook_card(self) -> Card:
+        """What a notebook shows: the fits of the model that is recommended most often, and who stands out."""
+        from erclutch.report.notebook import Card, as_frame, badge_of_origins, rows_as_frame
+        from erclutch.report.plots.plot_description import Plot, PlotTable
+        from erclutch.wings.fleet.fleet_charts import fleet_panels, named
+
+        out = sorted({device for series in self.stands_for for device in series.outliers})
+        says = [f"Stands out: {named(tuple(out))}."] if out else []
+        says += [f"{device} failed: {why}" for device, why in list(self.failed.items())[:3]]
+        header = ("device", "model", "parameters", "rmse", "rmse_low", "rmse_high", "effort_unit", "share")
+        fits = [row for row in self.fits if row["model"] == self.model and not row["failed"]]
+        names = dict.fromkeys(key for row in self.parameters for key in row)
+
+        def charts() -> Plot:
+            panels = fleet_panels(self.stands_for, self.over)
+            return Plot(panels, PlotTable((), ()), 0.5 + 1.4 * len(panels))
+
+        return Card(
+            self.folder.name,
+            lambda: rows_as_frame(header, [[row.get(key) for key in header] for row in fits]),
+            badge=badge_of_origins(self.origins),
+            says=lambda: says,
+            frame=lambda: as_frame({key: [row.get(key) for row in self.parameters] for key in names}),
+            plots={"charts": charts},
+        )
+
+    @property
+    def stands_for(self) -> tuple[FleetSeries, ...]:
+        """Numbers of the model that stands for the fleet."""
+        return tuple(series for series in self.series if series.model == self.model)
 
     @property
     def failed(self) -> dict[str, str]:

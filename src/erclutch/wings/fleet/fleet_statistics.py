@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from erclutch.signals.array import Array
 
 OUTLYING = 3.5  # robust standard deviations from the median
+RMSE = "rmse"
 FEWEST = 5  # devices for any of these figures
 _SIGMA_OF_MAD = 1.4826
 _SIGMA_OF_RANGE = 1.128  # mean moving range of two, over the standard deviation
@@ -89,3 +90,34 @@ def control_chart(values: Array, baseline: int = 0) -> ControlChart | None:
         return None
     centre, reach = float(first.mean()), 3.0 * float(np.abs(np.diff(first)).mean()) / _SIGMA_OF_RANGE
     return ControlChart(centre, centre - reach, centre + reach, np.abs(values - centre) > reach)
+
+
+@dataclass(frozen=True)
+class FleetSeries:
+    """One number of one model over the devices that have it, in their order.
+
+    Attributes:
+        model, parameter, unit: what it is; the parameter "rmse" is the error on rows held out.
+        devices: names.
+        x: place in the order, or what the fleet is ordered by, shape (n,).
+        value, low, high: with 95 % intervals, shape (n,).
+        score: see `outlier_scores`, shape (n,).
+        trend, chart: None for few devices.
+    """
+
+    model: str
+    parameter: str
+    unit: str
+    devices: tuple[str, ...]
+    x: Array
+    value: Array
+    low: Array
+    high: Array
+    score: Array
+    trend: Trend | None
+    chart: ControlChart | None
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Devices that stand out."""
+        return tuple(d for d, s in zip(self.devices, self.score, strict=True) if abs(s) > OUTLYING)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,11 @@ from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, mi
 from erclutch.fit.outcome import Estimate
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.signals.array import Array
-from erclutch.signals.shown import Shown
+from erclutch.signals.shown import Shown, one_line
+
+if TYPE_CHECKING:
+    from erclutch.report.notebook import Card
+    from erclutch.report.plots.plot_description import Plot
 
 #: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
 FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
@@ -46,6 +50,20 @@ class FlowCurve(Shown):
     label: str
     rate: Array
     stress: Array
+
+    def __repr__(self) -> str:
+        ends = [f"{x.min():.4g} to {x.max():.4g} {unit}" for x, unit in ((self.rate, "1/s"), (self.stress, "Pa"))]
+        return one_line(self, self.label, f"{self.rate.size} points", *ends)
+
+    def notebook_card(self) -> Card:
+        """What a notebook shows: the points."""
+        from erclutch.report.notebook import Card, as_frame
+
+        return Card(
+            self.label,
+            lambda: as_frame({"rate [1/s]": self.rate, "stress [Pa]": self.stress}),
+            plots={"points": lambda: _described(self, ()), "laws": lambda: _described(self, ranked(self))},
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,6 +94,16 @@ class FlowFit(Shown):
     validated: float = np.inf
     yield_shown: bool | None = None
 
+    def __repr__(self) -> str:
+        errors = (f"RMSE {self.rmse:.3g} Pa", f"{self.log_rmse:.3g} of log10(stress)")
+        return one_line(self, self.law, *errors, self.stop)
+
+    def notebook_card(self) -> Card:
+        """What a notebook shows: the parameters."""
+        from erclutch.report.notebook import Card, estimates_as_frame
+
+        return Card(self.law, lambda: estimates_as_frame(self.estimates))
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
@@ -88,6 +116,22 @@ class FlowFit(Shown):
             "yield_stress_is_what_the_curve_shows": self.yield_shown,
             "parameters": [e.to_dict() for e in self.estimates],
         }
+
+
+def _described(curve: FlowCurve, fits: Sequence[FlowFit]) -> Plot:
+    """The points on two logarithmic axes, and the stress by each law as a line."""
+    from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Plot, PlotTable
+
+    order = np.argsort(curve.rate)
+    lines = [
+        Line(curve.rate[order], fit.predicted[order], f"series{k + 1}", fit.law, dashed=k > 0)
+        for k, fit in enumerate(fits)
+    ]
+    dots = Dots(curve.rate, curve.stress, "series0", curve.label if lines else "", 2.4)
+    x = Axis("shear rate", "1/s", log=True)
+    y = Axis("shear stress", "Pa", log=True)
+    panel = Panel(x, y, [*lines, dots], f"Shear stress over shear rate of {curve.label}.")
+    return Plot([panel], PlotTable((), ()), 2.6)
 
 
 def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:

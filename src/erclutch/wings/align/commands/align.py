@@ -70,7 +70,7 @@ def align(
         f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
     )
     logs.write(out)
-    save_plot(describe_clocks(logs), shown)
+    save_plot(describe_clocks(logs.matches, logs.traces, logs.signal[0], logs.joined.origin), shown)
     terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {shown}")
 
 

@@ -96,7 +96,8 @@ def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOpt
 
 
 def _print(fleet: Fleet) -> None:
-    from erclutch.wings.fleet.fleet_page import beyond, named, shown, trend_of
+    from erclutch.wings.fleet.fleet_charts import named
+    from erclutch.wings.fleet.fleet_page import beyond, trend_of
 
     if made := sorted({*fleet.origins} - terminal.MEASURED):
         terminal.tell(f"{' and '.join(made)} data: made by a computer, not a measurement")
@@ -113,7 +114,7 @@ def _print(fleet: Fleet) -> None:
                 terminal.number(median(s.value.tolist())),
                 trend_of(s),
             ]
-            for s in shown(fleet)
+            for s in fleet.stands_for
         ]
         heads = ["parameter", "stands out", "outside control limits", "median", "trend (95 % interval), p"]
         terminal.tell(terminal.table(f"{fleet.model}, recommended most often", heads, rows, left=3))
