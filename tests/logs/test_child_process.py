@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ from erclutch.logs.readers import child_process
 
 OWN = """
 import os, sys
+from pathlib import Path
 from erclutch.errors import LogError
 from erclutch.logs.readers.child_process import serve
 
@@ -25,6 +29,10 @@ def read(path, how):
     if how == "loop":
         while True:
             pass
+    if how == "tell":
+        import time
+        Path(path).write_text(str(os.getpid()))
+        time.sleep(60)
     if how == "said":
         raise LogError("no such thing", remedy="Look again")
     if how == "odd":
@@ -83,3 +91,29 @@ def test_larger_files_have_more_time(tmp_path: Path, reader: str) -> None:
 def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str) -> None:
     with pytest.raises(LogError, match=said):
         child_process.run(reader, tmp_path / "a.mat", how, memory=2 << 30, seconds=0.5 if how == "loop" else None)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux ends a child with its parent")
+def test_it_ends_with_its_parent_however_that_dies(reader: str, tmp_path: Path) -> None:
+    told = tmp_path / "pid"
+    code = "import sys, pathlib\nfrom erclutch.logs.readers import child_process\n"
+    code += f"sys.path.insert(0, {str(tmp_path)!r})\n"
+    code += f"child_process.run({reader!r}, pathlib.Path({str(told)!r}), 'tell', seconds=60.0)"
+    with subprocess.Popen([sys.executable, "-c", code]) as parent:
+        until = time.monotonic() + 30.0
+        while not (told.exists() and told.read_text()) and time.monotonic() < until:
+            time.sleep(0.02)
+        parent.kill()
+    child = int(told.read_text())
+    until = time.monotonic() + 5.0
+    while _runs(child) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not _runs(child)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False

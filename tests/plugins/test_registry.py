@@ -63,3 +63,15 @@ def test_a_reader_that_is_broken_is_left_out_and_said(install: Install, tmp_path
     table = read_table(log)
     assert table.rows == 2
     assert any("my-reader 1.5" in note and "left out" in note for note in table.notes)
+
+
+def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Install) -> None:
+    """Installing a package changes no figure of the default fit; a broken one does not end it."""
+    from erclutch.models.laws import ladder
+
+    ours = ladder()
+    text = "from erclutch.models.laws.bingham import LAW as OURS\nfrom dataclasses import replace\n"
+    install("my-law", "[erclutch.laws]\nmine = my_law:LAW\n", text + "LAW = replace(OURS, ladder={'mine': 35})\n")
+    install("no-law", "[erclutch.laws]\nbroken = no_law:LAW\n", "1 / 0\n")
+    assert ladder() == ours
+    assert "mine" in names("erclutch.laws")

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from math import ceil
 from pathlib import Path
 from typing import Any, cast
@@ -25,6 +26,7 @@ from erclutch.signals.array import Array
 MEMORY = 4 << 30  # bytes of address space of the child
 SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
+_PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _ARRAYS, _TEXTS = "columns.npz", "table.json"
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 
@@ -92,6 +94,7 @@ def serve(read: Callable[..., Answer]) -> int:
     Every error becomes a report; running out of memory too. Returns the exit code.
     """
     path, folder, memory, seconds, *arguments = sys.argv[1:]
+    _end_with_parent()
     _limit(int(memory), int(seconds))
     try:
         arrays, texts = read(path, *arguments)
@@ -108,6 +111,19 @@ def serve(read: Callable[..., Answer]) -> int:
         report = {"problem": problem, "remedy": "Copy the file again, or export it as CSV"}
     (Path(folder) / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
     return 0
+
+
+def _end_with_parent() -> None:
+    """Let the system kill this process when its parent dies, however it dies, where the system can."""
+    if not sys.platform.startswith("linux"):
+        return  # the limit of processor time remains
+    import ctypes
+
+    parent = os.getppid()
+    with suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it died just before
+            os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _limit(memory: int, seconds: int) -> None:

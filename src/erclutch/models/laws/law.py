@@ -153,8 +153,8 @@ class LawFamily:
         formula: effort of one element on one line, as published; y(E) is the yield form.
         about: a paragraph for the pages (Markdown): what the law is good for, and what to beware of.
         curves: numbers for which the pages draw the law, for example ``w_s=0.05 n=2 T_y=1 eta=0.3``; "" for no curves.
-        ladder: which of its specifications ``--models all`` fits, and the place of each: a larger one stands behind,
-            as the richer model. Ours have 10, 20, ... 110.
+        ladder: which of its specifications stand in a table of laws, and the place of each: a larger one stands behind,
+            as the richer model. Ours have 10, 20, ... 110, and ``--models all`` fits these.
         aliases: further names.
         count: of a family such as rbfm-N: the N that the name without a number stands for.
     """
