@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.ladder import _folds, grown
 from erclutch.fit.log_groups import chessboard, groups_of
-from erclutch.fit.validation import parts_of_training
+from erclutch.fit.validation import _in_question, parts_of_training
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.law_model import Structure
@@ -153,3 +154,17 @@ def test_a_network_that_is_best_on_its_own_fields_is_not_recommended() -> None:
     assert law is not None
     assert network is not None
     assert law.value < network.value
+
+
+def test_two_fits_of_one_network_are_no_riddle() -> None:
+    """Networks are compared as they are, not by tables of weights; a memory without a state makes no second network."""
+    settings = Settings(("bingham", "fnn-3", "fnn-4"), lag="none")
+    data = bench(rows=300)
+    train = data.take(np.arange(data.rows) % 300 < 200)
+    (_, laws), _, (_, networks) = kinds()
+    law = laws.candidates(Settings(("bingham+viscous",)), train)[0]
+    known = [Fitted(law, law.fit(train, (), 1))]
+    assert [c.name for c in networks.candidates(settings, train)] == ["fnn-3", "fnn-4"]
+    assert not networks.grown(replace(settings, lag="auto"), train, known).candidates
+    twice = [Fitted(c, c.fit(train, known, 1)) for c in networks.candidates(settings, train) * 2]
+    assert len(list(_in_question(twice, further=True))) in (2, 3)

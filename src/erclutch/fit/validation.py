@@ -161,8 +161,9 @@ def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]
     """
     for freedom in (0, 1, 2):
         own = sorted((f for f in fitted if f.outcome.freedom == freedom), key=lambda f: f.outcome.train_cost)
-        near = [f for f in own if f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost][:_MOST]
-        yield from near
-        plain = [f for f in own if f not in near and not slip_stages(f.outcome.model.structure.dynamics)]
+        near = sum(f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost for f in own)
+        count = min(near, _MOST)
+        yield from own[:count]
+        plain = [f for f in own[count:] if not slip_stages(f.outcome.model.structure.dynamics)]
         if further and freedom == 0 and plain:
             yield plain[0]

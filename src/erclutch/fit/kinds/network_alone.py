@@ -77,7 +77,8 @@ class Networks(Kind):
         if law is None:
             return Grown()
         stages = remembered(law.dynamics)
-        return Grown([_candidate(network, settings) for network in fnns_with(stages, settings, train)])
+        known = networks_for(train, settings)  # a memory without a state leaves a network as it is
+        return Grown([_candidate(n, settings) for n in fnns_with(stages, settings, train) if n not in known])
 
 
 KIND = Networks()
