@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import Table, log_reader, read, read_table
+from erclutch.logs import Table, log_reader, read, read_table, recordings_in
 from erclutch.logs.readers import found_recordings
 from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
@@ -237,6 +237,54 @@ def test_a_wrong_line_of_json_is_named(tmp_path: Path, line: str) -> None:
     path = tmp_path / "a.jsonl"
     path.write_text('{"F": 1}\n' + line, encoding="utf-8")
     assert "line 2" in refused(path)
+
+
+ROW = {"t [s]": 0.0, "motor": {"speed [rad/s]": 1.0, "on": True}, "torque [N*m]": 2.0, "who": "me"}
+ROWS_OF_JSON = [ROW | {"t [s]": k / 100} for k in range(20)]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        ROWS_OF_JSON,
+        {"rig": "a", "data": ROWS_OF_JSON},
+        {"about": {"rig": {"rows": ROWS_OF_JSON}}, "seconds": 3},
+        {
+            "t [s]": [k / 100 for k in range(20)],
+            "motor": {"speed [rad/s]": [1.0] * 20, "on": [True] * 20},
+            "torque [N*m]": [2.0] * 20,
+            "who": ["me"] * 20,
+        },
+    ],
+)
+@pytest.mark.parametrize("indent", [None, 1])
+def test_json_is_rows_or_lists_nested_or_not(tmp_path: Path, content: Any, indent: int | None) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(content, indent=indent), encoding="utf-8")
+    table = read_table(path)
+    assert table.labels == ("t [s]", "speed [rad/s]", "on", "torque [N*m]")
+    np.testing.assert_array_equal(table.columns["on"], np.ones(20))
+    np.testing.assert_allclose(table.columns["t"], np.arange(20) / 100)
+    assert list(table.unreadable) == ["who"]
+
+
+def test_several_lists_of_json_are_several_recordings(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({"run1": ROWS_OF_JSON, "run2": ROWS_OF_JSON[:12]}), encoding="utf-8")
+    assert "several recordings: run1, run2. Choose one, such as --variable run1" in refused(path)
+    assert recordings_in(path) == ["run1", "run2"]
+    assert read_table(path, variable="run2").rows == 12
+
+
+def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    rows = [{"at": f"2026-03-01T10:00:{k:02d}.5Z", "a": {"w": k}, "b": {"w": None}} for k in range(20)]
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    table = read_table(path)
+    assert list(table.columns) == ["a.w", "b.w"]
+    assert table.clock_name == "at"
+    np.testing.assert_allclose(np.diff(table.clock), 1.0)  # type: ignore[arg-type]
+    assert np.isnan(table.columns["b.w"]).all()
 
 
 @pytest.mark.parametrize(
