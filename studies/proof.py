@@ -25,16 +25,8 @@ from erclutch.export import ExportOptions, step_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.support.exported_models import MODELS
-from tests.support.proof import (
-    ADAPTING,
-    ANGLES,
-    CONTROLLED,
-    Proof,
-    proved,
-    proved_controller,
-    proved_interlock,
-    proved_plausibility,
-)
+from tests.support.live_proof import CONTROLLED, proved_controller, proved_interlock, proved_plausibility
+from tests.support.proof import ADAPTING, ANGLES, Proof, proved
 
 
 def _row(name: str, kind: str, proof: Proof) -> str:

@@ -1,4 +1,4 @@
-"""Frama-C's Eva on exported files and on the interlock, by `studies/proof.py`; and what Eva takes for true, proved.
+"""Frama-C's Eva on exported files, by `studies/proof.py`; and what Eva takes for true, proved.
 
 docs/proof.md says in words what follows from this.
 """
@@ -70,24 +70,6 @@ def test_a_limit_that_is_forgotten_is_seen(models: dict[str, Model], tmp_path: P
         assert not all(said.shown[check]), bad
     (tmp_path / "m.c").write_text(source.replace("state->effort = 0.0f;", "", 1), encoding="ascii")
     assert proof.analysed(tmp_path, ["driver.c", "m.c"], "-eva-slevel", "12").alarms > 0
-
-
-@pytest.mark.slow
-def test_the_interlock_for_any_bits(tmp_path: Path, need: Callable[..., None]) -> None:
-    need("frama-c")
-    said = proof.proved_interlock(tmp_path)
-    assert said.alarms == 0
-    assert said.assumed == 0
-    assert said.shown == {name: [True] for name in ("never_both", "first", "second", "motor")}
-
-
-@pytest.mark.slow
-def test_no_impossible_torque_is_believed_for_any_bits(tmp_path: Path, need: Callable[..., None]) -> None:
-    need("frama-c")
-    said = proof.proved_plausibility(tmp_path)
-    assert said.alarms == 0
-    assert said.assumed == 0
-    assert said.shown == {name: [True] for name in ("believed", "zero", "no_more")}
 
 
 def _assertions(source: str) -> list[str]:

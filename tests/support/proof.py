@@ -1,4 +1,4 @@
-r"""What Frama-C's Eva proves of exported C, of the interlock and of the controller (see docs/proof.md).
+r"""What Frama-C's Eva proves of exported C (see docs/proof.md); `tests.support.live_proof` is for the live loop's.
 
 The exported functions are called in a loop of unknown length, with any bits as inputs: numbers, NaN and infinities.
 `studies/proof.py` prints the table, kind by kind of model. Needs frama-c-base.
@@ -10,24 +10,17 @@ import csv
 import os
 import re
 import resource
-import shutil
 import subprocess
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from erclutch.export import ExportedStep
 from erclutch.export.c.c_printer import rings_of
 from erclutch.export.step_record import step_record
 from erclutch.export.targets.c import write_core
-from erclutch.wings.live.targets import controller
 
-DRIVERS = Path(__file__).resolve().parents[1] / "wings" / "live"
-LIVE = Path(__file__).resolve().parents[2] / "src" / "erclutch" / "wings" / "live" / "c"
 #: Models that also go through Eva with positions as inputs, which are differentiated inside.
 ANGLES = ("bingham, single", "hem+rise-fall, coaxial")
 #: Models that also go through Eva with a gain and an offset that follow a torque sensor.
@@ -35,9 +28,6 @@ ADAPTING = ("bingham, single", "fnn-16, coaxial")
 
 #: States that Eva keeps apart at each place of a function; more of them where these do not suffice.
 _LEVELS = (12, 30)
-
-#: Models whose controller goes through Eva.
-CONTROLLED = ("bingham, single", "bingham+rise-fall, coaxial")
 
 
 @dataclass(frozen=True)
@@ -70,7 +60,7 @@ def proved(step: ExportedStep, folder: Path) -> Proof:
     """
     write_core(step, folder)
     (folder / "driver.c").write_text(driver(step), encoding="ascii")
-    loops = ("-eva-auto-loop-unroll", str(_longest_loop(step)), "-eva-subdivide-non-linear", "10")
+    loops = ("-eva-auto-loop-unroll", str(longest_loop(step)), "-eva-subdivide-non-linear", "10")
     for level in _LEVELS:
         proof = analysed(folder, ["driver.c", f"{step.name}.c"], "-eva-slevel", str(level), *loops)
         if all(map(all, proof.shown.values())):
@@ -78,118 +68,13 @@ def proved(step: ExportedStep, folder: Path) -> Proof:
     return proof
 
 
-def proved_interlock(folder: Path) -> Proof:
-    """Run Eva on the interlock of the live loop, under the configurations that the loop lets through."""
-    for source in (*LIVE.glob("*.[ch]"), DRIVERS / "interlock_any.c"):
-        shutil.copy(source, folder)
-    options = ("-c11", "-eva-slevel", "200", "-eva-partition-history", "2")
-    return analysed(folder, ["interlock_any.c", "erc_interlock.c"], *options)
-
-
-def proved_plausibility(folder: Path) -> Proof:
-    """Run Eva on what the live loop believes of a torque sensor, fed with any bits."""
-    for source in (*LIVE.glob("*.[ch]"), DRIVERS / "plausible_any.c"):
-        shutil.copy(source, folder)
-    history = ("-eva-split-return", "full", "-eva-partition-history", "1", "-eva-interprocedural-history")
-    return analysed(folder, ["plausible_any.c", "erc_plausible.c"], "-c11", "-eva-slevel", "60", *history)
-
-
-def proved_controller(step: ExportedStep, folder: Path) -> Proof:
-    """Run Eva on the exported controller with any settings and samples, and resets at any time; and on its interlock.
-
-    The fields that leave the controller are those of its interlock, so what is shown of these holds for the controller.
-    """
-    controller.write_core(step, folder)
-    files = {"driver.c": controller_driver(step), "limits.c": limits_driver(step)}
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="ascii")
-    loops = ("-eva-slevel", "12", "-eva-auto-loop-unroll", str(max(16, _longest_loop(step))))
-    whole = analysed(folder, ["driver.c", f"{step.name}.c"], *loops)
-    last = analysed(folder, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2")
-    return replace(
-        whole,
-        alarms=whole.alarms + last.alarms,
-        shown={**whole.shown, **last.shown},
-        seconds=whole.seconds + last.seconds,
-    )
-
-
-def _any_real(kind: str) -> str:
+def any_real(kind: str) -> str:
     """C that makes a number of any bits."""
     return f"""static {kind} any_real(void)
 {{
     union {{ uint64_t bits; {kind} real; }} both;
     both.bits = source;
     return both.real;
-}}
-"""
-
-
-def limits_driver(step: ExportedStep) -> str:
-    """C that asks the interlock of the exported file for any bits, under settings that a reset lets through."""
-    n, p = step.name, step.precision
-    limit, tiny, huge = (p.constant(float(x)) for x in (step.field.range[1], *_ends(p.dtype)))
-    kind = "float" if p.width == 32 else "double"
-    return f"""#include "{n}.c"
-#include "__fc_builtin.h"
-volatile uint64_t source;
-{_any_real(f"{n}_real")}int main(void)
-{{
-    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
-    {n}_real field = 0, ask[3], out[3];
-    while (source)
-    {{
-        settings.period_ns = 100000u + source % 999900001u;
-        settings.rise_rate = Frama_C_{kind}_interval({tiny}, {huge});
-        settings.fall_rate = Frama_C_{kind}_interval({tiny}, {huge});
-        settings.stroke = Frama_C_{kind}_interval(0, {huge});
-        ask[0] = any_real();
-        ask[1] = any_real();
-        ask[2] = any_real();
-        {n}_interlock(&settings, field, any_real(), any_real(), ask, out);
-        /*@ check never_both: out[0] == 0 || out[1] == 0; */
-        /*@ check first: \\is_finite(out[0]) && 0 <= out[0] <= {limit}; */
-        /*@ check second: \\is_finite(out[1]) && 0 <= out[1] <= {limit}; */
-        field = out[0] - out[1];
-    }}
-    return 0;
-}}
-"""
-
-
-def _ends(dtype: np.dtype[Any]) -> tuple[float, float]:
-    """The smallest number above zero with all its digits, and the largest."""
-    return float(np.finfo(dtype).tiny), float(np.finfo(dtype).max)
-
-
-def controller_driver(step: ExportedStep) -> str:
-    """C that resets and steps the controller in a loop of unknown length."""
-    n = step.name
-    any_of = {"double": "any_real()", "uint64_t": "source", "uint32_t": "any()"}
-    config = "".join(
-        f"        settings.{name} = {any_of[kind]};\n"
-        for name, kind in controller.settings_of().items()
-        if name != "field_limit"
-    )
-    given = "".join(f"        input.{name} = any_real();\n" for name in controller.INPUTS)
-    return f"""#include "{n}.h"
-volatile uint64_t source;
-static uint32_t any(void) {{ return (uint32_t)source; }}
-{_any_real(f"{n}_real")}int main(void)
-{{
-    static {n}_controller controller;
-    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
-    {n}_input input;
-    {n}_output out;
-    (void){n}_control_reset(&controller, &settings);
-    while (any())
-    {{
-{config}        if (any()) {{ (void){n}_control_reset(&controller, &settings); }}
-{given}        (void){n}_control_step(&controller, &input, &out);
-        /*@ check step: \\is_finite(out.estimate); */
-        /*@ check lacking: \\is_finite(controller.stages.lacking); */
-    }}
-    return 0;
 }}
 """
 
@@ -242,7 +127,7 @@ def driver(step: ExportedStep) -> str:
     return f"""#include "{step.name}.h"
 volatile uint64_t source;
 static uint32_t any(void) {{ return (uint32_t)source; }}
-{_any_real(f"{n}real")}int main(void)
+{any_real(f"{n}real")}int main(void)
 {{
     {n}state state;
     {n}real input[{N}INPUTS], wanted, found;
@@ -278,7 +163,7 @@ def places(step: ExportedStep) -> Iterator[str]:
         yield from (f"ring{length}[{i}][{j}]" for i in range(length) for j in range(count))
 
 
-def _longest_loop(step: ExportedStep) -> int:
+def longest_loop(step: ExportedStep) -> int:
     """Turns of the longest loop over an array; the search of the inverse may have more."""
     network = step.network
     hidden = () if network is None else (*network.structure.hidden, len(network.structure.inputs))

@@ -21,7 +21,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
-from tests.support import proof
+from tests.support import live_proof, proof
 
 FLOAT32 = ExportOptions("m", "float32", 1e-3)
 FLOAT64 = ExportOptions("m", "float64", 1e-3)
@@ -305,12 +305,12 @@ def test_no_required_rule_of_misra_is_broken(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", proof.CONTROLLED)
+@pytest.mark.parametrize("label", live_proof.CONTROLLED)
 def test_no_alarm_and_all_within_limits_for_any_bits(
     label: str, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
 ) -> None:
     need("frama-c")
-    said = proof.proved_controller(step_of(models[label], FLOAT32), tmp_path)
+    said = live_proof.proved_controller(step_of(models[label], FLOAT32), tmp_path)
     assert said.alarms == 0
     assert set(said.shown) == {"step", "lacking", "never_both", "first", "second"}
     assert all(all(shown) for shown in said.shown.values()), said.shown

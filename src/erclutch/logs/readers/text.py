@@ -312,7 +312,7 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
     texts = cells.astype(str).str.strip()
     # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
     short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
-    plain = short.map(lambda cell: ungrouped(cell, dialect.decimal))
+    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
     values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
     bad = filled & np.isnan(values)
     if 2 * int(bad.sum()) > int(filled.sum()) and not dialect.numeric[index]:
@@ -332,7 +332,7 @@ def _switched(cells: pd.Series[Any]) -> tuple[Array, str] | None:
     distinct = [str(word) for word in words.dropna().unique()[:9]]
     if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
         return None
-    values = words.str.lower().map(SWITCHES).to_numpy(dtype=np.float64)
+    values = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
     return values, " and ".join(f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct)
 
 
