@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import partial_of, seed, value_of
 from erclutch.models.stages import stage_named
 from erclutch.signals.clock import Clock, Span
@@ -30,7 +30,7 @@ def test_a_slow_command_passes() -> None:
 
 def test_the_bits_are_those_of_the_fit() -> None:
     stage = stage_named("slew-rate")
-    whole = stage.respond(exact(COMMAND), CLOCK, (RATE,), ALL)
+    whole = stage.respond(array_as_in_c(COMMAND), CLOCK, (RATE,), ALL)
     np.testing.assert_array_equal(np.asarray(whole), stage.respond(COMMAND, CLOCK, (RATE,), ALL))
 
 

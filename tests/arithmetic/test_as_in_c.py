@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.arithmetic import as_in_c
-from erclutch.arithmetic.as_in_c import Exact, exact, power
+from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c, power
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT64
 from erclutch.arithmetic.record import Record, recorded
@@ -23,19 +23,19 @@ def test_arrays_of_any_size_have_the_bits_of_the_function(size: int, name: str) 
     x = np.random.default_rng(size).normal(size=size)
     x[size // 2] = np.nan
     function = elementary(FLOAT64)[name]
-    found = getattr(np, name)(exact(x))
-    assert isinstance(found, Exact)
+    found = getattr(np, name)(array_as_in_c(x))
+    assert isinstance(found, ArrayAsInC)
     fine = ~np.isnan(x)
     np.testing.assert_array_equal(found[fine], function(x[fine]))
     assert np.isnan(found[size // 2])
     np.testing.assert_allclose(found[fine], getattr(np, name)(x[fine]), rtol=1e-15)
     square = np.resize(x, (2, size))
-    np.testing.assert_array_equal(getattr(np, name)(exact(square))[1], found)
+    np.testing.assert_array_equal(getattr(np, name)(array_as_in_c(square))[1], found)
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0, -1.0, 0.5, 1.7, -2.0, 3.0])
 def test_powers_of_an_array_and_of_a_record(exponent: float) -> None:
-    found = power(exact(X), exponent)
+    found = power(array_as_in_c(X), exponent)
     np.testing.assert_allclose(np.asarray(found), X**exponent, rtol=1e-14)
     assert found.shape == X.shape
     if exponent in (1.0, 2.0, -1.0):
@@ -48,17 +48,17 @@ def test_powers_of_an_array_and_of_a_record(exponent: float) -> None:
 
 
 def test_all_else_is_numpys() -> None:
-    x = exact(X)
-    for made in (x + 1.0, np.sqrt(x), np.maximum(x, 1.0), np.add(x, x, out=exact(np.empty(50)))):
-        assert isinstance(made, Exact)
-    assert not isinstance(x > 1.0, Exact)
+    x = array_as_in_c(X)
+    for made in (x + 1.0, np.sqrt(x), np.maximum(x, 1.0), np.add(x, x, out=array_as_in_c(np.empty(50)))):
+        assert isinstance(made, ArrayAsInC)
+    assert not isinstance(x > 1.0, ArrayAsInC)
     assert isinstance(np.add.reduce(x), float)
     assert np.add.reduce(x) == X.sum()
     np.testing.assert_array_equal(np.add.accumulate(x), np.cumsum(X))
-    out = exact(np.empty(50))
+    out = array_as_in_c(np.empty(50))
     np.exp(x, out=out)
     np.testing.assert_allclose(np.asarray(out), np.exp(X), rtol=1e-15)
-    assert as_in_c.exact([1, 2]).dtype == np.float64
+    assert as_in_c.array_as_in_c([1, 2]).dtype == np.float64
 
 
 def test_a_record_keeps_the_simplest_node_of_the_same_value() -> None:

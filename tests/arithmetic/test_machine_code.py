@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import Dual, partial_of
 from erclutch.arithmetic.recursion import recur, step_of, steps_of, switched
 from erclutch.signals.array import Array
@@ -32,7 +32,7 @@ def noise(seed: int, rows: int) -> tuple[Array, Array, Array]:
 def test_arrays_have_the_bits_of_a_loop_over_the_rows(rows: list[int], seed: int) -> None:
     clock = clock_of(rows)
     keep, drive, first = noise(seed, sum(rows))
-    assert np.array_equal(recur(keep, drive, first, clock), np.asarray(recur(keep, exact(drive), first, clock)))
+    assert np.array_equal(recur(keep, drive, first, clock), np.asarray(recur(keep, array_as_in_c(drive), first, clock)))
 
 
 @settings(deadline=None)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.arithmetic import recursion
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import Dual, partial_of, seed, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import follow, recur, step_of
@@ -62,8 +62,8 @@ def test_values_and_bits(
     expected = row_by_row(advance, (0.2, -0.1), [U, *numbers])
     found = follow(advance, (0.2, -0.1), [U, *numbers], CLOCK, linear=linear)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
-    as_in_c = follow(advance, (0.2, -0.1), [exact(U), *numbers], CLOCK, linear=linear)
-    np.testing.assert_array_equal(np.array(as_in_c), expected)
+    exact = follow(advance, (0.2, -0.1), [array_as_in_c(U), *numbers], CLOCK, linear=linear)
+    np.testing.assert_array_equal(np.array(exact), expected)
 
 
 @CASES
@@ -94,8 +94,8 @@ def test_one_linear_state_is_recur(drive: list[float], keep: float, first: float
     # Fits go through BLAS, which may fuse a product and a sum. The bits of the C are asked for by an exact drive.
     np.testing.assert_allclose(value_of(one), value_of(two), rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(partial_of(one, 0), partial_of(two, 0), rtol=1e-12, atol=1e-12)
-    one = recur(keep, exact(np.array(drive)), first, CLOCK)
-    (two,) = follow(advance, (first,), [exact(np.array(drive)), keep], CLOCK, linear=True)
+    one = recur(keep, array_as_in_c(np.array(drive)), first, CLOCK)
+    (two,) = follow(advance, (first,), [array_as_in_c(np.array(drive)), keep], CLOCK, linear=True)
     np.testing.assert_array_equal(np.array(one), np.array(two))
 
 

@@ -18,7 +18,7 @@ from erclutch.models.band import Band
 from erclutch.models.model import Range
 from erclutch.models.model_file import SCHEMA, read_model, sealed, table_of, units_of
 from erclutch.models.model_file import range_of as range_in
-from erclutch.models.shared_answers import SharedAnswers
+from erclutch.models.shared_answers import ModelBase
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
@@ -51,7 +51,7 @@ class Nearest:
 
 
 @dataclass(frozen=True, repr=False)
-class NearestModel(SharedAnswers):
+class NearestModel(ModelBase):
     """The mean effort of the nearest rows, distances over the spread of each column."""
 
     structure: Nearest

@@ -25,7 +25,7 @@ from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, stage_numbers_in_user_units
 from erclutch.models.networks.network_model import network_from_dict
 from erclutch.models.stages import stage_named
-from erclutch.models.stages.stage import Moved
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -321,7 +321,7 @@ def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
     slips, fields, efforts = [], [], []
     for k in range(logs):
         slip = np.cos(2 * np.pi * 2.1 * t + 0.3 * k) + 0.5 * np.cos(2 * np.pi * 5.3 * t)
-        state = stage_named("dahl").respond(Moved(slip, np.ones(rows)), clock_one, [travel], slice(None))[0]
+        state = stage_named("dahl").respond(SlipAndStrength(slip, np.ones(rows)), clock_one, [travel], slice(None))[0]
         field = np.repeat(rng.uniform(0.0, 2.0, rows // 50 + 1), 50)[:rows]
         efforts.append((1.0 + field) * state + 0.2 * slip + 0.01 * rng.normal(size=rows))
         slips.append(slip)

@@ -1,7 +1,7 @@
 """Models predict with the functions of the exported C, so that both give the same bits.
 
 NumPy's own exp, tanh and powers differ by a unit in the last place from one processor to the next, and a model whose
-terms cancel makes millions of it. With `Exact` arrays a law written for NumPy uses `elementary` instead; fits
+terms cancel makes millions of it. With `ArrayAsInC`s a law written for NumPy uses `elementary` instead; fits
 do not, as they need the last bit of nothing.
 """
 
@@ -56,21 +56,21 @@ def power(x: Any, n: Any) -> Any:
 _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {np.exp: exp, np.expm1: _expm1, np.tanh: tanh, np.power: power}
 
 
-class Exact(np.ndarray[Any, np.dtype[np.float64]]):
+class ArrayAsInC(np.ndarray[Any, np.dtype[np.float64]]):
     """An array of doubles on which exp, expm1, tanh and powers are those of the exported C; all else is NumPy's."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        plain = [x.view(np.ndarray) if isinstance(x, Exact) else x for x in inputs]
+        plain = [x.view(np.ndarray) if isinstance(x, ArrayAsInC) else x for x in inputs]
         if not kwargs and method == "__call__":
             own = _FUNCTIONS.get(ufunc)
             made: Any = ufunc(*plain) if own is None else own(*plain)
-            return made.view(Exact) if np.ndim(made) and made.dtype == _DOUBLE else made
+            return made.view(ArrayAsInC) if np.ndim(made) and made.dtype == _DOUBLE else made
         if "out" in kwargs:
-            kwargs["out"] = tuple(x.view(np.ndarray) if isinstance(x, Exact) else x for x in kwargs["out"])
+            kwargs["out"] = tuple(x.view(np.ndarray) if isinstance(x, ArrayAsInC) else x for x in kwargs["out"])
         found: Any = getattr(ufunc, method)(*plain, **kwargs)
-        return found.view(Exact) if getattr(found, "dtype", None) == np.float64 and np.ndim(found) else found
+        return found.view(ArrayAsInC) if getattr(found, "dtype", None) == np.float64 and np.ndim(found) else found
 
 
-def exact(x: Any) -> Exact:
-    """The same numbers as an `Exact` array."""
-    return np.asarray(x, np.float64).view(Exact)
+def array_as_in_c(x: Any) -> ArrayAsInC:
+    """The same numbers as an `ArrayAsInC`."""
+    return np.asarray(x, np.float64).view(ArrayAsInC)

@@ -20,7 +20,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.as_in_c import Exact, exact
+from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c
 from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.signals.array import Array
@@ -64,15 +64,15 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
 
     Args:
         keep: share of the value before that stays, shape (n,); array or dual.
-        drive: what is added in each row, shape (n,); array or dual. An `Exact` one asks for the rounding of the C.
+        drive: what is added in each row, shape (n,); array or dual. An `ArrayAsInC` one asks for the rounding of the C.
         first: the value in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
         clock: the rows' spans.
     """
     keeps, values = np.asarray(value_of(keep)), np.asarray(value_of(drive))
     keeps = np.ascontiguousarray(np.broadcast_to(keeps, values.shape), np.float64)
     x = _solved(keeps, [values], [value_of(first)], clock)[0]
-    if isinstance(drive, Exact):
-        return exact(x)
+    if isinstance(drive, ArrayAsInC):
+        return array_as_in_c(x)
     seeds = sorted({seed for part in (keep, drive, first) if isinstance(part, Dual) for seed in part.partials})
     if not seeds:
         return x
@@ -148,7 +148,7 @@ def follow(
         advance: the new states from those before and from the inputs of the row, all tuples of numbers, arrays or
             duals. It uses operators and `less_select` alone, so that Numba can compile it for many rows.
         first: each state in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
-        inputs: shape (n,) or numbers; arrays or duals. An `Exact` one asks for the rounding of the C.
+        inputs: shape (n,) or numbers; arrays or duals. An `ArrayAsInC` one asks for the rounding of the C.
         clock: the rows' spans.
         linear: whether the new states are linear in those before; then BLAS finds the values too.
 
@@ -156,7 +156,7 @@ def follow(
         Each state, shape (n,); duals where an argument is a dual.
     """
     rows, starts = clock.time.size, starts_of(clock)
-    exactly = any(isinstance(value_of(x), Exact) for x in inputs)
+    exactly = any(isinstance(value_of(x), ArrayAsInC) for x in inputs)
     begin = _begun([_at(value_of(x), starts, rows) for x in first], clock)
     if linear and not exactly:
         values = [value_of(x) for x in inputs]
@@ -167,7 +167,7 @@ def follow(
     _handed_on(states, clock)
     seeds = sorted({seed for x in (*first, *inputs) if isinstance(x, Dual) for seed in x.partials})
     if exactly or not seeds:
-        return tuple(exact(x) if exactly else x for x in states)
+        return tuple(array_as_in_c(x) if exactly else x for x in states)
     before = [np.concatenate([[0.0], x[:-1]]) for x in states]
     solve, drive = _linearised(advance, before, inputs, starts)
     partials: dict[int, list[Array]] = {}

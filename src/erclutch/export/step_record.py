@@ -33,7 +33,7 @@ from erclutch.models.alarms import Alarms
 from erclutch.models.band import FOLLOWER
 from erclutch.models.covered_cells import within
 from erclutch.models.gain_tracking import BASE, Tracked
-from erclutch.models.model import InFluid, present, settled_memory
+from erclutch.models.model import FluidSignals, present, settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
 
@@ -388,7 +388,7 @@ class _Recording:
             return effort
         past = self._past() if step.model.past and not self.rest else present
         further = dict(zip(step.model.extras, extras, strict=True))
-        inputs = correction.inputs(InFluid(fluids, slips, remembered, further, past))
+        inputs = correction.inputs(FluidSignals(fluids, slips, remembered, further, past))
         named = {f"x{i + 1}": x for i, x in enumerate(inputs)}
         return self._corrected(effort, self.record.call("residual", correction.of, **named))
 
@@ -405,14 +405,14 @@ class _Recording:
         model, e = self.step.model, self.step.elements
         if (model.past or any(remembered)) and not self.rest:  # in one piece, so that strength of the field is shared
             further = dict(zip(model.extras, extras, strict=True))
-            return model.from_fluid(InFluid(fluids, slips, remembered, further, self._past()))
+            return model.from_fluid(FluidSignals(fluids, slips, remembered, further, self._past()))
         states = [x for element in remembered for outputs in element for x in outputs]
 
         def rest(*signals: Any) -> Any:
             own = iter(signals[2 * e : 2 * e + len(states)])
             memory = [[[next(own) for _ in outputs] for outputs in element] for element in remembered]
             further = dict(zip(model.extras, signals[2 * e + len(states) :], strict=True))
-            return model.from_fluid(InFluid(signals[:e], signals[e : 2 * e], memory, further))
+            return model.from_fluid(FluidSignals(signals[:e], signals[e : 2 * e], memory, further))
 
         names = [f"{letter}{i + 1}" for letter in "xw" for i in range(e)]
         names += [f"{letter}{i + 1}" for letter, group in (("m", states), ("v", extras)) for i in range(len(group))]

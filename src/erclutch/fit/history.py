@@ -19,7 +19,7 @@ from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Reference
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
-from erclutch.models.stages.stage import Moved
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.array import Array, Mask
 
 #: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.
@@ -136,7 +136,7 @@ def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Arr
     found: list[Array] = []
     for way, element in zip((1.0, -1.0), data.elements, strict=False):
         strength = np.abs(element.field) / reference.field
-        moved = Moved(way * element.slip / reference.slip, strength if strength.any() else np.ones(data.rows))
+        moved = SlipAndStrength(way * element.slip / reference.slip, strength if strength.any() else np.ones(data.rows))
         for place in _PLACES if shapes else _PLACES[:1]:
             q = [low * (high / low) ** place for low, high in (shape.scanned for shape in shapes)]
             outputs = stage.respond(moved, data.clock, q, slice(None))

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.as_in_c import Exact, exact
+from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c
 from erclutch.arithmetic.dual import pick
 from erclutch.errors import SettingError
 from erclutch.models import model_file
@@ -23,8 +23,8 @@ from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_
 from erclutch.models.laws.law import Part
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
-from erclutch.models.model import InFluid, Pair, Range, further_inputs, settled_memory
-from erclutch.models.shared_answers import SharedAnswers
+from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
+from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
     NONE,
     canonical,
@@ -35,7 +35,7 @@ from erclutch.models.stages import (
     stages_of,
     temperature_stages,
 )
-from erclutch.models.stages.stage import Moved, Stage
+from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -223,7 +223,7 @@ class Structure:
         """One column a gain, for normalised nonlinear parameters ``q`` (numbers or duals), at some of the rows.
 
         Stages run over all rows whatever is asked for: the fluid remembers its whole past. What ``functions``
-        makes of an array is what the law computes with: `as_in_c.exact` brings the exported C's exp, tanh and powers.
+        makes of an array is what the law computes with: `array_as_in_c` brings the exported C's exp, tanh and powers.
         Stages on the effort are not in the columns of such arrays, nor in those ``ahead`` of them, which come at all
         rows where there are such stages; `behind` has them.
         """
@@ -235,9 +235,9 @@ class Structure:
         )
         if whole != wanted:
             fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
-            moved = [Moved(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
+            moved = [SlipAndStrength(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
         further = {name: functions((extras or {})[name][wanted]) for name in self.extras}
-        columns = self.from_fluid(InFluid(fluids, slips, remembered, further), reference, q, moved)
+        columns = self.from_fluid(FluidSignals(fluids, slips, remembered, further), reference, q, moved)
         plain = ahead or functions is not _as_it_is
         return columns if plain else [self.behind(column, clock, q, rows) for column in columns]
 
@@ -251,7 +251,7 @@ class Structure:
         *,
         rows: slice = slice(None),
         wanted: slice = slice(None),
-    ) -> tuple[list[Any], list[Any], list[Moved], list[list[Sequence[Any]]]]:
+    ) -> tuple[list[Any], list[Any], list[SlipAndStrength], list[list[Sequence[Any]]]]:
         """What a law works on: field in the fluid and slip of each element, what moves its memory, and its memory.
 
         The memory comes at the rows that are wanted; it has run over ``rows``, as all else that comes.
@@ -276,18 +276,24 @@ class Structure:
         command, stimulus = field / reference.field, self.law.stimulus
         return command if stimulus is None else stimulus(command, *q[: len(self.law.stimulus_shape)])
 
-    def moved(self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]) -> list[Moved]:
+    def moved(
+        self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]
+    ) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand."""
         if not slip_stages(self.dynamics):
-            return [Moved(slip, 1.0) for slip in slips]
+            return [SlipAndStrength(slip, 1.0) for slip in slips]
         form, shape = self.law.yield_form or POWER, [q[i] for i in self._strength_places]
         return [
-            Moved(way * slip / reference.slip, form.factor(np.abs(fluid), *shape))
+            SlipAndStrength(way * slip / reference.slip, form.factor(np.abs(fluid), *shape))
             for way, fluid, slip in zip(self.ways, fluids, slips, strict=True)
         ]
 
     def from_fluid(
-        self, signals: InFluid, reference: Reference, q: Sequence[Any], moved: Sequence[Moved] | None = None
+        self,
+        signals: FluidSignals,
+        reference: Reference,
+        q: Sequence[Any],
+        moved: Sequence[SlipAndStrength] | None = None,
     ) -> list[Any]:
         """One column a gain, elementwise on any operand.
 
@@ -326,7 +332,7 @@ class Structure:
         for k, stage in enumerate(stages):
             wanted = rows if k == len(stages) - 1 else slice(None)
             behind = stage.respond(command, clock, self.numbers_of(stage, q), wanted)
-            command = exact(behind) if isinstance(command, Exact) else behind
+            command = array_as_in_c(behind) if isinstance(command, ArrayAsInC) else behind
         return command if stages else pick(command, rows)
 
 
@@ -365,7 +371,7 @@ def unit_text(dimension: Dimension, units: Units) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class TorqueModel(SharedAnswers):
+class TorqueModel(ModelBase):
     """Effort of a device from its fields and slips.
 
     Attributes:
@@ -447,15 +453,15 @@ class TorqueModel(SharedAnswers):
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
+        """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         q = list(self.shape.values())
-        functions = exact if exactly else _as_it_is
+        functions = array_as_in_c if exactly else _as_it_is
         further = further_inputs(self.structure.extras, extras)
         total = np.zeros(clock.time.size)
         columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
         for term in self._terms(columns):
             total += np.asarray(term)
-        return np.asarray(self.structure.behind(exact(total), clock, q)) if exactly else total
+        return np.asarray(self.structure.behind(array_as_in_c(total), clock, q)) if exactly else total
 
     def _terms(self, columns: Sequence[Any]) -> Iterator[Any]:
         """The columns times their gains; they are added from left to right as in the exported C."""
@@ -463,21 +469,21 @@ class TorqueModel(SharedAnswers):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
-        fluids = [self.command(exact(np.atleast_1d(f))) for f in fields]
-        relative = [exact(np.atleast_1d(w)) for w in slips]
+        fluids = [self.command(array_as_in_c(np.atleast_1d(f))) for f in fields]
+        relative = [array_as_in_c(np.atleast_1d(w)) for w in slips]
         remembered = settled_memory(self, self.moved(fluids, relative))
         further = dict(zip(self.structure.extras, extras, strict=True))
-        return np.asarray(self.from_fluid(InFluid(fluids, relative, remembered, further)), np.float64)
+        return np.asarray(self.from_fluid(FluidSignals(fluids, relative, remembered, further)), np.float64)
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the normalised field after the law's stimulus; elementwise on any operand."""
         return self.structure.command(field, self.reference, list(self.shape.values()))
 
-    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand."""
         return self.structure.moved(fluids, slips, self.reference, list(self.shape.values()))
 
-    def from_fluid(self, signals: InFluid) -> Any:
+    def from_fluid(self, signals: FluidSignals) -> Any:
         """Effort ahead of the stages on it, elementwise on any operand; see `Model`."""
         columns = self.structure.from_fluid(signals, self.reference, list(self.shape.values()))
         return reduce(add, self._terms(columns))

@@ -14,7 +14,7 @@ from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CELLS, grid_cell
 from erclutch.models.stages import slip_stages, stages_of
-from erclutch.models.stages.stage import Moved, Stage
+from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -134,7 +134,7 @@ def present(signal: Any, rows: int) -> Any:
 
 
 @dataclass(frozen=True)
-class InFluid:
+class FluidSignals:
     """What a law or a network works on, behind the stages on command and slip: operands of any kind.
 
     Attributes:
@@ -160,7 +160,7 @@ class Correction(Protocol):
         """The network, a `NetworkModel`."""
         ...
 
-    def inputs(self, signals: InFluid) -> list[Any]:
+    def inputs(self, signals: FluidSignals) -> list[Any]:
         """All inputs of the network, elementwise on any operand."""
         ...
 
@@ -270,7 +270,7 @@ class Model(Protocol):
         """What the stages on the command work on, from the field of an element; elementwise on any operand."""
         ...
 
-    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand.
 
         Args:
@@ -279,7 +279,7 @@ class Model(Protocol):
         """
         ...
 
-    def from_fluid(self, signals: InFluid) -> Any:
+    def from_fluid(self, signals: FluidSignals) -> Any:
         """Effort ahead of the stages on it, elementwise on any operand."""
         ...
 
@@ -337,7 +337,7 @@ def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:
     return found
 
 
-def settled_memory(model: Model, moved: Sequence[Moved]) -> list[list[Sequence[Any]]]:
+def settled_memory(model: Model, moved: Sequence[SlipAndStrength]) -> list[list[Sequence[Any]]]:
     """Outputs of the stages on the slip once field and slip have long been the same, for each element."""
     own = {stage.name: q for stage, q in stage_numbers(model)}
     return [[stage.settled(m, own[stage.name]) for stage in slip_stages(model.structure.dynamics)] for m in moved]

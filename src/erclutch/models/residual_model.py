@@ -16,18 +16,18 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
-from erclutch.models.model import InFluid, Pair, Range, further_inputs, settled_memory
+from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
 from erclutch.models.networks.network_model import NetworkModel, network_from_dict
-from erclutch.models.shared_answers import SharedAnswers
+from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import stage_equations
-from erclutch.models.stages.stage import Moved
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -84,7 +84,7 @@ class BoundedResidual:
     limit: float
     covered: CoveredCells
 
-    def inputs(self, signals: InFluid) -> list[Any]:
+    def inputs(self, signals: FluidSignals) -> list[Any]:
         """All inputs of the network, elementwise on any operand."""
         return inputs_from(self.network.structure, signals)
 
@@ -101,7 +101,7 @@ class BoundedResidual:
 
 
 @dataclass(frozen=True, repr=False)
-class ResidualModel(SharedAnswers):
+class ResidualModel(ModelBase):
     """A law and a bounded network on its residual.
 
     Attributes:
@@ -179,7 +179,7 @@ class ResidualModel(SharedAnswers):
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
+        """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         law = self.law.effort_of_rows(elements, clock, extras, exactly=exactly)
         return law + self.added(elements, clock, extras, exactly=exactly)
 
@@ -197,22 +197,22 @@ class ResidualModel(SharedAnswers):
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         law = self.law.steady(fields, slips, extras[: len(self.law.extras)])
-        fluids = [self.command(exact(np.atleast_1d(f))) for f in fields]
-        relative = [exact(np.atleast_1d(w)) for w in slips]
+        fluids = [self.command(array_as_in_c(np.atleast_1d(f))) for f in fields]
+        relative = [array_as_in_c(np.atleast_1d(w)) for w in slips]
         remembered = settled_memory(self, self.moved(fluids, relative))
         further = dict(zip(self.extras, extras, strict=True))
-        inputs = self.correction.inputs(InFluid(fluids, relative, remembered, further))
+        inputs = self.correction.inputs(FluidSignals(fluids, relative, remembered, further))
         return law + self.correction.of_inputs(np.array(np.broadcast_arrays(*inputs), np.float64))
 
     def command(self, field: Any) -> Any:
         """What the stages on the command work on, as for the law."""
         return self.law.command(field)
 
-    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[Moved]:
+    def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, as for the law."""
         return self.law.moved(fluids, slips)
 
-    def from_fluid(self, signals: InFluid) -> Any:
+    def from_fluid(self, signals: FluidSignals) -> Any:
         """The law's effort ahead of the stages on it; the correction comes behind them."""
         return self.law.from_fluid(signals)
 
@@ -252,8 +252,8 @@ def residual_inputs(
     """
     further = further_inputs(structure.extras, extras)
     q = list(law.shape.values())
-    fluids, slips, _, remembered = law.structure.signals(elements, clock, law.reference, q, exact)
-    signals = InFluid(fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    fluids, slips, _, remembered = law.structure.signals(elements, clock, law.reference, q, array_as_in_c)
+    signals = FluidSignals(fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
     return np.array(inputs_from(structure, signals), np.float64)
 
 

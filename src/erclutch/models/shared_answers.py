@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.machine import Machine, machine_of
 from erclutch.arithmetic.record import Record, recorded
 from erclutch.errors import ExportError
-from erclutch.models.model import InFluid, Model, Rows, full_name, further_inputs, require_same_signals, stage_numbers
+from erclutch.models.model import (
+    FluidSignals,
+    Model,
+    Rows,
+    full_name,
+    further_inputs,
+    require_same_signals,
+    stage_numbers,
+)
 from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -49,7 +57,7 @@ class _LoneRows:
         return self.machine.run(np.array(row))
 
 
-class SharedAnswers(Shown):
+class ModelBase(Shown):
     """What all kinds of model do in the same way: name themselves, refuse other signals, answer a lone row quickly."""
 
     @property
@@ -141,7 +149,7 @@ def _recorded(model: Model, elements: int) -> Record:
         [stage.step(_FirstRow(stage.initial(m, q)), m, q, 1.0) for stage, q in stages if stage.place == "slip"]
         for m in model.moved(fluids, slips)
     ]
-    signals = InFluid(fluids, slips, remembered, extras)
+    signals = FluidSignals(fluids, slips, remembered, extras)
     effort = through("effort", model.from_fluid(signals))
     if model.correction is not None:
         effort = effort + model.correction.of(*model.correction.inputs(signals))

@@ -347,7 +347,7 @@ def _run(run: Run) -> Card:
 _CARDS: Mapping[str, Callable[[Any], Card]] = {
     "Recording": _recording,
     "Dataset": _dataset,
-    "SharedAnswers": _model,
+    "ModelBase": _model,
     "FitOutcome": _outcome,
     "RankedModel": _entry,
     "Comparison": _comparison,

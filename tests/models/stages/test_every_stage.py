@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import partial_of, seed
 from erclutch.errors import SettingError
 from erclutch.export import ExportOptions, step_of
@@ -21,7 +21,7 @@ from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages import GROUP, stage_named
-from erclutch.models.stages.stage import Memory, Moved, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import Memory, SlipAndStrength, SlipStage, Stage, StageFamily
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import find, names
 from erclutch.signals.array import Array
@@ -95,15 +95,15 @@ def numbers(stage: Stage) -> dict[str, float]:
 
 def coming(stage: Stage, u: Array) -> Any:
     """What comes into a stage for a signal: of a stage on the slip a slip that turns, and the signal as strength."""
-    return Moved(2.0 * np.sin(np.arange(u.size) / 11.0), u) if stage.place == "slip" else u
+    return SlipAndStrength(2.0 * np.sin(np.arange(u.size) / 11.0), u) if stage.place == "slip" else u
 
 
 def rows_of(signal: Any) -> list[Any]:
     """A signal row by row, in numbers that round as the C does."""
-    if isinstance(signal, Moved):
+    if isinstance(signal, SlipAndStrength):
         pairs = zip(signal.slip.tolist(), signal.strength.tolist(), strict=True)
-        return [Moved(exact([slip]), exact([strength])) for slip, strength in pairs]
-    return [exact([x]) for x in signal.tolist()]
+        return [SlipAndStrength(array_as_in_c([slip]), array_as_in_c([strength])) for slip, strength in pairs]
+    return [array_as_in_c([x]) for x in signal.tolist()]
 
 
 def responses(stage: Stage, signal: Any, q: Sequence[Any], rows: slice = slice(None)) -> list[Any]:
@@ -113,7 +113,9 @@ def responses(stage: Stage, signal: Any, q: Sequence[Any], rows: slice = slice(N
 
 
 def exactly(signal: Any) -> Any:
-    return Moved(*map(exact, signal)) if isinstance(signal, Moved) else exact(signal)
+    return (
+        SlipAndStrength(*map(array_as_in_c, signal)) if isinstance(signal, SlipAndStrength) else array_as_in_c(signal)
+    )
 
 
 @stages
@@ -128,7 +130,7 @@ def test_it_says_what_it_is(stage: Stage) -> None:
     assert all(shape.lower < shape.upper for shape in stage.parameters(PERIOD))
     if stage.place == "slip":
         assert isinstance(stage, SlipStage)
-        settled = stage.settled(Moved(0.5, 0.7), numbers(stage))
+        settled = stage.settled(SlipAndStrength(0.5, 0.7), numbers(stage))
         assert len(settled) == len(set(stage.outputs)) == len(stage.outputs)
         assert len(stage.columns(settled, 0.7)) == len(stage.gains)
 
@@ -137,11 +139,11 @@ def test_it_says_what_it_is(stage: Stage) -> None:
 def test_the_step_is_the_response(stage: Stage) -> None:
     q, u, memory = numbers(stage), coming(stage, signal()), Plain()
     stepped = np.array([memory.row(stage, x, q) for x in rows_of(u)]).T
-    for mine, whole, as_in_c in zip(
+    for mine, whole, exact in zip(
         stepped, responses(stage, u, list(q.values())), responses(stage, exactly(u), list(q.values())), strict=True
     ):
         np.testing.assert_allclose(mine, whole, rtol=0, atol=1e-12 * max(1.0, float(np.abs(mine).max())))
-        np.testing.assert_array_equal(mine, np.asarray(as_in_c))
+        np.testing.assert_array_equal(mine, np.asarray(exact))
 
 
 @stages
@@ -149,10 +151,10 @@ def test_it_starts_at_rest(stage: Stage) -> None:
     level: Any = np.full(ROWS, 0.37)
     if stage.place == "slip":
         assert isinstance(stage, SlipStage)
-        long = Moved(level, 0.5 * level)
+        long = SlipAndStrength(level, 0.5 * level)
         for found, settled in zip(
             responses(stage, long, list(numbers(stage).values())),
-            stage.settled(Moved(0.37, 0.185), numbers(stage)),
+            stage.settled(SlipAndStrength(0.37, 0.185), numbers(stage)),
             strict=True,
         ):
             np.testing.assert_allclose(found[0], settled, rtol=1e-12)

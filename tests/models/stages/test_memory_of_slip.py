@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from erclutch.models.stages import stage_named
-from erclutch.models.stages.stage import Moved
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 
@@ -24,7 +24,7 @@ def clock_of(rows: int, period: float = PERIOD) -> Clock:
 
 
 def response(name: str, slip: Array, strength: Array | float, q: list[float], period: float = PERIOD) -> Array:
-    moved = Moved(slip, np.broadcast_to(np.asarray(strength), slip.shape).copy())
+    moved = SlipAndStrength(slip, np.broadcast_to(np.asarray(strength), slip.shape).copy())
     return np.asarray(stage_named(name).respond(moved, clock_of(slip.size, period), q, slice(None))[0])
 
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models.law_model import TorqueModel, in_user_units
 from erclutch.models.laws.smooth import power
 from erclutch.models.laws.yield_stress import SQUARE
-from erclutch.models.model import InFluid, further_inputs
+from erclutch.models.model import FluidSignals, further_inputs
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.stages import slip_stages, stages_at, stages_of
-from erclutch.models.stages.stage import Moved, Stage
+from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, speeds_of
@@ -44,14 +44,14 @@ def inputs_of(
     """
     fields = [_in_fluid(e.field, structure, clock, dynamics) for e in elements]
     slips = [e.slip for e in elements]
-    moved = moved_of(structure, [exact(f) for f in fields], [exact(w) for w in slips], dynamics)
+    moved = moved_of(structure, [array_as_in_c(f) for f in fields], [array_as_in_c(w) for w in slips], dynamics)
     remembered = [[_respond(stage, m, clock, dynamics) for stage in slip_stages(structure.dynamics)] for m in moved]
     further = further_inputs(structure.extras, extras)
-    signals = InFluid(fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    signals = FluidSignals(fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
     return np.array(inputs_from(structure, signals), np.float64)
 
 
-def inputs_from(structure: NetworkStructure, signals: InFluid) -> list[Any]:
+def inputs_from(structure: NetworkStructure, signals: FluidSignals) -> list[Any]:
     """All inputs in their order, elementwise on any operand."""
     base = base_of(structure, signals.fluids, signals.slips)
     extras = [signals.extras[name] for name in structure.extras]
@@ -67,13 +67,13 @@ def _respond(stage: Stage, signal: Any, clock: Clock, numbers: Mapping[str, floa
 def _in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: Mapping[str, float]) -> Array:
     signal: Any = field
     for stage in stages_at(structure.dynamics, "command"):
-        signal = _respond(stage, exact(signal), clock, numbers)
+        signal = _respond(stage, array_as_in_c(signal), clock, numbers)
     return np.asarray(signal, np.float64)
 
 
 def moved_of(
     structure: NetworkStructure, fluids: Sequence[Any], slips: Sequence[Any], numbers: Mapping[str, float]
-) -> list[Moved]:
+) -> list[SlipAndStrength]:
     """What the stages on the slip work on: the slip in its unit, the field over `STRENGTH`'s reference to its power.
 
     A network without the field as an input has a strength of one.
@@ -83,10 +83,10 @@ def moved_of(
     ways = (1.0,) if structure.device == "single" else (1.0, -1.0)
     if not structure.field:
         # One field in all rows, or none: its strength is a constant of the device, which the weights hold.
-        return [Moved(way * slip, 1.0) for way, slip in zip(ways, slips, strict=True)]
+        return [SlipAndStrength(way * slip, 1.0) for way, slip in zip(ways, slips, strict=True)]
     exponent, reference = (numbers[name] for name in STRENGTH)
     return [
-        Moved(way * slip, power(np.abs(fluid) / reference, exponent))
+        SlipAndStrength(way * slip, power(np.abs(fluid) / reference, exponent))
         for way, fluid, slip in zip(ways, fluids, slips, strict=True)
     ]
 

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic import as_in_c
-from erclutch.arithmetic.as_in_c import exact
+from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32
 from erclutch.models import model_file
 from erclutch.models.band import Band
-from erclutch.models.model import InFluid, Pair, Range, settled_memory
+from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, inputs_from, inputs_of, moved_of
-from erclutch.models.shared_answers import SharedAnswers
+from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
-from erclutch.models.stages.stage import Moved
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -52,7 +52,7 @@ class Scaling:
 
 
 @dataclass(frozen=True, repr=False)
-class NetworkModel(SharedAnswers):
+class NetworkModel(ModelBase):
     """Effort of a device from its inputs.
 
     Attributes:
@@ -130,12 +130,12 @@ class NetworkModel(SharedAnswers):
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort on the long road, shape (n,); see `SharedAnswers.effort`."""
+        """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         inputs = inputs_of(self.structure, elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
         for stage in stages_at(self.structure.dynamics, "effort"):
             q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
-            effort = np.asarray(stage.respond(exact(effort), clock, q, slice(None)))
+            effort = np.asarray(stage.respond(array_as_in_c(effort), clock, q, slice(None)))
         return effort
 
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
@@ -177,20 +177,20 @@ class NetworkModel(SharedAnswers):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
-        remembered = settled_memory(self, self.moved(*(map(exact, x) for x in (fields, slips))))
+        remembered = settled_memory(self, self.moved(*(map(array_as_in_c, x) for x in (fields, slips))))
         further = dict(zip(self.structure.extras, extras, strict=True))
-        inputs = inputs_from(self.structure, InFluid(fields, slips, remembered, further))
+        inputs = inputs_from(self.structure, FluidSignals(fields, slips, remembered, further))
         return self.of_inputs(np.array(inputs, np.float64))
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the field itself."""
         return field
 
-    def moved(self, fluids: Iterable[Any], slips: Iterable[Any]) -> list[Moved]:
+    def moved(self, fluids: Iterable[Any], slips: Iterable[Any]) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand."""
         return moved_of(self.structure, list(fluids), list(slips), self.dynamics)
 
-    def from_fluid(self, signals: InFluid) -> Any:
+    def from_fluid(self, signals: FluidSignals) -> Any:
         """Effort of operands that record: all of the network is one operation of the record."""
         inputs = inputs_from(self.structure, signals)
         return inputs[0].record("network", *inputs)

@@ -13,7 +13,7 @@ from typing import cast
 from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.models.stages.outside_stage import OutsideStage, made_stage
-from erclutch.models.stages.stage import Moved, Place, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import Place, SlipAndStrength, SlipStage, Stage, StageFamily
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import Plugin
 
@@ -82,7 +82,7 @@ def stages_at(specification: str, place: Place) -> tuple[Stage, ...]:
 def remembers(stage: Stage) -> bool:
     """Whether a stage on the slip has a state."""
     q = {shape.name: shape.scanned[0] for shape in stage.parameters(1.0)}
-    return bool(stage.initial(Moved(0.0, 0.0), q))
+    return bool(stage.initial(SlipAndStrength(0.0, 0.0), q))
 
 
 def slip_stages(specification: str) -> tuple[SlipStage, ...]:

@@ -25,7 +25,7 @@ from erclutch.arithmetic.elementary import less_select, sign_of
 from erclutch.arithmetic.recursion import Advance, follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
+from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
@@ -46,17 +46,17 @@ class BoucWen(SlipMemory):
             ShapeParameter("beta_b", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
         )
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The state over all rows; see `Stage`."""
         moved = (signal.slip * steps_of(clock)) / q[0]
         way = sign_of(signal.slip)
         return [pick(follow(_advance(self.exponent), (way,), (moved, 2.0 * q[1] - 1.0), clock)[0], rows)]
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled state."""
         return {"z": sign_of(signal.slip)}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         moved = (signal.slip * memory.number(period)) / memory.number(q["r_b"])
         given = (moved, memory.number(2.0 * q["beta_b"] - 1.0))

@@ -25,7 +25,7 @@ from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travels
-from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
+from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
@@ -45,13 +45,13 @@ class Dahl(SlipMemory):
         """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
         return travels("r_{}", "travel over which memory {} yields", period, len(self.outputs))
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
         aim, moved = self.aim(signal), np.abs(signal.slip) * step_of(clock)
         gone = [-np.expm1(-(moved / r)) for r in q]
         return [pick(recur(1.0 - g, aim * g, aim, clock), rows) for g in gone]
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
         aim = self.aim(signal)
         moved = np.abs(signal.slip) * memory.number(period)

@@ -24,7 +24,7 @@ from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, steps_of
 from erclutch.models.laws.law import SLIP, Dimension, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory
-from erclutch.models.stages.stage import Memory, Moved
+from erclutch.models.stages.stage import Memory, SlipAndStrength
 from erclutch.signals.clock import Clock
 
 _TIME = Dimension(time=1)
@@ -45,7 +45,7 @@ class HystereticTanh(SlipMemory):
             ),
         )
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The output over all rows; see `Stage`."""
         steps = steps_of(clock)
         x = recur(np.exp(-steps / q[2]), signal.slip * steps, 0.0, clock)
@@ -55,15 +55,15 @@ class HystereticTanh(SlipMemory):
     def _turned(slip: Any, x: Any, w_t: Any, t_w: Any) -> Any:
         return np.tanh((slip + x / t_w) / w_t)
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The travel is counted from zero: a slip that lasts has none that is known."""
         return (np.tanh(signal.slip / q["w_t"]),)
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The travel starts at zero."""
         return {"travel": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_m"])))
         x = memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period))

@@ -13,7 +13,7 @@ from typing import Any
 
 from erclutch.arithmetic.recursion import starts_of, steps_of
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
 
@@ -44,7 +44,7 @@ class Inertia:
         """There are none: the inertia is a gain."""
         return ()
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """No acceleration."""
         return (0.0 * signal.slip,)
 
@@ -52,7 +52,7 @@ class Inertia:
         """The acceleration."""
         return tuple(outputs)
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The acceleration over all rows; see `Stage`."""
         slip: Any = signal.slip
         before: Any = slip.copy()
@@ -61,11 +61,11 @@ class Inertia:
         before[starts] = slip[starts]
         return [((slip - before) / steps_of(clock))[rows]]
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The slip before the first row is that of the first row."""
         return {"slip": signal.slip}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         before = memory.before("slip")
         memory.keep("slip", signal.slip)

@@ -27,7 +27,7 @@ from erclutch.arithmetic.elementary import sign_of
 from erclutch.arithmetic.recursion import recur, steps_of
 from erclutch.models.laws.law import SLIP, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
-from erclutch.models.stages.stage import Memory, Moved, StageFamily
+from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
 
@@ -43,13 +43,13 @@ class LuGre(SlipMemory):
             ShapeParameter("w_l", "slip over which the static effort fades", 1e-3, 3.0, SLIP, "log", (0.01, 1.0)),
         )
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """Deflection and its rate over all rows; see `Stage`."""
         aim, most, gone = self._row(signal, steps_of(clock), *q)
         s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
         return [pick(x, rows) for x in (s, self._rate(signal, aim, s, most))]
 
-    def _row(self, signal: Moved, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
+    def _row(self, signal: SlipAndStrength, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
         """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
         way = sign_of(signal.slip)
         ratio = signal.slip / w_l
@@ -58,19 +58,19 @@ class LuGre(SlipMemory):
         return aim, most, -np.expm1(-((np.abs(signal.slip) * step) / (r * most)))
 
     @staticmethod
-    def _rate(signal: Moved, aim: Any, s: Any, most: Any) -> Any:
+    def _rate(signal: SlipAndStrength, aim: Any, s: Any, most: Any) -> Any:
         return np.abs(signal.slip) * (aim - s / most)
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The bristles have yielded in the way of the slip, and bend no further."""
         aim, most, _ = self._row(signal, 0.0, *q.values())
         return aim * most, self._rate(signal, aim, aim * most, most)
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled deflection."""
         return {"s": self.settled(signal, q)[0]}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         aim, most, gone = self._row(signal, memory.number(period), *map(memory.number, q.values()))
         s = memory.keep("s", (1.0 - gone) * memory.before("s") + (aim * most) * gone)

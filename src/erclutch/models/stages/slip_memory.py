@@ -11,7 +11,7 @@ import numpy as np
 
 from erclutch.arithmetic.elementary import sign_of
 from erclutch.models.laws.law import EFFORT, VISCOUS, Dimension, Gain, Part, ShapeParameter
-from erclutch.models.stages.stage import Moved, Place
+from erclutch.models.stages.stage import Place, SlipAndStrength
 
 TRAVEL = Dimension(slip=1, time=1)
 #: Travels, over the reference slip in s, between which the states of a scan lie.
@@ -58,16 +58,16 @@ class SlipMemory:
         """The outputs, and the outputs times the strength of the field where that is not in them yet."""
         return tuple(outputs) if self.ahead else (*outputs, *(strength * x for x in outputs))
 
-    def aim(self, signal: Moved) -> Any:
+    def aim(self, signal: SlipAndStrength) -> Any:
         """Where a state yields in the way of the slip."""
         way = sign_of(signal.slip)
         return way * signal.strength if self.ahead else way
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """All states have yielded in the way of the slip."""
         return (self.aim(signal),) * len(self.outputs)
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled states, by the names of the outputs."""
         return dict(zip(self.outputs, self.settled(signal, q), strict=True))
 

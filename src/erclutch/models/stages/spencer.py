@@ -33,7 +33,7 @@ from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import SLIP, VISCOUS, Dimension, Gain, ShapeParameter
 from erclutch.models.stages.slip_memory import travel
-from erclutch.models.stages.stage import Memory, Moved, Place
+from erclutch.models.stages.stage import Memory, Place, SlipAndStrength
 from erclutch.signals.clock import Clock
 
 
@@ -73,29 +73,29 @@ class Spencer:
         """The effort over that of the dashpot in series: the field is in it."""
         return tuple(outputs)
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The column over all rows; see `Stage`."""
         given = _given(signal, q, steps_of(clock))
         z, d = follow(_advance, (_yielded(given), 0.0), given, clock)
         return [pick(_effort(z, d, given), rows)]
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The hysteresis has yielded as far as the slip takes it; the spring counts from zero."""
         given = _given(signal, list(q.values()), 0.0)
         return (_effort(_yielded(given), 0.0, given),)
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled states."""
         return {"z": _yielded(_given(signal, list(q.values()), 0.0)), "d": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         given = _given(signal, [memory.number(x) for x in q.values()], memory.number(period))
         z, d = _advance((memory.before("z"), memory.before("d")), given)
         return (_effort(memory.keep("z", z), memory.keep("d", d), given),)
 
 
-def _given(signal: Moved, q: Sequence[Any], step: Any) -> tuple[Any, ...]:
+def _given(signal: SlipAndStrength, q: Sequence[Any], step: Any) -> tuple[Any, ...]:
     """What a row brings: the slip, the step, c_0, c_1, alpha, k_0, r and beta - gamma."""
     e, p, p_b, q_0, q_b, k_0, r, beta = q
     s = signal.strength

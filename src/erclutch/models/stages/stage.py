@@ -24,7 +24,7 @@ from erclutch.signals.clock import Clock
 Place = Literal["command", "slip", "effort", "temperature"]
 
 
-class Moved(NamedTuple):
+class SlipAndStrength(NamedTuple):
     """What a stage on the slip works on.
 
     Attributes:
@@ -105,8 +105,8 @@ class Stage(Protocol):
         """The output over all rows, for fits; of a stage on the slip a list of all outputs.
 
         Args:
-            signal: shape (n,); an array or a dual, of a stage on the slip a `Moved` of such. An `Exact` array asks for
-                the bits of the step.
+            signal: shape (n,); an array or a dual, of a stage on the slip a `SlipAndStrength` of such. An `ArrayAsInC`
+                asks for the bits of the step.
             clock: when the rows were sampled. Each span starts anew.
             q: the parameters; numbers or duals.
             rows: which rows of the result are wanted.
@@ -131,7 +131,7 @@ class Stage(Protocol):
 
 @runtime_checkable
 class SlipStage(Stage, Protocol):
-    """A stage on the slip: it gets a `Moved`, and its outputs are further columns of a law, or inputs of a network."""
+    """A stage on the slip gets a `SlipAndStrength`. Its outputs are columns of a law, or inputs of a network."""
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ class SlipStage(Stage, Protocol):
         """The linear parameters that a law gets for the stage, one a column."""
         ...
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The outputs once slip and strength have long been the same; elementwise on any operand."""
         ...
 

@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, steps_of
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
 
@@ -46,7 +46,7 @@ class Stiffness:
         meaning = "time after which the travel is forgotten"
         return (ShapeParameter("tau_x", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual),)
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The travel is counted from zero: a slip that lasts has none that is known."""
         return (0.0 * signal.slip,)
 
@@ -54,16 +54,16 @@ class Stiffness:
         """The travel."""
         return tuple(outputs)
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The travel over all rows; see `Stage`."""
         steps = steps_of(clock)
         return [pick(recur(np.exp(-steps / q[0]), signal.slip * steps, 0.0, clock), rows)]
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The travel starts at zero."""
         return {"travel": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_x"])))
         return (memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period)),)

@@ -20,7 +20,7 @@ from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import follow, steps_of
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travels
-from erclutch.models.stages.stage import Memory, Moved, StageFamily, numbered
+from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily, numbered
 from erclutch.signals.clock import Clock
 
 
@@ -32,17 +32,17 @@ class Stops(SlipMemory):
         """The travel of each stop; a scan looks for them in neighbouring parts of the usual range."""
         return travels("r_p{}", "travel over which stop {} yields", period, len(self.outputs))
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
         moved, edge = self._given(signal, steps_of(clock))
         return [pick(follow(_advance, (self.aim(signal),), (moved / r, edge), clock)[0], rows) for r in q]
 
-    def _given(self, signal: Moved, step: Any) -> tuple[Any, Any]:
+    def _given(self, signal: SlipAndStrength, step: Any) -> tuple[Any, Any]:
         """Travel of a row, and where the states stop."""
         moved = signal.slip * step
         return (moved * signal.strength, signal.strength) if self.ahead else (moved, 1.0)
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
         moved, edge = self._given(signal, memory.number(period))
         return tuple(

@@ -16,7 +16,7 @@ from typing import Any
 from erclutch.arithmetic.dual import pick
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
 from erclutch.models.laws.smooth import signed_power
-from erclutch.models.stages.stage import Memory, Moved, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
 
@@ -40,7 +40,7 @@ class Viscous:
         """The exponent."""
         return (ShapeParameter("p", "exponent of the slip in the viscous effort", 0.1, 2.5),)
 
-    def settled(self, signal: Moved, q: Mapping[str, float]) -> tuple[Any, ...]:
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The power of the slip: nothing is remembered."""
         return (signed_power(signal.slip, q["p"]),)
 
@@ -48,15 +48,15 @@ class Viscous:
         """The power of the slip, and that times the strength of the field."""
         return (*outputs, *(strength * v for v in outputs))
 
-    def respond(self, signal: Moved, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The power of the slip; see `Stage`."""
         return [pick(signed_power(signal.slip, q[0]), rows)]
 
-    def initial(self, signal: Moved, q: Mapping[str, float]) -> Mapping[str, Any]:
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """There is no state."""
         return {}
 
-    def step(self, memory: Memory, signal: Moved, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         return (signed_power(signal.slip, q["p"]),)
 

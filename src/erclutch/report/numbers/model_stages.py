@@ -8,7 +8,7 @@ from typing import Any
 
 from erclutch.models.networks import is_network
 from erclutch.models.stages import NONE, stages_of
-from erclutch.models.stages.stage import Moved, Stage
+from erclutch.models.stages.stage import SlipAndStrength, Stage
 
 #: Key of an entry that stands for a model of another run under a name of its own: the model's name there.
 MODEL = "model"
@@ -48,7 +48,7 @@ def stage_values(entry: Mapping[str, Any], stage: Stage) -> dict[str, float]:
 def remembers_slip(entry: Mapping[str, Any]) -> bool:
     """Whether a stage on the slip keeps a state."""
     return any(
-        stage.place == "slip" and stage.initial(Moved(0.0, 1.0), stage_values(entry, stage))
+        stage.place == "slip" and stage.initial(SlipAndStrength(0.0, 1.0), stage_values(entry, stage))
         for stage in stages_in(entry)
     )
 
