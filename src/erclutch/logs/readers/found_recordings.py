@@ -19,7 +19,7 @@ from typing import Any, TypedDict, TypeVar, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import name_columns
+from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
 from erclutch.logs.table import Table
@@ -28,6 +28,8 @@ from erclutch.signals.array import Array
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
 _T = TypeVar("_T")
+_JOINT = " + "
+_KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted. No recording is called so.
 ALL = "*"
 
@@ -69,7 +71,7 @@ class Found:
         )
 
 
-def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str) -> tuple[str, _T]:
+def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str, more: str = "") -> tuple[str, _T]:
     """The only recording of a file, or the one that ``variable`` names, with its name.
 
     Args:
@@ -77,6 +79,7 @@ def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str) 
         variable: what the user chose.
         what: what the format calls a recording, such as "group".
         none: the problem where there is none.
+        more: what else helps where there are several.
 
     Raises:
         LogError: none, several without a choice, or none of that name.
@@ -92,7 +95,7 @@ def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str) 
     if not variable and len(found) > 1:
         problem = f"the file holds several recordings: {listed(found)}"
         raise LogError(
-            problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(found)))}, or --variable all"
+            problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(found)))}, or --variable all{more}"
         )
     name = variable or next(iter(found))
     return name, found[name]
@@ -112,10 +115,66 @@ def names_by(read: Callable[[LogSource], Table]) -> Callable[[LogSource], list[s
 
 
 def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:
-    """The table of the recording that `choose` takes; a note names the recording."""
-    name, recording = choose(found, variable, what, none)
+    """The table of the recording that `choose` takes, or of several joined by time; a note names the recording."""
+    names = [each.strip() for each in (variable or "").split(_JOINT)]
+    if len(names) > 1 and variable not in found and all(name in found for name in names):
+        return joined_by_time({name: found[name] for name in names}, what).table()
+    timed = [name for name, recording in found.items() if _time_of(recording)]
+    more = f", or join them by time: --variable {shlex.quote(_JOINT.join(timed))}" if len(timed) > 1 else ""
+    name, recording = choose(found, variable, what, none, more)
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()
+
+
+def _time_of(recording: Found) -> str | None:
+    """The label of a recording's time, if it has one."""
+    named = (label for label in recording.columns if _TIME.fullmatch(split_label(label)[0].strip()))
+    return next(named, None)
+
+
+def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
+    """Recordings of other rates beside the first, at the first's times, as far as all of them have rows.
+
+    A column that keeps its levels (a command) holds each value until the next; any other is joined by straight lines.
+
+    Args:
+        found: the recordings by name; the times are those of the first.
+        what: what the format calls a recording.
+
+    Raises:
+        LogError: a recording without times that grow, or no time that all of them have.
+    """
+    clocks: dict[str, Array] = {}
+    for name, recording in found.items():
+        label = _time_of(recording)
+        times = None if label is None else recording.columns[label]
+        if times is None or times.size < 2 or not bool(np.all(np.diff(times) > 0)):
+            problem = f"{what} {name} has no time that grows from row to row"
+            raise LogError(problem, remedy="Join others, or choose one")
+        clocks[name] = times
+    (first, base), *others = found.items()
+    begin, end = max(float(t[0]) for t in clocks.values()), min(float(t[-1]) for t in clocks.values())
+    inside = (clocks[first] >= begin) & (clocks[first] <= end)
+    if not inside.any():
+        raise LogError(f"there is no time that all of {listed(found)} have", remedy="Choose one of them")
+    at = clocks[first][inside]  # s, shape (rows,)
+    joined = replace(base, columns={label: values[inside] for label, values in base.columns.items()})
+    joined.units = dict(base.units)
+    joined.notes = [f"recordings joined at the times of {what} {first}: {', '.join(found)}", *base.notes]
+    if left := int(np.count_nonzero(~inside)):
+        joined.notes.append(f"{left} rows of {first} before or after the others left out")
+    for name, recording in others:
+        for label, values in recording.columns.items():
+            if label == _time_of(recording):
+                continue
+            own = label if label not in joined.columns else f"{label} ({name})"
+            keeps = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
+            held = values[np.searchsorted(clocks[name], at, side="right") - 1]
+            joined.columns[own] = held if keeps else np.asarray(np.interp(at, clocks[name], values), np.float64)
+            joined.units[own] = recording.units.get(label)
+            how = "each value held until the next" if keeps else "joined by straight lines"
+            joined.notes.append(f"column {own} of {name}: {how}")
+    return joined
 
 
 def listed(names: Iterable[str]) -> str:

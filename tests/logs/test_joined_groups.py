@@ -1,0 +1,74 @@
+"""Recordings of one file at different rates are joined by time, where the user asks for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError
+from erclutch.logs import read, read_table
+from erclutch.logs.readers.found_recordings import Found, chosen, joined_by_time
+
+FAST, SLOW = np.arange(1000) / 1000, np.arange(-10, 80) / 100
+SPEED = np.sin(9 * FAST)
+LEVELS = np.floor(SLOW * 5) % 2
+WARM = 20 + SLOW
+
+
+def groups() -> dict[str, Found]:
+    fast = Found({"t": FAST, "speed": SPEED, "torque": SPEED**3}, {"t": "s", "speed": "rad/s", "torque": "N*m"})
+    slow = Found({"time": SLOW, "current": LEVELS, "oil": WARM, "speed": SLOW}, {"time": "s", "current": "A"})
+    return {"fast": fast, "slow": slow}
+
+
+def test_a_command_is_held_and_a_measurement_joined_by_lines() -> None:
+    table = chosen(groups(), "fast + slow", "group", "none")
+    rows = SLOW[-1] >= FAST
+    assert table.rows == int(rows.sum())
+    assert list(table.columns) == ["t", "speed", "torque", "current", "oil", "speed (slow)"]
+    np.testing.assert_array_equal(table.columns["speed"], SPEED[rows])
+    assert set(table.columns["current"]) == {0.0, 1.0}
+    np.testing.assert_allclose(table.columns["oil"], 20 + FAST[rows])
+    held = LEVELS[np.searchsorted(SLOW, FAST[rows] + 1e-9) - 1]
+    assert np.mean(table.columns["current"] == held) > 0.99
+    assert "recordings joined at the times of group fast: fast, slow" in table.notes
+    assert f"{int((~rows).sum())} rows of fast before or after the others left out" in table.notes
+    assert "column current of slow: each value held until the next" in table.notes
+    assert table.units["current"] == "A"
+
+
+def test_the_first_that_is_named_gives_the_rows() -> None:
+    table = chosen(groups(), "slow + fast", "group", "none")
+    np.testing.assert_array_equal(table.columns["time"], SLOW[SLOW >= 0.0])
+
+
+def test_the_question_names_the_way_to_join_them() -> None:
+    with pytest.raises(LogError, match=r"or join them by time: --variable 'fast \+ slow'"):
+        chosen(groups(), None, "group", "none")
+
+
+@pytest.mark.parametrize("times", [SLOW[::-1].copy(), SLOW + 100, np.zeros(90)])
+def test_times_that_do_not_grow_or_meet_are_refused(times: np.ndarray) -> None:
+    both = groups()
+    both["slow"].columns["time"] = times
+    with pytest.raises(LogError, match="no time that"):
+        joined_by_time(both, "group")
+    del both["slow"].columns["time"]
+    with pytest.raises(LogError, match="group slow has no time"):
+        joined_by_time(both, "group")
+
+
+def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        for name, group in groups().items():
+            for label, values in group.columns.items():
+                file.create_dataset(f"{name}/{label}", data=values).attrs["unit"] = group.units.get(label) or ""
+    with pytest.raises(LogError, match="join them by time"):
+        read_table(path)
+    log = read(path, {"slip": "speed"}, variable="fast + slow")
+    assert log.units["field"] == "A"
+    assert log.period == pytest.approx(1e-3)
