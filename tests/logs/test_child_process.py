@@ -63,11 +63,12 @@ def test_it_answers_within_its_limits(reader: str, tmp_path: Path) -> None:
     assert texts["name"] == str(tmp_path / "a.mat")
 
 
-def test_larger_files_have_more_time(tmp_path: Path, reader: str) -> None:
+def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "a.mat"
     path.write_bytes(bytes(2 << 20))
     (limits, _), _ = child_process.run(reader, path, "limits")
-    assert limits.tolist() == [4 << 30, 4 << 30, 16, 0]
+    room = (1 << 30) + (128 << 20)  # bytes: 1 GiB, and 64 times the size
+    assert limits.tolist() == [room, room, 16, 0]
     folder = tmp_path / "bag"
     folder.mkdir()
     for name in ("a", "b"):
@@ -117,3 +118,20 @@ def _runs(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
+
+
+def test_a_small_file_has_little_memory(reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What unpacks to gigabytes is refused before the memory is given; a user may allow it."""
+    path = tmp_path / "a.mat"
+    path.write_bytes(bytes(1 << 20))
+    (limits, _), _ = child_process.run(reader, path, "limits")
+    assert limits[0] == (1 << 30) + (64 << 20)
+    with pytest.raises(LogError, match=r"needs more than 1088 MiB") as raised:
+        child_process.run(reader, path, "memory")
+    assert "ERCLUTCH_READER_MEMORY=8192" in raised.value.remedy
+    monkeypatch.setenv("ERCLUTCH_READER_MEMORY", "6000")
+    (limits, _), _ = child_process.run(reader, path, "limits")
+    assert limits[0] == 6000 << 20
+    monkeypatch.setenv("ERCLUTCH_READER_MEMORY", "much")
+    with pytest.raises(LogError, match=r"ERCLUTCH_READER_MEMORY: 'much' MiB"):
+        child_process.run(reader, path, "limits")

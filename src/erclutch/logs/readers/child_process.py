@@ -23,11 +23,14 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.signals.array import Array
 
-MEMORY = 4 << 30  # bytes of address space of the child
+LEAST_MEMORY, MEMORY_PER_BYTE = 1 << 30, 64  # bytes of address space of the child: a small file cannot ask for more
+MEMORY = 4 << 30  # bytes, the most
+RAISED = "ERCLUTCH_READER_MEMORY"  # MiB in their place, where a user knows that the file is sound
 SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _ARRAYS, _TEXTS = "columns.npz", "table.json"
+_MORE_MEMORY = f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 
 
@@ -35,15 +38,16 @@ _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 Answer = tuple[list[Array], dict[str, Any]]
 
 
-def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds: float | None = None) -> Answer:
+def run(module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None) -> Answer:
     """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
     Its limits are bytes of address space and of each file that it writes, where the platform has them, and seconds of
-    processor time; None: what the size of the file or folder allows.
+    processor time; None: what the size of the file or folder allows. A small file that unpacks to gigabytes ends there.
 
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
+    memory = memory or _memory(path)
     seconds = seconds or SECONDS + SECONDS_PER_MIB * _size(path) / (1 << 20)
     root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
@@ -62,6 +66,18 @@ def run(module: str, path: Path, *arguments: str, memory: int = MEMORY, seconds:
             problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
             raise LogError(problem, remedy=_DAMAGED)
         return _answer(Path(folder), done.returncode, done.stderr)
+
+
+def _memory(path: Path) -> int:
+    """Bytes of address space that the size of a file or folder allows, or those that the user gives."""
+    given = os.environ.get(RAISED, "")
+    if not given:
+        return min(MEMORY, LEAST_MEMORY + MEMORY_PER_BYTE * _size(path))
+    if not given.isdecimal() or not 256 <= int(given) < 1 << 20:
+        raise LogError(
+            f"{given!r} MiB of memory for a reader", where=RAISED, remedy="Give 256 to 1048575, a whole number"
+        )
+    return int(given) << 20
 
 
 def _size(path: Path) -> int:
@@ -104,7 +120,7 @@ def serve(read: Callable[..., Answer]) -> int:
     except LogError as error:
         report = {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
-        report = {"problem": f"reading the file needs more than {int(memory) >> 20} MiB", "remedy": _DAMAGED}
+        report = {"problem": f"reading the file needs more than {int(memory) >> 20} MiB", "remedy": _MORE_MEMORY}
     except Exception as error:  # libraries raise anything on damaged files
         cause = f"{type(error).__name__}: {str(error).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"
