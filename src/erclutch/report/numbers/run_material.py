@@ -179,9 +179,9 @@ class Material:
     @cached_property
     def law_parts(self) -> Mapping[str, TorqueModel]:
         """The law of each model that has one: of a law itself, and of a law with a network."""
-        corrected = {name: model.law for name, model in self.models.items() if model.correction is not None}
-        parts = {**self.laws, **corrected}
-        return {name: parts[name] for name in self.models if name in parts}
+        # A law with a network has its law beside the correction; a law's structure has the law, a network's has none.
+        parts: dict[str, Any] = {name: getattr(model, "law", model) for name, model in self.models.items()}
+        return {name: part for name, part in parts.items() if hasattr(part.structure, "law")}
 
     @cached_property
     def error_maps(self) -> tuple[ErrorMap, ...]:
