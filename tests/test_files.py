@@ -376,7 +376,6 @@ ALONE = {
     "demo": "reserves its folder as the others do, and takes a minute",
     "experiment": "reserves its name as reproduce does, and takes minutes",
     "fit-large": "writes as fit does",
-    "recover": "writes as the others do",
 }
 
 

@@ -1,4 +1,4 @@
-"""A damaged recording of the live loop: what is recovered has the names, units, settings and numbers of the whole."""
+"""A damaged recording of the live loop is refused, or has the names, units, settings and numbers of the whole one."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from erclutch.errors import LogError
 from erclutch.logs import read_table
 from erclutch.wings.live.layout import FRAME
 from erclutch.wings.live.recording.mcap_file import FrameFile
-from erclutch.wings.live.recording.recover_recording import recover
 from erclutch.wings.live.ring import RingInfo
 
 ROWS, CHUNK = 2000, 40
@@ -35,15 +35,17 @@ def test_damage_changes_no_name_unit_or_setting(tmp_path: Path, closed: bool) ->
         data = bytearray(source)
         for _ in range(rng.integers(1, 4)):
             data[int(rng.integers(8, 4000 if rng.random() < 0.5 else len(data)))] ^= int(rng.integers(1, 256))
-        path, out = tmp_path / f"{k}.mcap", tmp_path / f"{k}-recovered.mcap"
+        path = tmp_path / f"{k}.mcap"
         path.write_bytes(data)
-        found, table = recover(path), read_table(out)
-        assert not found.unsure
+        try:
+            table = read_table(path)
+        except LogError:
+            continue
         assert table.units == intact.units
         assert table.metadata["erclutch"] == intact.metadata["erclutch"]
         rows = table.columns["seq"].astype(int)
-        assert rows.size >= ROWS - 3 * 2 * CHUNK
+        assert rows.size == ROWS or any("not closed" in note for note in table.notes)
+        gaps = int((np.diff(rows) - 1).sum())
+        assert [note for note in table.notes if note.startswith(f"{gaps} messages are missing")] or not gaps
         for name, values in intact.columns.items():
             assert np.array_equal(table.columns[name], values[rows], equal_nan=True), name
-        path.unlink()
-        out.unlink()

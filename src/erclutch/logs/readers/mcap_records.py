@@ -1,7 +1,7 @@
-"""The records of an MCAP file are walked strictly: lengths, checksums and counts, before anything is believed.
+"""An MCAP file is read by the library ``mcap``, a chunk at a time; a chunk's messages of one length are one array.
 
-MCAP (mcap.dev/spec): magic, then records of one byte of kind, eight of length and a body; messages stand in compressed
-chunks with a checksum. Messages of one length in a row are taken as one array, so an hour at 1 kHz reads in seconds.
+The library makes a Python object of each message, and believes what a file says of its sizes. So chunks are unpacked
+here, within limits, and their messages are taken as arrays: an hour at 1 kHz reads in seconds.
 """
 
 from __future__ import annotations
@@ -16,17 +16,18 @@ from typing import Any
 import numpy as np
 from mcap import records as kinds
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import InvalidMagic
 from mcap.opcode import Opcode
+from mcap.stream_reader import CRCValidationError, StreamReader
 from numpy.typing import NDArray
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST = 8 << 30  # bytes that all chunks together may take when unpacked
 LARGEST_CHUNK = 1 << 30
 _HEAD = struct.Struct("<BQ")
-_CHUNK_HEAD = 40  # bytes ahead of a chunk's data, without the name of its compression
+_MESSAGE_HEAD = struct.Struct("<HIQQ")
 #: Ahead of each message's data.
 MESSAGE = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
-_MESSAGE_FIELDS = 22
 
 
 class DamageError(Exception):
@@ -34,16 +35,7 @@ class DamageError(Exception):
 
 
 class TornError(DamageError):
-    """The file ends before it should."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A record in a file: its kind, and where its body starts and stops."""
-
-    kind: int
-    start: int
-    stop: int
+    """The file ends within a record."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +53,7 @@ class MessageRun:
     @property
     def data(self) -> NDArray[np.uint8]:
         """The messages' bytes, shape (n, length)."""
-        return self.array.view(np.uint8).reshape(-1, self.array.dtype.itemsize)[:, _HEAD.size + _MESSAGE_FIELDS :]
+        return self.array.view(np.uint8).reshape(-1, self.array.dtype.itemsize)[:, _HEAD.size + _MESSAGE_HEAD.size :]
 
 
 @dataclass
@@ -73,6 +65,8 @@ class Contents:
         metadata: records of settings, name -> pairs.
         runs: all messages, in the order of the file.
         statistics: what the file says of itself at its end.
+        torn: bytes at its end that are no whole record, where it was not closed.
+        checked: channels whose description stands in a chunk with a checksum.
     """
 
     schemas: dict[int, kinds.Schema] = field(default_factory=dict[int, kinds.Schema])
@@ -80,63 +74,86 @@ class Contents:
     metadata: dict[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
     runs: list[MessageRun] = field(default_factory=list[MessageRun])
     statistics: kinds.Statistics | None = None
+    torn: int | None = None
+    checked: set[int] = field(default_factory=set[int])
 
 
-def places(data: Any, start: int = len(MAGIC), *, ended: bool = True) -> Iterator[Place]:
-    """The records of a file up to its footer.
+class _WholeReads(BytesIO):
+    """A file's bytes for the library, which takes a read that gives less than it asked for without a word."""
 
-    Args:
-        data: the file's bytes, or a memory map of them.
-        start: byte to begin at.
-        ended: the file must have a footer; else it may end after any record.
+    def read(self, size: int | None = -1, /) -> bytes:
+        start = self.tell()
+        try:
+            part = super().read(size)
+        except OverflowError as error:  # a length of 2^63 and more
+            raise TornError(f"the record at byte {start} ends after the file") from error
+        if size is not None and len(part) < size:
+            raise TornError(f"it ends within the record at byte {start}")
+        if size == 1 and part == b"\0":  # the library reads a kind, and nothing else, as one byte
+            raise DamageError(f"at byte {start} a record has no kind")
+        return part
+
+
+def read_contents(data: bytes) -> Contents:
+    """Everything in a file, as far as it is whole.
 
     Raises:
-        TornError: the file ends within a record, or without a footer.
-        DamageError: a record of a kind that there is not.
+        DamageError: a length, a checksum or a count is wrong.
     """
-    at, size = start, len(data)
-    while at + _HEAD.size <= size:
-        kind, length = _HEAD.unpack_from(data, at)
-        if kind == 0:
-            raise DamageError(f"at byte {at} a record has no kind")
-        stop = at + _HEAD.size + length
-        if stop > size:
-            raise TornError(f"the record at byte {at} ends {stop - size} bytes after the file")
-        yield Place(kind, at + _HEAD.size, stop)
-        if kind == Opcode.FOOTER:
-            return
-        at = stop
-    if ended or at != size:
-        raise TornError("it has no end")
-
-
-def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
-    """A record's body as mcap's record class; DamageError where it does not fit the kind."""
-    stream = ReadDataStream(BytesIO(body))
-    reader: Any = kind
+    if not data.startswith(MAGIC):
+        raise DamageError("it does not begin as one")
+    stream = _WholeReads(data)
+    reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=None)
+    contents, room = Contents(), LARGEST
+    alone = bytearray()  # messages outside of chunks
+    kept = 0  # bytes of them without the last one
+    end = len(MAGIC)  # of the last whole record
     try:
-        record = reader.read(stream)
-    except Exception as error:  # mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError on damage
-        raise DamageError(f"a record ({kind.__name__}) cannot be read") from error
-    if stream.count > len(body):
-        raise DamageError(f"a record ({kind.__name__}) is longer than it says")
-    return record
+        for record in reader.records:
+            if isinstance(record, kinds.Chunk):
+                unpacked = unpack_chunk(record, min(room, LARGEST_CHUNK))
+                room -= len(unpacked)
+                described = Contents()
+                contents.runs.extend(runs_of(unpacked, described))
+                for each in (*described.schemas.values(), *described.channels.values()):
+                    note_record(each, contents)
+                if record.uncompressed_crc:
+                    contents.checked |= set(described.channels)
+            elif isinstance(record, kinds.Message):
+                fields = _MESSAGE_HEAD.pack(record.channel_id, record.sequence, record.log_time, record.publish_time)
+                kept = len(alone)
+                alone += _HEAD.pack(Opcode.MESSAGE, len(fields) + len(record.data)) + fields + record.data
+            else:
+                note_record(record, contents)
+            end = stream.tell()
+    except (TornError, InvalidMagic):
+        contents.torn = len(data) - end
+    except DamageError:
+        rest = stream.read()
+        if not rest or rest.strip(b"\0"):
+            raise
+        # A power cut leaves zeros where the last blocks of a file were to be; the last message may end in them.
+        contents.torn = len(data) - end
+        del alone[kept:]
+    except CRCValidationError as error:
+        raise DamageError("the checksum of its data does not match") from error
+    except MemoryError:
+        raise
+    except Exception as error:  # struct.error, EndOfFile, UnicodeDecodeError, whatever damage leads the library to
+        raise DamageError(f"the record at byte {end} cannot be read") from error
+    if contents.torn is None and stream.read():
+        raise DamageError("bytes follow its end")
+    contents.runs.extend(runs_of(bytes(alone), contents))
+    _check_counts(contents)
+    return contents
 
 
-def unpack_chunk(body: bytes, room: int = LARGEST_CHUNK) -> bytes:
-    """The records inside a chunk, unpacked and checked.
-
-    Args:
-        body: of the chunk's record.
-        room: most bytes that it may take.
+def unpack_chunk(chunk: kinds.Chunk, room: int = LARGEST_CHUNK) -> bytes:
+    """The records inside a chunk, unpacked and checked; ``room``: most bytes that it may take.
 
     Raises:
         DamageError: it does not unpack to the size and checksum that it states, or needs more room.
     """
-    chunk = parse(kinds.Chunk, body)
-    data_at = _CHUNK_HEAD + len(chunk.compression.encode())
-    if struct.unpack_from("<Q", body, data_at - 8)[0] != len(body) - data_at:
-        raise DamageError("a chunk is shorter than it says")
     if chunk.uncompressed_size > room:
         raise DamageError(f"a chunk has {chunk.uncompressed_size / 1e6:.0f} MB, more than a reader should take")
     unpacked = _decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
@@ -174,10 +191,12 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
         if length > size - at - _HEAD.size:
             raise DamageError("a record is longer than its chunk")
         if kind != Opcode.MESSAGE:
-            note_record(kind, body[at + _HEAD.size : at + _HEAD.size + length], contents)
+            described = _DESCRIBING.get(kind)
+            if described is not None:
+                note_record(parse(described, body[at + _HEAD.size : at + _HEAD.size + length]), contents)
             at += _HEAD.size + length
             continue
-        if length < _MESSAGE_FIELDS:
+        if length < _MESSAGE_HEAD.size:
             raise DamageError("a message is too short")
         kept = _equal_messages(body, at, length, step)
         yield MessageRun(at, kept)
@@ -187,84 +206,54 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
 
 
 def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any]:
-    kind = np.dtype([*MESSAGE, ("data", f"V{length - _MESSAGE_FIELDS}")] if length > _MESSAGE_FIELDS else MESSAGE)
+    kind = np.dtype([*MESSAGE, ("data", f"V{length - _MESSAGE_HEAD.size}")] if length > _MESSAGE_HEAD.size else MESSAGE)
     count = min(most, (len(body) - at) // kind.itemsize)
     found = np.frombuffer(body, kind, count, at)
     equal = (found["op"] == Opcode.MESSAGE) & (found["size"] == length)
     return found if equal.all() else found[: int(np.argmin(equal))]
 
 
-def note_record(kind: int, body: bytes, contents: Contents) -> None:
+#: Kinds of records in a chunk that say something of its messages.
+_DESCRIBING: Mapping[int, type[kinds.McapRecord]] = {Opcode.SCHEMA: kinds.Schema, Opcode.CHANNEL: kinds.Channel}
+
+
+def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
+    """A record's body as mcap's record class; DamageError where it does not fit the kind."""
+    stream = ReadDataStream(BytesIO(body))
+    reader: Any = kind
+    try:
+        record = reader.read(stream)
+    except Exception as error:  # mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError on damage
+        raise DamageError(f"a record ({kind.__name__}) cannot be read") from error
+    if stream.count > len(body):
+        raise DamageError(f"a record ({kind.__name__}) is longer than it says")
+    return record
+
+
+def note_record(record: kinds.McapRecord, contents: Contents) -> None:
     """Keep what a record says of the messages; skip kinds that say nothing of them.
 
     Raises:
-        DamageError: it cannot be read, or says something else than an earlier record.
+        DamageError: it says something else than an earlier record.
     """
-    if kind == Opcode.SCHEMA:
-        schema = parse(kinds.Schema, body)
-        if contents.schemas.setdefault(schema.id, schema) != schema:
-            raise DamageError(f"it describes the messages of schema {schema.id} in two ways")
-    elif kind == Opcode.CHANNEL:
-        channel = parse(kinds.Channel, body)
-        if contents.channels.setdefault(channel.id, channel) != channel:
-            raise DamageError(f"it describes channel {channel.id} in two ways")
-    elif kind == Opcode.METADATA:
-        record = parse(kinds.Metadata, body)
+    if isinstance(record, kinds.Schema):
+        if contents.schemas.setdefault(record.id, record) != record:
+            raise DamageError(f"it describes the messages of schema {record.id} in two ways")
+    elif isinstance(record, kinds.Channel):
+        if contents.channels.setdefault(record.id, record) != record:
+            raise DamageError(f"it describes channel {record.id} in two ways")
+    elif isinstance(record, kinds.Metadata):
         contents.metadata[record.name] = record.metadata
-    elif kind == Opcode.STATISTICS:
-        contents.statistics = parse(kinds.Statistics, body)
-
-
-def read_contents(data: bytes) -> Contents:
-    """Everything in a whole file.
-
-    Raises:
-        TornError: the file has no end.
-        DamageError: a length, a checksum or a count is wrong.
-    """
-    if data[: len(MAGIC)] != MAGIC:
-        raise DamageError("it does not begin as one")
-    contents, room, end = Contents(), LARGEST, 0
-    for place in places(data):
-        body = data[place.start : place.stop]
-        if place.kind == Opcode.CHUNK:
-            unpacked = unpack_chunk(body, min(room, LARGEST_CHUNK))
-            room -= len(unpacked)
-            contents.runs.extend(runs_of(unpacked, contents))
-        elif place.kind == Opcode.MESSAGE:
-            contents.runs.extend(runs_of(data[place.start - _HEAD.size : place.stop], contents))
-        elif place.kind == Opcode.DATA_END:
-            require_checksum(parse(kinds.DataEnd, body).data_section_crc, data, 0, end, "data")
-        elif place.kind == Opcode.FOOTER:  # its own checksum ends inside it
-            footer = parse(kinds.Footer, body)
-            start = footer.summary_start or place.start - _HEAD.size
-            require_checksum(footer.summary_crc, data, start, place.start + 16, "summary")
-        else:
-            note_record(place.kind, body, contents)
-        end = place.stop
-    if data[end:] != MAGIC:
-        raise TornError("its last bytes are missing")
-    _check_counts(contents)
-    return contents
-
-
-def require_checksum(stated: int, data: bytes, start: int, stop: int, what: str) -> None:
-    """A checksum of part of the file, where the file states one."""
-    if stated and zlib.crc32(memoryview(data)[start:stop]) != stated:
-        raise DamageError(f"the checksum of its {what} does not match")
+    elif isinstance(record, kinds.Statistics):
+        contents.statistics = record
 
 
 def _check_counts(contents: Contents) -> None:
-    """Whether all messages are there that the file's own statistics know of."""
+    """Whether all messages are there that the file's own statistics know of, and each channel is described."""
     there = sum(int(run.array.size) for run in contents.runs)
     known = contents.statistics
     if known is not None and known.message_count != there:
         raise DamageError(f"it says {known.message_count} messages and holds {there}")
     for run in contents.runs:
-        require_channels(run, contents)
-
-
-def require_channels(run: MessageRun, contents: Contents) -> None:
-    """Raise a DamageError for messages of a channel that no record describes."""
-    if not set(np.unique(run.array["channel"]).tolist()) <= set(contents.channels):
-        raise DamageError("messages of a channel that is not described")
+        if not set(np.unique(run.array["channel"]).tolist()) <= set(contents.channels):
+            raise DamageError("messages of a channel that is not described")

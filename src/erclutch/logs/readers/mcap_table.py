@@ -20,7 +20,7 @@ from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import mcap_records
 from erclutch.logs.readers.found_recordings import choose
-from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun, TornError
+from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
 
@@ -30,7 +30,7 @@ UNIT_KEY = "unit."
 #: Key of a live recording's channel: bits of the column ``events`` that mark a row without a good sample.
 UNSAMPLED_KEY = "unsampled_events"
 _NONE = "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)"
-_COPY = "Copy the file again, or keep what is whole of it with erclutch recover"
+_COPY = "Copy the file again from where it was recorded"
 
 _TYPES = {
     "bool": "u1", "byte": "i1", "char": "u1", "float32": "<f4", "float64": "<f8", "float": "<f4", "double": "<f8",
@@ -44,20 +44,30 @@ _CONSTANT = re.compile(r"[A-Za-z]\w*\s+[A-Za-z]\w*\s*=.*")
 def read_mcap(source: LogSource) -> Table:
     """Read the channel of an MCAP file that holds numbers, or that of the chosen topic.
 
+    A file that was not closed is read as far as it is whole, and a note says so.
+
     Raises:
-        LogError: no MCAP file, not closed, damaged, without a channel of numbers, or several and none chosen.
+        LogError: no MCAP file, damaged, nothing whole in it, no channel of numbers, or several and none chosen.
     """
     try:
         contents = mcap_records.read_contents(source.data)
-    except TornError as error:
-        remedy = f"Make a whole one of it: erclutch recover {source.name}"
-        raise LogError(f"the MCAP file was not closed ({error})", remedy=remedy) from error
     except DamageError as error:
         raise LogError(f"the MCAP file is damaged: {error}", remedy=_COPY) from error
     except MemoryError as error:
         raise LogError("the MCAP file does not fit into memory", remedy="Split the log") from error
+    if contents.torn is not None and not contents.runs:
+        raise LogError("the MCAP file was not closed, and no message in it is whole", remedy="Take another recording")
     notes: list[str] = []
     channel, columns, times = choose(_tables(contents, notes), source.variable, "topic", _NONE)[1]
+    if contents.torn is not None:
+        notes.append(
+            f"the recording was not closed: read as far as it is whole, without the last {contents.torn} bytes"
+        )
+        missing = _missing(contents, channel)
+        if missing:
+            notes.append(f"{missing} messages are missing by their numbers: their chunks are damaged")
+        if channel.id not in contents.checked:
+            notes.append("check names and units of the columns: no checksum of the file covers them")
     seconds = (times - times[0]).astype(np.float64) * 1e-9
     own = [channel.metadata.get(UNIT_KEY + label) for label in columns]
     names, units, renamed = name_columns(list(columns), own)
@@ -74,10 +84,18 @@ def read_mcap(source: LogSource) -> Table:
     )
 
 
+def _missing(contents: Contents, channel: kinds.Channel) -> int:
+    """Messages that the numbers of the others show to be lost between them; 0 where messages are not numbered."""
+    numbers = [run.array["seq"][run.array["channel"] == channel.id].astype(np.int64) for run in contents.runs]
+    steps = np.diff(np.concatenate(numbers))
+    return int((steps[steps > 1] - 1).sum())
+
+
 def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
     own = {key: text for key, text in channel.metadata.items() if not key.startswith((UNIT_KEY, UNSAMPLED_KEY))}
-    return {**({"erclutch": own} if "erclutch" in own else {}), **contents.metadata}
+    copy = {"erclutch": own} if "erclutch" in own else {}
+    return {**contents.metadata, **copy} if contents.torn is not None else {**copy, **contents.metadata}
 
 
 def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> Mask | None:

@@ -20,21 +20,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import read, read_table
-from erclutch.logs.readers.mcap_records import places
 from erclutch.signals.channels import channels_of
 from erclutch.signals.device import Units
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, HEADER
-from erclutch.wings.live.recording.mcap_file import FrameFile, RecordingError, partial_of
+from erclutch.wings.live.recording.mcap_file import FrameFile, RecordingError, finish_torn, partial_of
 from erclutch.wings.live.recording.recorder import FrameRecorder
 from erclutch.wings.live.recording.recordings import Recordings
-from erclutch.wings.live.recording.recover_recording import default_output, recover
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
 
 INFO = RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9)
@@ -90,9 +88,6 @@ def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_w
         "effort": "N",
     }
     assert np.array_equal(log.signals["slip"], frames["theta_dot"])
-    found = recover(tmp_path / "a.mcap")
-    assert (found.messages, found.coaxial) == (60, False)
-    assert read(found.path, device="single").units == log.units
 
 
 assert HEADER.fields is not None
@@ -206,7 +201,7 @@ def test_fit_and_inspect_take_a_recording(tmp_path: Path) -> None:
     assert one["test"]["rmse"] == pytest.approx(two["test"]["rmse"], rel=1e-6)
 
 
-# --- recover ----------------------------------------------------------------------------------------------------------
+# --- torn files -------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -215,111 +210,41 @@ def whole(tmp_path_factory: pytest.TempPathFactory, frames: Any) -> bytes:
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(share=st.floats(0.02, 1.0))
+@given(share=st.floats(0.02, 0.95))
 def test_a_torn_file_keeps_every_whole_chunk(tmp_path: Path, whole: bytes, share: float) -> None:
-    torn, out = tmp_path / "a.mcap.partial", tmp_path / "a.mcap"
+    """As it is read, and as the session finishes it after its recorder was killed."""
+    torn, finished = tmp_path / "a.mcap.partial", tmp_path / "a.mcap"
     torn.write_bytes(whole[: int(share * len(whole))])
-    out.unlink(missing_ok=True)
+    finished.unlink(missing_ok=True)
     if share < 0.05:  # perhaps not one whole chunk
+        with suppress(ErclutchError):
+            read_table(torn)
         with suppress(RecordingError):
-            recover(torn)
+            finish_torn(torn, finished)
         return
-    found = recover(torn)
-    assert found.path == out == default_output(torn)
+    table = read_table(torn)
+    assert any("not closed" in note for note in table.notes)
+    assert not any("no checksum" in note for note in table.notes)
+    assert table.origin == "TWIN"
     # A chunk is 40 frames and some 90 bytes a frame; nothing but the last one can be missing.
-    assert np.array_equal(sequence(out), np.arange(found.messages))
-    assert found.messages >= min(2000, int(2000 * (share - 0.1)))
-    assert found.torn < 40 * 200 or found.whole
+    assert np.array_equal(table.columns["seq"], np.arange(table.rows))
+    assert table.rows >= min(2000, int(2000 * (share - 0.1)))
+    path, last = finish_torn(torn, finished)
+    assert path == finished
+    assert not torn.exists()
+    kept = sequence(path)
+    assert np.array_equal(kept, np.arange(last + 1))
+    assert table.rows - 40 <= kept.size <= table.rows
+    assert not any("not closed" in note for note in read_table(path).notes)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(places=st.lists(st.tuples(st.floats(0.02, 0.9), st.integers(1, 255)), min_size=1, max_size=5))
-@example([(0.3722279481336133, 32)])  # the length of an index, which no checksum covers
-def test_damage_costs_its_own_chunks_only(
-    tmp_path: Path, whole: bytes, frames: Any, places: list[tuple[float, int]]
-) -> None:
-    data = bytearray(whole)
-    for share, flip in places:
-        data[int(share * len(data))] ^= flip
-    path, out = tmp_path / "a.mcap", tmp_path / "a-recovered.mcap"
-    path.write_bytes(bytes(data))
-    out.unlink(missing_ok=True)
-    with suppress(RecordingError):  # the description of the messages itself may be hit: there is only one in 50 chunks
-        found = recover(path)
-        kept = sequence(out)
-        assert kept.size == found.messages >= 2000 - 80 * len(places)
-        table = read_table(out)
-        assert np.array_equal(table.columns["torque"], frames["torque"][kept])
-        assert found.missing == int((np.diff(kept) - 1).sum())
-        return
-    assert min(share for share, _ in places) < 0.1
-
-
-@pytest.mark.parametrize("kind", [Opcode.DATA_END, Opcode.FOOTER])
-def test_an_end_amid_the_chunks_is_damage(tmp_path: Path, whole: bytes, kind: Opcode) -> None:
-    path, data = tmp_path / "a.mcap", bytearray(whole)
-    index = [place for place in places(whole) if place.kind == Opcode.MESSAGE_INDEX][10]
-    data[index.start - 9] = kind
-    path.write_bytes(data)
-    found = recover(path)
-    assert found.messages == 2000
-    assert found.damaged
-
-
-def test_names_that_no_checksum_covers_are_said_to_be_unsure(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    from mcap.writer import Writer
-
-    from erclutch.cli import app
-
-    path = tmp_path / "other.mcap"
-    writer = Writer(str(path), use_chunking=False, enable_data_crcs=False)
-    writer.start()
-    schema = writer.register_schema("Row", "ros1msg", b"float64 speed")
-    channel = writer.register_channel("/rows", "ros1", schema)
-    for k in range(9):
-        writer.add_message(channel, k, np.float64(k).tobytes(), k, k)
-    writer.finish()
-    whole, other = path.read_bytes(), tmp_path / "b.mcap"
-    assert not recover(path).unsure, "its summary has a copy and a checksum"
-    other.write_bytes(whole[: whole.rindex(b"float64 speed") - 60])
-    app(["recover", str(other)], exit_on_error=False)
-    assert "check names and units of the columns" in capsys.readouterr().out
-    # A summary whose checksum holds shows that the copy ahead of the messages is damaged.
-    path.write_bytes(whole.replace(b"float64 speed", b"float64 speeX", 1))
-    found = recover(path, tmp_path / "c.mcap")
-    assert (found.unsure, found.whole, found.messages) == (False, False, 9)
-    assert list(read_table(tmp_path / "c.mcap").columns) == ["speed"]
-
-
-def test_recover_refuses_what_it_should(tmp_path: Path, whole: bytes) -> None:
-    path = tmp_path / "a.mcap"
-    path.write_bytes(whole)
-    with pytest.raises(RecordingError, match="the file exists already"):
-        recover(path, path)
-    with pytest.raises(RecordingError, match="No such file"):
-        recover(tmp_path / "none.mcap")
-    path.write_bytes(b"nothing of the kind")
-    with pytest.raises(RecordingError, match="no MCAP file"):
-        recover(path)
-    path.write_bytes(whole[:400])
-    with pytest.raises(RecordingError, match="no message of the recording is whole"):
-        recover(path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap"]
-
-
-def test_the_command(tmp_path: Path, whole: bytes, capsys: pytest.CaptureFixture[str]) -> None:
-    from erclutch.cli import app
-
-    path = tmp_path / "a.mcap.partial"
-    path.write_bytes(whole[: len(whole) // 2])
-    app(["recover", str(path)], exit_on_error=False)
-    said = capsys.readouterr().out
-    assert "a.mcap: " in said
-    assert "messages" in said
-    assert "left out at its end" in said
-    assert path.exists()
+def test_nothing_whole_is_said(tmp_path: Path, whole: bytes) -> None:
+    torn = tmp_path / "a.mcap.partial"
+    for data in (b"", whole[:400]):
+        torn.write_bytes(data)
+        with pytest.raises(RecordingError):
+            finish_torn(torn, tmp_path / "a.mcap")
+        assert [path.name for path in tmp_path.iterdir()] == [torn.name]
 
 
 # --- the recorder -----------------------------------------------------------------------------------------------------
@@ -442,8 +367,7 @@ def _lost_by_a_kill(path: Path, loop: Any, delay: float) -> int:
     process.wait()
     said = json.loads(process.stdout.read().splitlines()[-1])
     process.stdout.close()
-    last = recover(partial_of(path)).last
-    assert last is not None
+    path, last = finish_torn(partial_of(path), path)
     kept = sequence(path)
     assert np.array_equal(kept, np.arange(kept[0], last + 1))
     assert kept.size >= said["frames"]

@@ -14,7 +14,8 @@ import mmap
 import os
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 from erclutch.files.places import put_beside
-from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Place, parse, places
+from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Contents, DamageError, parse, runs_of, unpack_chunk
 from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
 from erclutch.signals.units import UNKNOWN
 from erclutch.wings.live.layout import EVENT_BITS, frames_of
@@ -44,12 +45,13 @@ OWN = "erclutch"
 #: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
 _REPEAT = 16
 _SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
+_HEAD = struct.Struct("<BQ")
 _INDEX = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class RecordingError(ErclutchError):
-    """A recording cannot be written, or not be recovered."""
+    """A recording cannot be written, or holds nothing whole."""
 
 
 _REMEDY = "Give a folder that can be written and has space"
@@ -123,7 +125,7 @@ class FrameFile:
         A name that was taken meanwhile stays another's: the file gets the next one that is free.
 
         Raises:
-            OSError: not even that can be written; the frames in the file are then for `recover`.
+            OSError: not even that can be written; the frames are in the file, which is read as far as it is whole.
         """
         os.close(self._file)
         seal(partial_of(self.path))
@@ -224,6 +226,63 @@ def chunk_index(channel: int, times: NDArray[np.uint64], offsets: NDArray[np.int
     return _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes) + entries.tobytes()
 
 
+@dataclass(frozen=True)
+class Place:
+    """A record in a file: its kind, and where its body starts and stops."""
+
+    kind: int
+    start: int
+    stop: int
+
+
+def places(data: Any, start: int = len(MAGIC)) -> Iterator[Place]:
+    """The whole records of a file that has no footer yet, up to its end or to a record that is not whole.
+
+    Args:
+        data: the file's bytes, or a memory map of them.
+        start: byte to begin at.
+    """
+    at, size = start, len(data)
+    while at + _HEAD.size <= size:
+        kind, length = _HEAD.unpack_from(data, at)
+        stop = at + _HEAD.size + length
+        if kind == 0 or stop > size:
+            return
+        yield Place(kind, at + _HEAD.size, stop)
+        at = stop
+
+
+def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
+    """Give a file that a killed recorder left an end behind its last whole chunk, and its name.
+
+    Returns:
+        The file, and the sequence number of its last frame.
+
+    Raises:
+        RecordingError: no chunk of it is whole, or it cannot be read or written.
+    """
+    try:
+        with left.open("r+b") as file:
+            with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
+                chunk, last, end = None, None, 0
+                for place in places(data):
+                    if place.kind == Opcode.CHUNK:
+                        chunk = place
+                    elif place.kind == Opcode.MESSAGE_INDEX:  # a chunk counts with the index behind it
+                        last, end = chunk, place.stop
+                if last is None:
+                    raise RecordingError("no chunk is whole", where=str(left), remedy="There is nothing to keep")
+                unpacked = unpack_chunk(parse(kinds.Chunk, data[last.start : last.stop]))
+                sequence = int([*runs_of(unpacked, Contents())][-1].array["seq"][-1])
+            file.truncate(end)
+        seal(left)
+        return put_beside(left, path), sequence
+    except (OSError, ValueError) as error:  # mmap refuses an empty file with a ValueError
+        raise RecordingError(f"it cannot be finished: {error}", where=str(left), remedy=_REMEDY) from error
+    except DamageError as error:
+        raise RecordingError(f"its last chunk is damaged: {error}", where=str(left), remedy=_REMEDY) from error
+
+
 def seal(path: str | Path) -> None:
     """End a file of whole records: end of data with a checksum, index, footer.
 
@@ -231,12 +290,11 @@ def seal(path: str | Path) -> None:
 
     Raises:
         OSError: it cannot be written.
-        DamageError: it is no file of whole records.
     """
     with open(path, "r+b", buffering=0) as file:
         with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
             size = len(data)
-            found = list(places(data, ended=False))
+            found = list(places(data))
             end = record_bytes(kinds.DataEnd(zlib.crc32(memoryview(data))))
             summary = _summary(data, found, size + len(end))
         try:

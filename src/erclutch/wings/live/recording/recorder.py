@@ -119,7 +119,7 @@ class FrameRecorder:
         try:
             self.file.close()
         except OSError as error:
-            remedy = f"erclutch recover {self.file.path}.partial keeps what is there"
+            remedy = f"erclutch inspect {self.file.path}.partial reads what is there"
             self.ended = f"{self.ended or 'it could not be closed: ' + (error.strerror or str(error))}; {remedy}"
         self.reader.close()
 

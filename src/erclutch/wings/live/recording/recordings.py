@@ -14,9 +14,8 @@ from pathlib import Path
 from erclutch.errors import ErclutchError
 from erclutch.files import unwritable
 from erclutch.wings.live.companion_process import CompanionProcess, end_process
-from erclutch.wings.live.recording.mcap_file import RecordingError, partial_of
+from erclutch.wings.live.recording.mcap_file import RecordingError, finish_torn, partial_of
 from erclutch.wings.live.recording.recorder import Progress
-from erclutch.wings.live.recording.recover_recording import recover
 from erclutch.wings.live.ring import RingReader
 
 _BEGIN = 30.0  # s that a recorder may take to begin on a busy machine; the ring holds frames for twice as long
@@ -171,9 +170,8 @@ class Recordings:
         """Make a whole file of what a killed recorder left, and go on after its last frame in a further one."""
         after = started.after
         try:
-            found = recover(partial_of(started.path), started.path)
-            self.files.append(started.path)
-            after = after if found.last is None else found.last
+            kept, after = finish_torn(partial_of(started.path), started.path)
+            self.files.append(kept)
         except ErclutchError:  # it was killed before a frame was on the disk
             pass
         partial_of(started.path).unlink(missing_ok=True)
