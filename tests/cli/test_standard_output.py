@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -79,3 +80,14 @@ def test_the_first_failure_is_kept_and_the_rest_is_dropped() -> None:
     assert isinstance(first, BrokenPipeError)
     assert output.failure is first
     assert output.unheard
+
+
+@pytest.mark.parametrize(("encoding", "seen"), [("utf-8", "·█ N·m é"), ("cp1252", "·# N·m é"), ("ascii", ".# N.m ?")])
+def test_signs_that_an_encoding_lacks_are_written_by_like_signs(encoding: str, seen: str) -> None:
+    raw = io.BytesIO()
+    output = StandardOutput(io.TextIOWrapper(raw, encoding=encoding))
+    for sign in "·█ N·m é":
+        output.write(sign)
+    output.flush()
+    assert raw.getvalue().decode(encoding) == seen
+    assert output.failure is None

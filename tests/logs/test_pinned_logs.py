@@ -19,8 +19,9 @@ from erclutch.logs import ColumnMap, read, read_table, timing
 from erclutch.logs.applied import apply
 from erclutch.logs.dataset import build_dataset, hold_out, time_folds
 from erclutch.logs.labels import header_pairs, sample_period, split_label
-from erclutch.logs.planning import plan_of, scaled
+from erclutch.logs.planning import plan_of
 from erclutch.logs.resample import rate_of, resampled
+from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import seconds_of, within
 from erclutch.signals.array import Array

@@ -229,6 +229,29 @@ def test_dates_of_spreadsheets_are_days(start: float, step: float, days: bool) -
         assert found.time[0] == pytest.approx(0.25 * 86_400.0)
 
 
+@pytest.mark.parametrize(("first", "asked"), [(ROWS / 1000, True), (5 + ROWS * 0.25, True), (ROWS, False),
+                                              (-ROWS / 9, False), (np.sin(ROWS), False)])  # fmt: skip
+def test_a_first_column_that_grows_by_equal_steps_is_asked_about(first: Any, asked: bool) -> None:
+    columns = {"c1": first, **{name: values for name, values in PLAIN.items() if name != "t"}}
+    with pytest.raises(MappingError, match="no time column") as caught:
+        made(columns)
+    assert ('--time "c1 [s]"' in caught.value.remedy) == asked
+    with pytest.raises(MappingError, match="2 things are missing") as caught:
+        made({name: values for name, values in columns.items() if name != "slip"})
+    assert ('--time "c1 [s]"' in caught.value.remedy) == asked
+
+
+def test_a_field_in_the_name_and_none_that_was_logged_contradict_each_other() -> None:
+    columns = {name: values for name, values in PLAIN.items() if name != "field"}
+    chosen = {"columns": {"field": "none"}, "name_pattern": "a{field}A"}
+    log = replace(table(columns), name="a0x5A.csv")
+    with pytest.raises(
+        MappingError, match=r"field is 0\.5 A from the file's name, and it was said that none was logged"
+    ):
+        plan_of(log, ColumnMap.from_dict(chosen))
+    assert plan_of(log, ColumnMap.from_dict({"name_pattern": "a{field}A"})).constants["field"] == 0.5
+
+
 def test_a_time_column_in_another_unit_says_so() -> None:
     found = made({**PLAIN, "t": 10.0 * ROWS}, {"t": "ms"})
     assert found.period == pytest.approx(0.01)

@@ -9,6 +9,14 @@ from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
+#: Signs of pictures and tables in signs that every encoding has.
+_PLAIN = str.maketrans("·░▒▓█─│╭╮╰╯…–µ°²³", ".:+x#-|....~-ud23")
+
+
+def _plain(text: str, encoding: str) -> str:
+    """A text in an encoding that lacks some of its signs: like signs in their place, a question mark for the rest."""
+    return text.translate(_PLAIN).encode(encoding, "replace").decode(encoding)
+
 
 class StandardOutput:
     """Standard output that never raises: its first failure is kept, and what comes after is dropped.
@@ -30,7 +38,10 @@ class StandardOutput:
             self.failure = self.failure or OSError(errno.EBADF, "standard output is closed")
         elif self.failure is None:
             with self._kept():
-                self._stream.write(text)
+                try:
+                    self._stream.write(text)
+                except UnicodeEncodeError:
+                    self._stream.write(_plain(text, self._stream.encoding))
         return len(text)
 
     def flush(self) -> None:

@@ -54,6 +54,13 @@ def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan
         return ClockPlan("dates", table.clock_name, period=header, not_signals=not_signals, sentence=said)
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
+        steady = _steady_column(table, taken)
+        if steady is not None:
+            name, step = steady
+            remedy = (
+                f"{name} grows by {step:.4g} from row to row: if that is s, give --time {shell_word(f'{name} [s]')}"
+            )
+            raise MappingError(problem, remedy=remedy)
         raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
     said = f"time from the sampling period in the header: {header:g} s"
     if not counted or not np.isfinite(table.columns[counted[0]]).all():
@@ -62,6 +69,19 @@ def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan
     return ClockPlan(
         "counter", counted[0], factor=header, zero=first, period=header, not_signals=tuple(counted), sentence=said
     )
+
+
+def _steady_column(table: Table, taken: Sequence[str]) -> tuple[str, float] | None:
+    """The first column, and its step, where that looks like a time: no unit, equal steps that are no whole number."""
+    name = next(iter(table.columns), "")
+    if not name or name in taken or table.units.get(name):
+        return None
+    steps = np.diff(table.columns[name])
+    if steps.size < 2 or not np.isfinite(steps).all():
+        return None
+    step = float(np.median(steps))
+    even = step > 0 and bool(np.all(np.abs(steps - step) <= 1e-3 * step))
+    return (name, step) if even and not step.is_integer() else None
 
 
 def _header_period(table: Table) -> float | None:

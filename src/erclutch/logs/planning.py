@@ -14,9 +14,10 @@ from erclutch.errors import LogError, MappingError, SettingError, UnitError, pla
 from erclutch.logs import columns
 from erclutch.logs.clock_planning import clock_plan, counters
 from erclutch.logs.labels import split_label
-from erclutch.logs.mapping import COUNTS, ColumnChoice, ColumnMap
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.plan import NEEDS, NONE, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
+from erclutch.logs.sensor_scales import by_sensor, scaled
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -179,10 +180,10 @@ def _take(draft: _Draft, signal: str, choice: ColumnChoice, sureness: Sureness =
     """Take one column as a signal; the note says all that is done to it. Its name."""
     name, unit, scale = columns.locate(draft.table, choice, signal)
     in_file = draft.table.units.get(name)
-    by_sensor = draft.told.scales.get(signal)
+    scale_text = draft.told.scales.get(signal)
     factor = scale
-    if by_sensor is not None:
-        sensor, si, how = _by_sensor(signal, name, unit, by_sensor)
+    if scale_text is not None:
+        sensor, si, how = by_sensor(signal, name, unit, scale_text)
         factor *= sensor
     elif unit is None:
         si, how = _assumed_unit(draft.device, signal, draft.table.columns[name])
@@ -206,47 +207,6 @@ def _take(draft: _Draft, signal: str, choice: ColumnChoice, sureness: Sureness =
     )
     draft.notes.append(f"{signal} <- column {f'{name} [{unit}]' if unit else name}{how} ({choice.source})")
     return name
-
-
-def _by_sensor(signal: str, name: str, unit: str | None, text: str) -> tuple[float, str, str]:
-    """Factor, SI unit and note of a column that a scale makes a signal of: ``2.5 N*m/V`` for a sensor in volts."""
-    number, made, sensor = scaled(text, signal)
-    unit = None if unit in COUNTS else unit
-    if sensor is not None and unit is not None:
-        fitting = units.fits(unit, (sensor,))
-        if fitting is None:
-            problem = f"column '{name}' has the unit '{unit}', and the scale of {signal} is {text}"
-            raise UnitError(problem, remedy=f"Give the scale in {signal} per {unit}, or the column's unit")
-        number *= fitting[0]
-    elif unit is not None and made is not None:
-        problem = f"column '{name}' has the unit '{unit}', and the scale of {signal}, {text}, names no unit of a sensor"
-        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}={text}/{unit}')}")
-    made = made if made is not None else unit
-    if made is None:
-        return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
-    factor, si = units.conversion(made, SIGNALS[signal], name)
-    return number * factor, si, f", times {text}"
-
-
-def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
-    """A scale such as ``2.5 N*m/V`` as 2.5, ``N*m`` and ``V``; None where it names no unit, or none of a sensor.
-
-    Raises:
-        MappingError: no number with a unit, or zero.
-    """
-    try:
-        number, unit = units.quantity(text)
-        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
-        over, _, under = (unit or "").rpartition("/")
-        if not whole:
-            over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
-    except UnitError:
-        number, whole, over, under, unit = 0.0, False, "", None, None
-    if not 0 < abs(number) < float("inf"):
-        problem = f"the scale of {signal} is '{text}'"
-        example = f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/V"
-        raise MappingError(problem, remedy=f"Write it like --scale {shell_word(example)}")
-    return (number, unit, None) if whole else (number, over, under)
 
 
 def _assumed_unit(device: DeviceName, signal: str, values: Array) -> tuple[str, str]:
@@ -289,6 +249,11 @@ def _take_constants(draft: _Draft) -> None:
         if key not in allowed:
             draft.constants[key] = number
             draft.notes.append(f"{key} = {text} ({source})")
+        elif key in draft.signals and not draft.signals[key].column and source == _OF_A_NAME:
+            raise MappingError(
+                f"{key} is {text} {source}, and it was said that none was logged",
+                remedy="Leave --field none out, or --name-pattern",
+            )
         elif key in draft.signals:
             column = draft.signals[key].column or "?"
             draft.notes.append(f"{key} = {text} ({source}) not used: column {column} was chosen")
@@ -455,8 +420,10 @@ def _examples(draft: _Draft) -> list[str]:
     proposed: list[str] = []
     for signal, question in draft.questions.items():
         position = "--position" in question.remedy and f"--position {question.remedy.partition('--position ')[2]}"
+        time = signal == "time" and "--time " in question.remedy and f"--time {question.remedy.partition('--time ')[2]}"
+        time = time if time and "NAME" not in time else None
         taken = [*draft.taken, *proposed]
-        examples.append(position or usual.get(signal) or columns.example(draft.table, signal, taken))
+        examples.append(position or time or usual.get(signal) or columns.example(draft.table, signal, taken))
         label = shlex.split(examples[-1])[1]
         proposed += [label, split_label(label)[0]]
     return examples
