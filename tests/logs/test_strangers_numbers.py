@@ -84,7 +84,7 @@ def test_numbers_are_read_by_what_the_whole_file_says(
     recording = erclutch.read(written(table(between, grouped_by(thousands, decimal, quote))))
     assert is_the_log(recording)
     told = [note for note in recording.notes if "between their thousands" in note]
-    assert len(told) == (thousands in (".", ","))
+    assert len(told) == bool(thousands)
 
 
 def test_plain_whole_numbers_tell_what_a_point_is(written: Written) -> None:

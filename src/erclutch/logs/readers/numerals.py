@@ -67,6 +67,13 @@ def ungrouped(cell: str, decimal: str) -> str:
     return plain
 
 
+def grouped_by_blanks(body: str, delimiter: str | None) -> str | None:
+    """The first number of a file that has blanks or apostrophes between its thousands, or None."""
+    if delimiter is None or not any(blank in body for blank in BLANKS):
+        return None
+    return _search(rf"{_SIGN}[1-9]\d{{0,2}}(?:[{BLANKS}]\d{{3}})+", body, delimiter, " ")
+
+
 def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = None) -> Numerals:
     """The decimal mark of a file and what groups its thousands.
 

@@ -21,7 +21,7 @@ from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes
 from erclutch.logs.readers.dialect import LINE_END, WORDS, Dialect, cells_of, is_comment, is_number, sniff
-from erclutch.logs.readers.numerals import SWITCHES, Numerals, ungrouped, weigh
+from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -107,6 +107,9 @@ def read_text(source: LogSource) -> Table:
     if numerals.thousands:
         dialect = replace(dialect, thousands=numerals.thousands)
         notes.append(_grouping(numerals))
+    if grouped := grouped_by_blanks(body, dialect.delimiter):
+        whole = ungrouped(grouped, dialect.decimal)
+        notes.append(f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}")
     return _table(_parse(body, dialect, source.told), body, dialect, source, notes)
 
 
