@@ -12,14 +12,8 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.evaluation import Numbers, evaluate
 from erclutch.arithmetic.precision import FLOAT64, Precision
 from erclutch.export.exported_step import LARGEST_ANGLE, NON_FINITE, OUT_OF_REACH, OUTSIDE, ExportedStep
-from erclutch.export.step_record import (
-    StepRecord,
-    feels_state,
-    next_record,
-    search_record,
-    settled_record,
-    step_record,
-)
+from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
+from erclutch.export.step_recording import StepRecord
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element
 

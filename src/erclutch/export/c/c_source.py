@@ -19,15 +19,8 @@ from erclutch.export.encode import c_string, comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
 from erclutch.export.rounding import measured
 from erclutch.export.step_numbers import run
-from erclutch.export.step_record import (
-    SWITCHED_OFF,
-    StepRecord,
-    feels_next_field,
-    feels_state,
-    rest_record,
-    settled_record,
-    step_record,
-)
+from erclutch.export.step_record import feels_next_field, feels_state, rest_record, settled_record, step_record
+from erclutch.export.step_recording import SWITCHED_OFF, StepRecord
 from erclutch.export.step_vectors import ordinary
 from erclutch.models.gain_tracking import REACH
 

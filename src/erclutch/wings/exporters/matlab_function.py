@@ -14,7 +14,7 @@ from erclutch.arithmetic.record import BINARY, Node
 from erclutch.export.c.c_printer import indented
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.step_record import StepRecord
+from erclutch.export.step_recording import StepRecord
 
 _WIDEST = 90
 _PATTERNS = {
