@@ -230,6 +230,49 @@ def test_each_effort_that_may_be_meant_gets_its_own_number(tmp_path: Path) -> No
         read(path, {"effort": "F* [N]", "field": "none"})
 
 
+def cell(items: list[Any]) -> np.ndarray:
+    """A 1 x n cell for savemat."""
+    made = np.empty((1, len(items)), dtype=object)
+    for place, item in enumerate(items):
+        made[0, place] = item
+    return made
+
+
+def test_a_cell_of_vectors_is_columns(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"t": TIME, "sig": cell([SLIP, FORCE])})
+    assert list(read_table(path).columns) == ["t", "sig_1", "sig_2"]
+    scipy.io.savemat(path, {"run": {"t": TIME, "sig": cell([SLIP.reshape(-1, 1), FORCE.reshape(-1, 1)])}})
+    table = read_table(path)
+    assert list(table.columns) == ["t", "sig_1", "sig_2"]
+    np.testing.assert_array_equal(table.columns["sig_2"], FORCE)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_cell_of_names_names_the_columns_of_a_matrix(tmp_path: Path, inside: bool) -> None:
+    path = tmp_path / "a.mat"
+    nodes = {"names": cell(["t [s]", "slip [rad/s]", "F [N]"]), "data": np.column_stack([TIME, SLIP, FORCE])}
+    scipy.io.savemat(path, {"run": nodes} if inside else nodes)
+    table = read_table(path)
+    assert table.labels == ("t [s]", "slip [rad/s]", "F [N]")
+    np.testing.assert_array_equal(table.columns["F"], FORCE)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:
+    path = tmp_path / "a.mat"
+    runs = [{"t": TIME, "slip": k * SLIP, "F": FORCE} for k in range(1, count + 1)]
+    for stored in (structs(runs), cell(runs)):
+        scipy.io.savemat(path, {"runs": stored})
+        if count == 1:
+            assert read_table(path).rows == COUNT
+            continue
+        assert recordings_in(path) == ["runs(1)", "runs(2)", "runs(3)"]
+        np.testing.assert_array_equal(read_table(path, variable="runs(2)").columns["slip"], 2 * SLIP)
+        with pytest.raises(LogError, match=r"several recordings: runs\(1\), runs\(2\), runs\(3\)"):
+            read_table(path)
+
+
 @both
 def test_nothing_to_read(tmp_path: Path, save: Save) -> None:
     with pytest.raises(LogError, match="no recording in the variables who"):

@@ -277,6 +277,12 @@ def vector(node: Any) -> Array | None:
     return None if array is None or array.ndim == 2 else np.atleast_1d(array).astype(np.float64)
 
 
+def matrix_of(node: Any) -> np.ndarray[Any, Any] | None:
+    """Numbers in several rows and columns; None for anything else."""
+    array = _flat(node)
+    return array if array is not None and array.ndim == 2 else None
+
+
 def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
     """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
     array = _flat(node)

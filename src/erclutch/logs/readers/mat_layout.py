@@ -18,7 +18,16 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.readers.found_recordings import ALL, Found, RecordingNames, columns_of, listed, of_vectors, vector
+from erclutch.logs.readers.found_recordings import (
+    ALL,
+    Found,
+    RecordingNames,
+    columns_of,
+    listed,
+    matrix_of,
+    of_vectors,
+    vector,
+)
 
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
 
@@ -29,6 +38,7 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
+    tree = _opened(tree)
     if variable == ALL:
         raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
     if variable is not None and variable not in tree:
@@ -56,6 +66,39 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     objects = any(node is None for node in tree.values())
     problem = f"no recording in the variables {listed(tree)}{hint if objects else ''}"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
+
+
+def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
+    """Cells and struct arrays opened: several structs are name(1), name(2), ..., and vectors name_1, name_2, ...
+
+    A matrix with a column for each text of a cell is opened too, and its columns are called so.
+    """
+    opened: dict[str, Any] = {}
+    texts = [cast("list[str]", node) for node in nodes.values() if _all_of(node, str)]
+    for name, node in nodes.items():
+        matrix = matrix_of(node)
+        labels = [
+            each for each in texts if matrix is not None and len(each) in matrix.shape[1:] and len({*each}) == len(each)
+        ]
+        if _all_of(node, dict):
+            items = cast("list[dict[str, Any]]", node)
+            opened |= {
+                name if len(items) == 1 else f"{name}({place})": each for place, each in enumerate(items, start=1)
+            }
+        elif _all_of(node, np.ndarray) and all(vector(each) is not None for each in cast("list[Any]", node)):
+            items = cast("list[Any]", node)
+            opened |= {f"{name}_{place}": each for place, each in enumerate(items, start=1)}
+        elif matrix is not None and len(labels) == 1:
+            opened |= {label or f"{name}_{place + 1}": matrix[:, place] for place, label in enumerate(labels[0])}
+        elif not _all_of(node, str):
+            opened[name] = node
+    return opened
+
+
+def _all_of(node: Any, kind: type) -> bool:
+    """Whether a node is a cell or a struct array of one kind, and not empty."""
+    items = cast("list[Any]", node) if isinstance(node, list) else []
+    return bool(items) and all(isinstance(item, kind) for item in items)
 
 
 def _structure(name: str, node: Any) -> Found | None:
@@ -147,7 +190,7 @@ def _simulink(fields: dict[str, Any]) -> Found | None:
 
 def _workspace(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, with the units that erclutch writes beside its own."""
-    found = of_vectors(nodes)
+    found = of_vectors(_opened(nodes))
     if found is not None:
         found.units |= _own_units(found.metadata)
     return found
