@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import Table, log_reader, read, read_table, recordings_in
+from erclutch.errors import ErclutchError, LogError, MappingError
+from erclutch.logs import ColumnMap, Table, log_reader, read, read_all, read_table, recordings_in
 from erclutch.logs.readers import found_recordings
 from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
@@ -274,6 +274,18 @@ def test_several_lists_of_json_are_several_recordings(tmp_path: Path) -> None:
     assert "several recordings: run1, run2. Choose one, such as --variable run1" in refused(path)
     assert recordings_in(path) == ["run1", "run2"]
     assert read_table(path, variable="run2").rows == 12
+
+
+def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    settings = [{"k": k, "gap": 1.0} for k in range(20)]
+    path.write_text(json.dumps({"setup": settings, "run1": ROWS_OF_JSON, "run2": ROWS_OF_JSON}), encoding="utf-8")
+    logs = read_all(path, ColumnMap.from_labels({"field": "on"}))
+    assert [log.name for log in logs] == ["a.json: run1", "a.json: run2"]
+    assert "setup left out: no column in there is called like a signal" in logs[0].notes
+    path.write_text(json.dumps({"setup": settings, "more": settings}), encoding="utf-8")
+    with pytest.raises(MappingError, match="things are missing"):
+        read_all(path, ColumnMap())
 
 
 def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_path: Path) -> None:

@@ -115,8 +115,20 @@ def read_all(
     names = recordings_in(file)
     tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
     logs: list[Recording] = []
-    for name, table, own in logs_of(tables, replace(told, variable=None), device):
-        log = apply(plan_of(table, own, device=device, invalid=invalid), table)
+    plans = [
+        (name, table, plan_of(table, own, device=device, invalid=invalid))
+        for name, table, own in logs_of(tables, replace(told, variable=None), device)
+    ]
+    # A sheet of settings beside sheets of rows has no column that is a signal: it is no log.
+    others = [name for name, _, plan in plans if not any(each.column for each in plan.signals)]
+    others = others if len(others) < len(plans) else []
+    for name, table, plan in plans:
+        if name in others:
+            continue
+        if others and not logs:
+            left = f"{', '.join(others)} left out: no column in there is called like a signal"
+            plan = replace(plan, notes=(*plan.notes, left))
+        log = apply(plan, table)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
         logs.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
     return logs
