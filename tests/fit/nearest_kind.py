@@ -42,7 +42,7 @@ class Nearest:
         assert {each.candidate.name for each in fitted} == {"bingham"}  # kinds of a lower place come first
         few = train.thinned(_MOST_ROWS)
         rows = np.column_stack([few.elements[0].field, few.elements[0].slip, few.effort])
-        model = NearestModel(self, rows, train.units, range_of(train))
+        model: Any = NearestModel(self, rows, train.units, range_of(train))
         cost = float(np.sum((train.effort - model.predict(train)) ** 2))
         return FitOutcome(model, "converged", 1, (), {}, 1, 1, 1.0, 1, cost, train.rows, weights=rows.size)
 
@@ -97,7 +97,7 @@ def read(body: Mapping[str, Any], where: str) -> NearestModel:
 
 class NearestRows(Kind):
     place = 3
-    readers = MappingProxyType({"nearest": read})
+    readers = MappingProxyType[str, Any]({"nearest": read})
 
     def means(self, model: str) -> bool:
         return model.startswith("nearest-")

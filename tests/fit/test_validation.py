@@ -166,5 +166,5 @@ def test_two_fits_of_one_network_are_no_riddle() -> None:
     known = [Fitted(law, law.fit(train, (), 1))]
     assert [c.name for c in networks.candidates(settings, train)] == ["fnn-3", "fnn-4"]
     assert not networks.grown(replace(settings, lag="auto"), train, known).candidates
-    twice = [Fitted(c, c.fit(train, known, 1)) for c in networks.candidates(settings, train) * 2]
+    twice = [Fitted(c, c.fit(train, known, 1)) for c in (*networks.candidates(settings, train),) * 2]
     assert len(list(_in_question(twice, further=True))) in (2, 3)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
@@ -15,9 +14,9 @@ from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.numerals import is_grouped, ungrouped, weigh
 from erclutch.logs.sentinels import sentinels
 from erclutch.signals import units
+from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 
-Array = NDArray[np.float64]
 Written = Callable[..., Path]
 ROWS = 60
 TIME = np.arange(ROWS) * 0.01
@@ -307,7 +306,7 @@ def test_rows_that_are_lost_still_cut(spread: float) -> None:
 
 
 def test_one_unequal_last_step_is_no_other_clock() -> None:
-    stamps = np.arange(500) * 1e-3
+    stamps = np.array([1e-3 * row for row in range(500)])
     stamps[-1] += 4e-4
     recording = stamped(stamps)
     assert recording.uniform
@@ -321,8 +320,8 @@ def test_rows_at_any_time_keep_their_stamps() -> None:
 
 
 def test_seconds_since_1970_survive_a_writer(tmp_path: Path) -> None:
-    stamps = 1.79e9 + np.arange(100) * 1e-3
-    rows = np.column_stack((stamps, np.ones(100)))
+    stamps = np.array([1.79e9 + 1e-3 * row for row in range(100)])
+    rows: Array = np.column_stack((stamps, np.ones(100)))
     path = write_log(tmp_path / "log.csv", (("time", "s"), ("slip", "rad/s")), [rows], {}, rows=100)
     assert np.allclose(erclutch.read_table(path).columns["time"], stamps, rtol=0, atol=1e-6)
 

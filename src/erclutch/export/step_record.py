@@ -14,7 +14,7 @@ from erclutch.export.exported_step import (
     ExportOptions,
     described_step,
 )
-from erclutch.export.step_recording import Recording, StepRecord, parted
+from erclutch.export.step_recording import StepRecord, StepRecording, parted
 from erclutch.signals.device import slips_of
 
 
@@ -48,12 +48,12 @@ def step_record(step: ExportedStep, *, remember: bool = True) -> StepRecord:
         remember: keep the last good row to stand in for a bad one; without it, and only for a model without memory,
             there is no state, and the effort of a bad row is 0.
     """
-    return Recording(step, remember or has_memory(step)).whole()
+    return StepRecording(step, remember or has_memory(step)).whole()
 
 
 def rest_record(step: ExportedStep) -> StepRecord:
     """The record of the effort at rest: no state, speeds come in."""
-    return Recording(step, remember=False, rest=True).whole()
+    return StepRecording(step, remember=False, rest=True).whole()
 
 
 def search_record(step: ExportedStep) -> Record:
@@ -62,7 +62,7 @@ def search_record(step: ExportedStep) -> Record:
     The inputs are u0, u1, ... of the step without the fields; the outputs are slips, further inputs, and whether one
     of them lies outside.
     """
-    made = Recording(step, remember=False, rest=True)
+    made = StepRecording(step, remember=False, rest=True)
     e = step.elements
     inputs = [made.record.input(f"u{i}") for i in range(e, step.model_inputs)]
     outside, _, held = made.signals([], slips_of(step.device, inputs[:e]), inputs[e:])
@@ -74,7 +74,7 @@ def search_record(step: ExportedStep) -> Record:
 
 def settled_record(step: ExportedStep) -> Record:
     """The record of the effort at rest from a signed field, and from slips and further inputs that are held."""
-    made = Recording(step, remember=False, rest=True)
+    made = StepRecording(step, remember=False, rest=True)
     record, count = made.record, step.elements + len(step.extras)
     signed, rest = record.input("field"), [record.input(f"w{i}") for i in range(count)]
     record.give(made.behind(parted(step, signed), rest[: step.elements], rest[step.elements :]))
@@ -86,7 +86,7 @@ def next_record(step: ExportedStep) -> Record:
 
     The inputs are a signed field and u0, u1, ... of the step without its fields; all of them are finite.
     """
-    return Recording(step, remember=True, ahead=True).next_effort()
+    return StepRecording(step, remember=True, ahead=True).next_effort()
 
 
 def feels_next_field(step: ExportedStep) -> bool:

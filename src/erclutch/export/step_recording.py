@@ -94,7 +94,7 @@ def _limited(value: Any, before: Any, low: Any, high: Any) -> Any:
 
 
 @dataclass
-class Recording:
+class StepRecording:
     """A step while it is recorded.
 
     Attributes:

@@ -43,7 +43,7 @@ def test_a_network_format_has_neither_alarms_nor_adaptation(
 ) -> None:
     model: Any = replace(models["fnn-16, coaxial"], band=BAND)  # type: ignore[type-var]
     with pytest.raises(ExportError, match=f"target onnx has {said}"):
-        export_model(model, tmp_path / "x", "onnx", ExportOptions(period=PERIOD, **{option: True}))
+        export_model(model, tmp_path / "x", "onnx", replace(ExportOptions(period=PERIOD), **{option: True}))
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_cpp_with_alarms_and_cpp_that_adapts_verify(
 ) -> None:
     need("gcc", "g++")
     model: Any = replace(models[label], band=BAND)  # type: ignore[type-var]
-    options = ExportOptions("m", "float32", PERIOD, **{option: True})
+    options = replace(ExportOptions("m", "float32", PERIOD), **{option: True})
     checks = verify_export(export_model(model, tmp_path / "cpp", "cpp", options))
     assert checks
     assert all(check.passed and check.other_bits == 0 for check in checks), checks

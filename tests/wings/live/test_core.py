@@ -475,7 +475,7 @@ def test_a_setting_has_one_range_for_python_and_c(name: str) -> None:
     below = note.least / 2.0 if note.kind == "ABOVE_ZERO" else note.least - 1e3
     for wrong in (below, 2.0 * MOST, float("nan"), float("inf")):
         with pytest.raises(SettingError, match=name):
-            LoopSettings(**{name: wrong})
+            replace(LoopSettings(), **{name: wrong})
         changed = record.copy()
         changed[name] = wrong
         said = library.erc_config_error(changed.tobytes(), ctypes.c_uint64(0))

@@ -24,12 +24,14 @@ from tests.support import sensor_faults as study
 RIG = default_rig()
 #: Torques that no device gives; each was answered with the full field.
 IMPOSSIBLE = ("1e30", "100", "5", "-5")
-SENSOR = LoopSettings(
-    observer="sensor",
-    least_slip=1.0,
-    rise_rate=1e6,
-    fall_rate=1e6,
-    programs=(LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.1, 2.0, 0.15, motor_torque=0.1),),
+SENSOR = replace(
+    LoopSettings(
+        observer="sensor",
+        least_slip=1.0,
+        rise_rate=1e6,
+        fall_rate=1e6,
+        programs=(LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.1, 2.0, 0.15, motor_torque=0.1),),
+    ),
     **torque_limits(effort=0.4, band=5e-3, period=1e-3),
 )
 
