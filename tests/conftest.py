@@ -108,7 +108,8 @@ _NUMBER = re.compile(r"([-+]?(?:\d[\d,]*\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b))",
 def _same(found: Any, expected: Any, rel: float, least: float) -> bool:
     """Whether two JSON values are alike; numbers, those inside texts too, may differ by a share."""
     if isinstance(expected, dict):
-        return found.keys() == expected.keys() and all(_same(found[k], v, rel, least) for k, v in expected.items())
+        alike = isinstance(found, dict) and found.keys() == expected.keys()
+        return alike and all(_same(found[k], v, rel, least) for k, v in expected.items())
     if isinstance(expected, list):
         return len(found) == len(expected) and all(
             _same(f, e, rel, least) for f, e in zip(found, expected, strict=True)

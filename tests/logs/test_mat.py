@@ -258,6 +258,19 @@ def test_a_cell_of_names_names_the_columns_of_a_matrix(tmp_path: Path, inside: b
     np.testing.assert_array_equal(table.columns["F"], FORCE)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: bool) -> None:
+    path = tmp_path / "a.mat"
+    names = [("t", "s", TIME), ("slip", "rad/s", SLIP), ("F", "", FORCE)]
+    signals = [{"data": v, "unit": u, **({"name": n} if named else {})} for n, u, v in names]
+    for stored in (structs(signals), cell(signals)):
+        scipy.io.savemat(path, {"sig": stored})
+        table = read_table(path)
+        labels = ("t [s]", "slip [rad/s]", "F") if named else ("sig_1 [s]", "sig_2 [rad/s]", "sig_3")
+        assert table.labels == labels
+        np.testing.assert_array_equal(table.columns[table.numbered(2) or ""], SLIP)
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:
     path = tmp_path / "a.mat"

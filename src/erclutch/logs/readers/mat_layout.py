@@ -38,20 +38,23 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
-    tree = _opened(tree)
+    opened = _opened(tree)
+    one_struct = any(_structure(name, node) is not None for name, node in tree.items())
+    if variable not in tree and (variable in opened or not one_struct):
+        tree = opened  # beside a struct that is a recording, cells and struct arrays are what somebody kept with it
     if variable == ALL:
         raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
     if variable is not None and variable not in tree:
         problem = f"there is no variable '{variable}' (there are: {listed(tree)})"
         raise LogError(problem, remedy="Give one of these as --variable")
     if variable is not None:
-        found = _structure(variable, tree[variable]) or _workspace({variable: tree[variable]})
+        found = _structure(variable, tree[variable]) or _workspace(_opened({variable: tree[variable]}))
         if found is None:
             remedy = f"Give another as --variable ({listed(tree)})"
             raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
         return found
     recordings = {name: found for name, node in tree.items() if (found := _structure(name, node)) is not None}
-    loose = _workspace({name: node for name, node in tree.items() if name not in recordings})
+    loose = _vectors({name: node for name, node in tree.items() if name not in recordings})
     if loose is not None and not recordings:
         return loose
     if len(recordings) == 1 and loose is None:
@@ -82,9 +85,13 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
         ]
         if _all_of(node, dict):
             items = cast("list[dict[str, Any]]", node)
-            opened |= {
-                name if len(items) == 1 else f"{name}({place})": each for place, each in enumerate(items, start=1)
-            }
+            signals = [_signal(item, f"{name}_{place}") for place, item in enumerate(items, start=1)]
+            if all(signal is not None for signal in signals):
+                opened |= dict(signal for signal in signals if signal is not None)
+            elif len(items) == 1:
+                opened[name] = items[0]
+            else:
+                opened |= {f"{name}({place})": item for place, item in enumerate(items, start=1)}
         elif _all_of(node, np.ndarray) and all(vector(each) is not None for each in cast("list[Any]", node)):
             items = cast("list[Any]", node)
             opened |= {f"{name}_{place}": each for place, each in enumerate(items, start=1)}
@@ -93,6 +100,17 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
         elif not _all_of(node, str):
             opened[name] = node
     return opened
+
+
+def _signal(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
+    """Label and numbers of a struct that is one signal: one vector, with its name and its unit as texts."""
+    vectors = [node for node in item.values() if (array := vector(node)) is not None and array.size > 1]
+    if len(vectors) != 1 or any(isinstance(node, dict | list) for node in item.values()):
+        return None
+    texts = {key.lower(): node for key, node in item.items() if isinstance(node, str) and node.strip()}
+    label = next((texts[key] for key in ("name", "label", "signal", "channel") if key in texts), usual)
+    unit = next((texts[key] for key in ("unit", "units") if key in texts), "")
+    return f"{label} [{unit}]" if unit else label, vectors[0]
 
 
 def _all_of(node: Any, kind: type) -> bool:
@@ -189,8 +207,13 @@ def _simulink(fields: dict[str, Any]) -> Found | None:
 
 
 def _workspace(nodes: dict[str, Any]) -> Found | None:
+    """Vectors of the workspace, of cells and of struct arrays in it."""
+    return _vectors(_opened(nodes))
+
+
+def _vectors(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, with the units that erclutch writes beside its own."""
-    found = of_vectors(_opened(nodes))
+    found = of_vectors(nodes)
     if found is not None:
         found.units |= _own_units(found.metadata)
     return found
