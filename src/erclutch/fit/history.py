@@ -69,14 +69,14 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     straight = np.column_stack([np.ones(rows.size), *(element.slip[rows] for element in data.elements)])
     given = y[rows]
     y = given - straight @ np.linalg.lstsq(straight, given, rcond=None)[0]
-    plain = _memoryless(data, reference, rows)
-    left = _unexplained(plain, y, window)
+    plain = _TwoFolds(_memoryless(data, reference, rows), y, window)
+    left = plain.unexplained()
     # Over the whole error of a model: the function may gain what no memory does.
     whole = max(_rms(left), 0.0 if error is None else _rms(given)) or 1.0
     found: list[History] = []
     for name in _candidates(dynamics):
         columns = _memories(data, reference, name, rows)
-        better = _unexplained(np.column_stack([plain, columns]), y, window)
+        better = plain.unexplained(columns)
         gains = np.bincount(window, left**2 - better**2)
         sure = float(np.mean(gains)) / (float(np.std(gains, ddof=1)) / gains.size**0.5 or 1.0)
         found.append(History(name, (_rms(left) - _rms(better)) / whole, sure))
@@ -161,16 +161,37 @@ def _hats(values: Array, knots: Array) -> Array:
     return np.column_stack([np.interp(values, knots, row) for row in np.eye(knots.size)])
 
 
-def _unexplained(columns: Array, y: Array, window: Rows) -> Array:
-    """What is left of y in each window by gains that were fitted to every other window, shape (n,)."""
-    left = np.empty(y.size)
-    for fold in (0, 1):
-        fitted: Mask = window % 2 == fold
-        x = columns[fitted]
-        gram = x.T @ x
-        gram[np.diag_indices_from(gram)] += _RIDGE * float(np.count_nonzero(fitted))
-        left[~fitted] = y[~fitted] - columns[~fitted] @ np.linalg.solve(gram, x.T @ y[fitted])
-    return left
+class _TwoFolds:
+    """Columns of a linear fit, with what is fitted of them to every other window kept for wider fits.
+
+    The products of the many columns of field and slip take the time; each memory adds a few columns.
+    """
+
+    def __init__(self, columns: Array, y: Array, window: Rows) -> None:
+        self.columns, self.y = columns, y
+        self.folds: list[Mask] = [window % 2 == fold for fold in (0, 1)]
+        parts = [columns[fitted] for fitted in self.folds]
+        self.grams = [part.T @ part for part in parts]
+        self.moments = [part.T @ y[fitted] for part, fitted in zip(parts, self.folds, strict=True)]
+
+    def unexplained(self, more: Array | None = None) -> Array:
+        """What is left of y in each window by gains that were fitted to every other window, shape (n,).
+
+        Args:
+            more: further columns, shape (n, k).
+        """
+        wider = np.empty((self.y.size, 0)) if more is None else more
+        left = np.empty(self.y.size)
+        for fitted, gram, moment in zip(self.folds, self.grams, self.moments, strict=True):
+            own, added = self.columns[fitted], wider[fitted]
+            between = own.T @ added
+            whole = np.block([[gram, between], [between.T, added.T @ added]])
+            whole[np.diag_indices_from(whole)] += _RIDGE * float(np.count_nonzero(fitted))
+            gains = np.linalg.solve(whole, np.concatenate([moment, added.T @ self.y[fitted]]))
+            rest = ~fitted
+            estimated = self.columns[rest] @ gains[: moment.size] + wider[rest] @ gains[moment.size :]
+            left[rest] = self.y[rest] - estimated
+        return left
 
 
 def _rms(values: Array) -> float:
