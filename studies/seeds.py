@@ -20,7 +20,6 @@ import numpy as np
 from erclutch.fit.networks.backprop import tables_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.logs.blocks import OneBlock
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import forward_fnn
 from erclutch.runs.cluster import in_order, task_pool
@@ -49,7 +48,7 @@ def long_run(task: Task) -> list[float]:
     unit = UnitRows(structure, *made(task[0]))
     schedule = Schedule(1, (Round(2, 1500, 1),), polish=30)
     began = process_time()
-    best = train(OneBlock((unit.x, unit.y, unit.spaced)), structure.hidden, task[2], schedule, slips=unit.slips)
+    best = train((unit.x, unit.y, unit.spaced), structure.hidden, task[2], schedule, slips=unit.slips)
     seconds = process_time() - began
     tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
     return [*unit.errors(partial(forward_fnn, tables, exactly=False)), seconds]

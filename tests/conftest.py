@@ -46,7 +46,7 @@ TOGETHER = {
     "tests/report/test_run_figures.py": "report",
     "tests/report/test_printed_page.py": "report",
     "tests/wings/rig/": "twin",
-    "tests/runs/test_large_fit.py": "large",
+    "tests/runs/test_every_row.py": "every-row",
     "tests/house/test_house.py": "house",
 }
 #: Tests of one exported model: its step, its C and its test vectors are made once.

@@ -375,7 +375,6 @@ ALONE = {
     "calibrate-twin": "reserves its file as the others do, and takes minutes",
     "demo": "reserves its folder as the others do, and takes a minute",
     "experiment": "reserves its name as reproduce does, and takes minutes",
-    "fit-large": "writes as fit does",
 }
 
 

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from erclutch.models.load import load_model
     from erclutch.models.networks import NetworkStructure, network_from_name
     from erclutch.models.networks.network_model import NetworkModel
-    from erclutch.runs.large_fit import LargeFit, fit_large
     from erclutch.runs.new_rows import predict, score
     from erclutch.runs.run_folder import read_run, write_run
     from erclutch.signals.recording import Recording
@@ -61,7 +60,6 @@ _HOMES = {
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
     "wings.rheology.flow_curve": ("FlowCurve", "fit_flow_curve"),
     "wings.fleet.fleet": ("Fleet", "fit_many"),
-    "runs.large_fit": ("LargeFit", "fit_large"),
     "models.laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
     "wings.align.aligned_logs": ("align",),
@@ -84,7 +82,6 @@ __all__ = [
     "FitOutcome",
     "Fleet",
     "FlowCurve",
-    "LargeFit",
     "NetworkModel",
     "NetworkStructure",
     "Recalibration",
@@ -97,7 +94,6 @@ __all__ = [
     "build_dataset",
     "compare",
     "fit_flow_curve",
-    "fit_large",
     "fit_many",
     "fit_network",
     "fit_structure",

@@ -33,7 +33,6 @@ from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import learn, scaling_of
 from erclutch.fit.one_thread import one_thread
-from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
@@ -175,10 +174,9 @@ class _Network(RegressorMixin, BaseEstimator, ABC):
         X, y = validate_data(self, X, y, dtype=np.float64, y_numeric=True, ensure_min_samples=2)
         x, target = np.ascontiguousarray(X.T), np.asarray(y, np.float64)
         self.scaling_ = scaling_of(x, target, structure.kind)
-        rows = OneBlock((x, target))
         with one_thread():
             self.weights_, self.stop_, self.n_iter_ = learn(
-                rows, self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
+                (x, target), self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
             )
         return self
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from erclutch.fit.networks.fit_network import Extent, extent_of, scaling_of
+from erclutch.fit.networks.fit_network import scaling_of
 
 
 @pytest.mark.parametrize(("kind", "ends"), [("fnn", (-1.0, 1.0)), ("rbfn", (0.0, 1.0))])
@@ -23,10 +23,3 @@ def test_inputs_fill_their_range_and_effort_goes_round_its_mean(kind: str, ends:
     assert scaling.effort_offset == pytest.approx(y.mean())
     assert np.abs(effort).max() == pytest.approx(1.0)
     assert scaling_of(x, np.full(50, 2.0), kind).effort_scale == 1.0  # type: ignore[arg-type]
-
-
-def test_the_extent_of_several_blocks() -> None:
-    blocks = [(np.array([[1.0, 2.0], [5.0, 3.0]]), np.array([0.5, -1.0])), (np.array([[0.0], [4.0]]), np.array([2.0]))]
-    found = extent_of(blocks)
-    assert (found.low.tolist(), found.high.tolist(), found.effort) == ([0.0, 3.0], [2.0, 5.0], (-1.0, 2.0))
-    assert isinstance(found, Extent)

@@ -84,9 +84,9 @@ def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> 
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
         for _ in range(20):
             writer.write_table(zeros)
-    with pytest.raises(LogError, match=r"need more than 1 GiB\. Read it piece by piece with erclutch fit-large"):
+    with pytest.raises(LogError, match=r"need more than 1 GiB\. Give it to erclutch fit"):
         read_table(path)
-    assert next(parquet_windows(path, 50_000, 10))[:2] == (0, 50_000)
+    assert next(parquet_windows(LogSource(path, b"", ""), 50_000, 10))[:2] == (0, 50_000)
 
 
 def test_ten_million_rows_of_a_constant_field_are_read(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_own_logs_have_checksums_and_windows_say_whether_a_file_has(tmp_path: Pa
     other = tmp_path / "other.parquet"
     pq.write_table(pa.table({"a": [1.0, 2.0]}), other)
     for path, has in ((own, True), (other, False)):
-        notes = [note for _, _, table in parquet_windows(path, 5, 1) for note in table.notes]
+        notes = [note for _, _, table in parquet_windows(LogSource(path, b"", ""), 5, 1) for note in table.notes]
         assert any("no checksums" in note for note in notes) == (not has)
 
 

@@ -430,12 +430,10 @@ def test_a_log_in_batches(tmp_path: Path, pinned: Pinned) -> None:
 
     pd.DataFrame({**columns, "torque [N*m]": np.sin(t / 150)}).to_parquet(path)
     found: list[Any] = [told(lambda n=n: [1 for _ in logs.read_batches(path, rows=n)]) for n in (9_999, 10_000)]
-    made = logs.read_batches(path, rows=10_000)
-    for batch, data in batches.datasets(made, "single", Derivative()):
+    made = list(logs.read_batches(path, rows=10_000))
+    for batch, block in zip(made, batches.blocks_of(made, "single", Derivative()), strict=True):
         own = [batch.start, batch.stop, summed(batch.rows), batch.recording.segments]
-        found.append(
-            [own, None if data is None else [summed(data.elements[0].slip), [vars(s) for s in data.clock.spans]]]
-        )
+        found.append([own, [summed(block.data.elements[0].slip), [vars(s) for s in block.data.clock.spans]]])
     slow = logs.read_batches(path, rows=10_000)
-    found.append(told(lambda: sum(1 for _ in batches.datasets(slow, "single", Derivative("lowpass", 0.01)))))
+    found.append(told(lambda: sum(1 for _ in batches.blocks_of(slow, "single", Derivative("lowpass", 0.01)))))
     pinned(found)

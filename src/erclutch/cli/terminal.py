@@ -22,7 +22,7 @@ from erclutch.errors import printable
 if TYPE_CHECKING:
     from erclutch.fit.laws.fit_law import Estimate
     from erclutch.signals.array import Array
-    from erclutch.signals.recording import Recording
+    from erclutch.signals.recording import LogFacts
 
 #: Begins a line that tells how far a command is; see `progress`.
 PROGRESS = "erclutch progress: "
@@ -80,7 +80,7 @@ def with_unit(name: str, unit: str) -> str:
     return name if unit == "" else f"{name} [{'as logged' if unit == '?' else unit}]"
 
 
-def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]:
+def recording_lines(recordings: Sequence[LogFacts], most: int = 6) -> list[str]:
     """What was read, and what was decided on the way."""
     first = recordings[0]
     rows = sum(r.rows for r in recordings)
@@ -102,7 +102,7 @@ def recording_lines(recordings: Sequence[Recording], most: int = 6) -> list[str]
     return lines
 
 
-def notes_of(recordings: Sequence[Recording]) -> list[str]:
+def notes_of(recordings: Sequence[LogFacts]) -> list[str]:
     """What was said while reading, each once; what is true of one log of several bears its name."""
     said = Counter(note for r in recordings for note in r.notes)
     names = {note: r.name for r in recordings for note in r.notes}

@@ -2,22 +2,16 @@
 
 Within a cell a smooth model hardly changes, so the cost of the full data is that of the centroids, plus the scatter
 inside cells, which no parameter moves. Coarse grids give starts, finer ones the fit, all rows the figures.
-
-Rows come in ranges of blocks. Each cell adds the rows of a range in their order, and then the ranges in theirs: within
-a range the centroids are the same to the last bit whatever the blocks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError
-from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.signals.array import Array
 
 Places = NDArray[np.int64]
@@ -104,12 +98,6 @@ class Totals:
                 np.add.at(sums, place, values)
         self._power += float(y @ y)
 
-    def join(self, other: Totals) -> None:
-        """Add the sums over the rows that follow."""
-        self._counts += other._counts
-        self._sums += other._sums
-        self._power += other._power
-
     def centroids(self) -> Centroids:
         """Centroids of the cells that have rows."""
         used = np.flatnonzero(self._counts)
@@ -128,61 +116,28 @@ def grid_of(inputs: int, level: int) -> tuple[int, ...]:
 Gridded = tuple[Array, Array, Array]
 
 
-def centroids_of(blocks: Blocks[Gridded], levels: Collection[int]) -> dict[int, Centroids]:
-    """Centroids of rows on grids between the smallest and the largest value of what the grids are over.
+def centroids_of(rows: Gridded, levels: Collection[int]) -> dict[int, Centroids]:
+    """Centroids of rows by level, on grids between the smallest and the largest value of what the grids are over.
 
     Args:
-        blocks: the rows; passed over more than once.
+        rows: inputs, effort, and what the grids are over.
         levels: 0 (coarse) to 2 (fine).
     """
-    ends = list(blocks.fold(_ends))
-    low, high = np.min([low for low, _, _ in ends], axis=0), np.max([high for _, high, _ in ends], axis=0)
-    inputs, rows = low.size, sum(count for _, _, count in ends)
-    grids = {level: Grid(low, high, grid_of(inputs, level)) for level in levels}
-    used = {level: _used(blocks, grid) if grid.size > 4 * rows + 1_000_000 else None for level, grid in grids.items()}
-    ranges = blocks.fold(partial(_totals, grids, used))
-    totals = next(ranges)
-    for more in ranges:
-        for level, total in totals.items():
-            total.join(more[level])
-    return {level: total.centroids() for level, total in totals.items()}
-
-
-def _ends(blocks: Iterable[Gridded]) -> tuple[Array, Array, int]:
-    ends = [(by.min(axis=1), by.max(axis=1), y.size) for _, y, by in blocks]
-    low, high, counts = zip(*ends, strict=True)
-    return np.min(low, axis=0), np.max(high, axis=0), sum(counts)
-
-
-def _totals(
-    grids: Mapping[int, Grid], used: Mapping[int, Places | None], blocks: Iterable[Gridded]
-) -> dict[int, Totals]:
-    sizes = {level: grids[level].size if cells is None else cells.size for level, cells in used.items()}
-    totals = {level: Totals(size, grids[level].low.size) for level, size in sizes.items()}
-    for x, y, by in blocks:
-        for level, grid in grids.items():
-            place, cells = grid.place(by), used[level]
-            totals[level].add(place if cells is None else np.searchsorted(cells, place), x, y)
-    return totals
-
-
-def _used(blocks: Blocks[Gridded], grid: Grid) -> Places:
-    """The cells that have rows, of a grid with far more cells than rows."""
-    return np.unique(np.concatenate(list(blocks.fold(partial(_places, grid)))))
-
-
-def _places(grid: Grid, blocks: Iterable[Gridded]) -> Places:
-    return np.unique(np.concatenate([np.unique(grid.place(by)) for _, _, by in blocks]))
+    x, y, by = rows
+    low, high = by.min(axis=1), by.max(axis=1)
+    centroids: dict[int, Centroids] = {}
+    for level in levels:
+        grid = Grid(low, high, grid_of(low.size, level))
+        place, size = grid.place(by), grid.size
+        if size > 4 * y.size + 1_000_000:  # far more cells than rows: only those with rows are counted
+            cells, place = np.unique(place, return_inverse=True)
+            size = cells.size
+        totals = Totals(size, low.size)
+        totals.add(place, x, y)
+        centroids[level] = totals.centroids()
+    return centroids
 
 
 def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
-    """`centroids_of` rows that are one block, at one level."""
-    return centroids_of(OneBlock((x, y, x if by is None else by)), [level])[level]
-
-
-def not_on_disk(name: str, why: str) -> SettingError:
-    """The error for a model whose rows centroids cannot stand for, so that it needs all of them at once."""
-    return SettingError(
-        f"{name} cannot be fitted to a log that is larger than memory: {why}",
-        remedy="Fit it to a part of the log with erclutch fit, or leave it out",
-    )
+    """`centroids_of` rows at one level; the grid is over the inputs where nothing else is given."""
+    return centroids_of((x, y, x if by is None else by), [level])[level]

@@ -117,6 +117,61 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
     )
 
 
+@dataclass(frozen=True)
+class BinSums:
+    """Sums over bins, which are short stretches of rows, for more rows than memory holds; each of shape (bins,).
+
+    Attributes:
+        rows: number of rows.
+        error, square: sum of the errors (measured minus predicted), and of their squares.
+        largest: largest absolute error.
+        effort, effort_square: sum of the measured effort less a constant near its mean, and of its squares.
+    """
+
+    rows: Array
+    error: Array
+    square: Array
+    largest: Array
+    effort: Array
+    effort_square: Array
+
+
+def score_of_bins(sums: BinSums, *, seed: int = 0) -> Score:
+    """Figures with bands as `score` gives them, from sums over bins in the order of the rows; blocks hold whole bins.
+
+    Args:
+        sums: of at least one bin.
+        seed: of the resampling.
+    """
+    rows, bins = float(sums.rows.sum()), sums.rows.size
+    if not np.all(np.isfinite(sums.square)):
+        nothing = BandedFigure(np.inf, np.inf, np.inf)
+        worst = BandedFigure(-np.inf, -np.inf, -np.inf)
+        return Score(int(rows), nothing, nothing, nothing, worst, nothing, np.inf)
+    length = block_rows([np.sqrt(sums.square / sums.rows)])  # bins of a block
+    starts = block_starts(bins, length, seed)
+    blocks = starts.shape[1]
+    drawn = _resampled(sums.rows, length, starts)  # mean rows of a bin in each resample
+    squares, first, second = (
+        _resampled(each, length, starts) / drawn for each in (sums.square, sums.effort, sums.effort_square)
+    )
+    tiny = np.finfo(float).tiny
+    variance = np.maximum(second - first * first, tiny)
+    mse = float(sums.square.sum()) / rows
+    middle = float(sums.effort.sum()) / rows
+    spread = max(float(sums.effort_square.sum()) / rows - middle * middle, float(tiny))
+    largest = _block_maxima(sums.largest, length)[starts].max(axis=1)
+    return Score(
+        rows=int(rows),
+        mse=_figure(mse, squares, blocks, least=0.0),
+        rmse=_figure(mse**0.5, np.sqrt(squares), blocks, least=0.0),
+        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance), blocks, least=0.0),
+        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance, blocks, most=1.0),
+        largest=BandedFigure(float(sums.largest.max()), *_middle(largest)),
+        bias=float(sums.error.sum()) / rows,
+    )
+
+
 def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0) -> BandedFigure:
     """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
 

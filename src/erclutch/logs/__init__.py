@@ -14,19 +14,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from erclutch.errors import placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
-from erclutch.logs.batches import Batch, windowed_batches
+from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
-from erclutch.logs.log_reader import HEAD, LogReader, folder_reader, reader_of
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
+from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 
@@ -39,6 +39,7 @@ __all__ = [
     "ColumnChoice",
     "ColumnMap",
     "Plan",
+    "RowRange",
     "Table",
     "apply",
     "map_over",
@@ -143,11 +144,12 @@ def read_batches(
     variable: str | None = None,
     mapping_file: str | Path | None = None,
     rows: int = 65_536,
+    part: RowRange = WHOLE_FILE,
 ) -> Iterator[Batch]:
-    """Read a log stretch by stretch, so that a Parquet file may be larger than memory; other formats come whole.
+    """Read a log stretch by stretch, so that a Parquet or text file may be larger than memory; others come whole.
 
-    Columns, units, gaps and values are checked as by `read`, a stretch at a time. All arguments but ``rows``, of a
-    stretch and at least 10,000, are those of `read`.
+    Columns, units, gaps and values are checked as by `read`, a stretch at a time. All arguments are those of `read`,
+    but for ``rows``, of a stretch and at least 10,000, and ``part``, the rows of the file that are read.
 
     Raises:
         LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
@@ -155,20 +157,40 @@ def read_batches(
     """
     file = require_file(path)
     told = map_over(mapping, beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-    plugin = folder_reader(file)
-    if plugin is None:
-        with readable(file), file.open("rb") as content:
-            plugin = reader_of(content.read(HEAD), file.suffix)[0]
+    plugin = _reader_for(file)
     windows = plugin.of_type(LogReader).windows
     if windows:
         with readable(file), file.open("rb") as content:
-            digest = hashlib.file_digest(content, "sha256").hexdigest()
+            digest = hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
+        source = LogSource(file, b"", digest, decimal=told.decimal)
         with placed(file.name), plugin.working(f"failed on {file.name}"):
-            yield from windowed_batches(windows, file, digest, told, device, invalid, rows)
+            yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
     table = read_table(file, variable=variable or told.variable, decimal=told.decimal)
-    whole = apply(plan_of(table, told, device=device, invalid=invalid), table)
-    yield Batch(whole, np.arange(whole.rows), 0, whole.rows)
+    yield one_batch(apply(plan_of(table, told, device=device, invalid=invalid), table))
+
+
+def extent_of(path: str | Path) -> tuple[int, int] | None:
+    """About how many rows and columns a log has that can be read in blocks; None for a log that is read whole.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    file = require_file(path)
+    plugin = _reader_for(file)
+    extent = plugin.of_type(LogReader).extent
+    if extent is None:
+        return None
+    with placed(file.name), plugin.working(f"failed on {file.name}"):
+        return extent(file)
+
+
+def _reader_for(file: Path) -> Plugin:
+    plugin = folder_reader(file)
+    if plugin is not None:
+        return plugin
+    with readable(file), file.open("rb") as content:
+        return reader_of(content.read(HEAD), file.suffix)[0]
 
 
 def recording_from_arrays(

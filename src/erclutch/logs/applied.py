@@ -102,6 +102,8 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
 
 
 def _column(table: Table, name: str) -> Array:
+    if name in table.unreadable:
+        raise LogError(table.unreadable[name], remedy="Correct its cells, or make a plan of this log")
     if name not in table.columns:
         problem = f"there is no column '{name}', which the plan reads; the file has: {table.listed}"
         raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, SettingError, ShortLogError
 from erclutch.logs.applied import apply_rows
-from erclutch.logs.dataset import Dataset, dataset_of, only_segments
-from erclutch.logs.log_reader import Windows
+from erclutch.logs.dataset import Dataset, dataset_of, device_of, joined, only_segments
+from erclutch.logs.log_reader import LogSource, Windows
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Invalid, Plan
 from erclutch.logs.planning import plan_of
-from erclutch.signals.clock import Clock, within
+from erclutch.signals.clock import Clock, Span, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative, reach
@@ -43,23 +42,48 @@ class Batch:
     stop: int
 
 
+def one_batch(recording: Recording) -> Batch:
+    """A log that was read whole."""
+    return Batch(recording, np.arange(recording.rows), 0, recording.rows)
+
+
+@dataclass(frozen=True)
+class RowRange:
+    """Rows of a file that are read; the defaults are all.
+
+    Attributes:
+        first, stop: rows of the file, [first, stop); None is its end.
+        period: sampling period in s that the rows before them have; None where nothing is known of these.
+    """
+
+    first: int = 0
+    stop: int | None = None
+    period: float | None = None
+
+
+WHOLE_FILE = RowRange()
+
+
 def windowed_batches(
     windows: Windows,
-    file: Path,
-    digest: str,
+    source: LogSource,
     chosen: ColumnMap,
     device: DeviceName | None,
     invalid: Invalid | None,
     rows: int,
+    part: RowRange = WHOLE_FILE,
 ) -> Iterator[Batch]:
     """The batches of a file whose reader has windows; see `erclutch.logs.read_batches`."""
     _refuse(chosen, rows)
     plan: Plan | None = None
-    period: float | None = None
+    if part.first:  # what its columns are is said by the file's first rows, whichever rows are read
+        _, _, beginning = next(windows(source, rows, MARGIN, 0, None))
+        plan = plan_of(replace(beginning, path=str(source.path)), chosen, device=device, invalid=invalid)
+    period = part.period
     short: ShortLogError | None = None
     some = False
-    for start, stop, table in windows(file, rows, MARGIN):
-        table = replace(table, digest=digest, sample_period=period, path=str(file))
+    for start, stop, table in windows(source, rows, MARGIN, part.first, part.stop):
+        table = replace(table, digest=source.digest, sample_period=period, path=str(source.path))
         try:
             plan = plan_of(table, chosen, device=device, invalid=invalid) if plan is None else plan
             recording, kept = apply_rows(plan, table)
@@ -93,10 +117,26 @@ def _refuse(chosen: ColumnMap, rows: int) -> None:
         )
 
 
-def datasets(
-    batches: Iterator[Batch], device: DeviceName, derivative: Derivative
-) -> Iterator[tuple[Batch, Dataset | None]]:
-    """Rows of each batch without its margins, speeds differentiated across its edges; None where none are left.
+@dataclass(frozen=True)
+class RowBlock:
+    """Usable rows of a batch, without its margins.
+
+    Attributes:
+        name: of the log, with the rows of the file that the block stands for behind its start.
+        data: the rows; speeds are differentiated across the edges. ``clock.joins`` says whether they go on from the
+            block before.
+        file_rows: which row of the file each of them is, counted from 0, shape (n,).
+        recording: what the batch says of the log.
+    """
+
+    name: str
+    data: Dataset
+    file_rows: NDArray[np.int64]
+    recording: Recording
+
+
+def blocks_of(batches: Iterable[Batch], device: DeviceName | None, derivative: Derivative) -> Iterator[RowBlock]:
+    """Usable rows of each batch that has any, speeds differentiated across its edges.
 
     Raises:
         MappingError, SettingError: see `erclutch.build_dataset`; a filter that looks further back than a margin.
@@ -104,7 +144,6 @@ def datasets(
     for batch in batches:
         recording = _cored(batch)
         if recording is None:
-            yield batch, None
             continue
         speeds = any(name in recording.signals for name in ("position", "theta", "alpha"))
         if batch.start and speeds and reach(derivative, recording.period) > MARGIN:
@@ -113,13 +152,49 @@ def datasets(
                 remedy="Give a higher --cutoff, or another --derivative",
                 where=recording.name,
             )
-        data = dataset_of(recording, device, derivative)
+        data = dataset_of(recording, device or device_of(recording), derivative)
         places = data.extras[_PLACE]
         data = replace(data, extras={name: values for name, values in data.extras.items() if name != _PLACE})
         a, b = np.searchsorted(places, [batch.start, batch.stop]).tolist()
-        spans = data.clock.spans
-        clock = Clock(data.clock.time[a:b], within(spans, a, b), any(s.start < a < s.stop for s in spans))
-        yield batch, replace(data.picked(slice(a, b)), clock=clock)
+        if a == b:
+            continue
+        behind = f", data rows {batch.start + 1} to {batch.stop}" if batch.start else ""
+        yield RowBlock(recording.name + behind, neighbours(data, a, b), places[a:b].astype(np.int64), batch.recording)
+
+
+def neighbours(data: Dataset, start: int, stop: int) -> Dataset:
+    """Neighbouring rows [start, stop), lone ones too, with their clock; it says whether they go on from rows before."""
+    spans = data.clock.spans
+    joins = data.clock.joins if start == 0 else any(span.start < start < span.stop for span in spans)
+    clock = Clock(data.clock.time[start:stop], within(spans, start, stop), joins)
+    return replace(data.picked(slice(start, stop)), clock=clock)
+
+
+def copied(data: Dataset) -> Dataset:
+    """The same rows in arrays of their own: rows that were cut out of a block keep all of its rows in memory."""
+    alone = data.picked(np.arange(data.rows))
+    return replace(alone, clock=replace(data.clock, time=alone.clock.time))
+
+
+def chained(parts: Sequence[Dataset]) -> Dataset:
+    """Rows of one log that follow each other; a span that goes on over a border is one span."""
+    whole = joined(parts)
+    begins = {0}
+    for part in parts[:-1]:
+        begins.add(max(begins) + part.rows)
+    goes_on = {begin for begin, part in zip(sorted(begins), parts, strict=True) if begin and part.clock.joins}
+    spans: list[Span] = []
+    for span in whole.clock.spans:
+        if span.start in goes_on:
+            before = spans.pop()
+            period = span.period if before.period is not None else None
+            spans.append(Span(before.start, span.stop, period))
+        else:
+            spans.append(span)
+    first = parts[0]
+    clock = Clock(whole.clock.time, tuple(spans), first.clock.joins)
+    one_log = {"sources": first.sources, "origins": first.origins, "source_rows": ((0, whole.rows),)}
+    return replace(whole, clock=clock, **one_log)
 
 
 def _cored(batch: Batch) -> Recording | None:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, placed
-from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
@@ -131,16 +130,6 @@ class Dataset(Shown):
         """The logs' names, for messages."""
         return self.sources[0] if len(self.sources) == 1 else f"{len(self.sources)} logs"
 
-    @property
-    def blocks(self) -> Blocks[Dataset]:
-        """The rows as the one block that they are."""
-        return OneBlock(self)
-
-    @property
-    def ends(self) -> Dataset:
-        """Rows with the smallest and the largest value of each column: all of them."""
-        return self
-
     def thinned(self, most: int) -> Dataset:
         """Every so-many-th row, so that at most ``most`` are left, without their past."""
         return self.picked(slice(None, None, max(1, -(-self.rows // most))))
@@ -195,7 +184,7 @@ def build_dataset(
         require_kind(log, Recording, "a recording", "Give erclutch.read(PATH)")
     if not logs:
         raise SettingError("no log was given", remedy="Give at least one log file")
-    device = device or ("coaxial" if "T" in logs[0].signals else "single")
+    device = device or device_of(logs[0])
     parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
     seen: dict[str, str] = {}
     for log, part in zip(logs, parts, strict=True):
@@ -237,6 +226,11 @@ def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
     out = np.concatenate([np.unwrap(angle[span.start : span.stop]) for span in clock.spans])
     turns = sum(int(np.sum(np.abs(np.diff(angle[s.start : s.stop])) > np.pi)) for s in clock.spans)
     return (out, turns) if turns else (angle, 0)
+
+
+def device_of(log: Recording) -> DeviceName:
+    """What a log is of where nobody said: "coaxial" with a pair's torque, else "single"."""
+    return "coaxial" if "T" in log.signals else "single"
 
 
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:

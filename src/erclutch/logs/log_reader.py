@@ -48,9 +48,10 @@ class LogSource:
         return printable(self.path.name)  # a name may hold bytes that are no text
 
 
-#: ``windows(path, rows, margin)`` yields (start, stop, table): the rows of the file that a window stands for, and its
-#: table, which holds up to ``margin`` rows more on either side; `Table.first_row` says where that begins.
-Windows = Callable[[Path, int, int], Iterator[tuple[int, int, Table]]]
+#: ``windows(source, rows, margin, first, last)`` yields (start, stop, table) from row ``first`` of a file to row
+#: ``last``, or to its end: the rows that a window stands for, and its table, which holds up to ``margin`` rows more on
+#: either side; `Table.first_row` says where that begins. The source has no data.
+Windows = Callable[[LogSource, int, int, int, int | None], Iterator[tuple[int, int, Table]]]
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,8 @@ class LogReader:
         claims: whether a file is of its format, by its first `HEAD` bytes; it goes before the suffix.
         read: the file as a table; raises LogError where it is damaged, with the line or place.
         windows: for files larger than memory: see `Windows`. None: such a file is read whole.
+        extent: rows and columns of a file that has windows, rows that hold no numbers included; it reads as little of
+            the file as it can.
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
@@ -71,6 +74,7 @@ class LogReader:
     claims: Callable[[bytes], bool]
     read: Callable[[LogSource], Table]
     windows: Windows | None = None
+    extent: Callable[[Path], tuple[int, int]] | None = None
     recordings: Callable[[LogSource], Sequence[str]] | None = None
     tells_damage: str = "seen or not: the reader does not say"
     folder: str = ""

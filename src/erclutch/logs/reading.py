@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import SettingError
-from erclutch.logs import Batch, ColumnMap, map_over, read, read_all, read_batches
+from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
+from erclutch.logs.batches import WHOLE_FILE
 from erclutch.logs.plan import Invalid
 from erclutch.logs.resample import rate_of, resampled
 from erclutch.logs.table import Table
@@ -83,17 +84,23 @@ class Reading:
         log = within(log, *self.window)
         return log if self.rate is None else resampled(log, self.rate)
 
-    def batches(self, path: str | Path, device: DeviceName | None) -> Iterator[Batch]:
-        """The batches of one log.
+    @property
+    def divisible(self) -> bool:
+        """Whether rows of a log can be read without those before; a window in time counts from the first row."""
+        return self.window == (None, None, None)
+
+    def batches(self, path: str | Path, device: DeviceName | None, part: RowRange = WHOLE_FILE) -> Iterator[Batch]:
+        """The batches of one log, or of some of its rows.
 
         Raises:
             SettingError: a rate, for which the whole log must be in memory; a window that the log cannot have.
         """
         if self.rate is not None:
-            remedy = "Use erclutch fit, or resample the logs before"
-            raise SettingError("--resample needs the whole log in memory", remedy=remedy)
-        found = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, **self._how(device))
-        return found if self.window == (None, None, None) else batches_within(found, *self.window)
+            remedy = "Give a larger --memory, or resample the log before"
+            raise SettingError("--resample needs the whole log in memory", where=str(path), remedy=remedy)
+        how = self._how(device)
+        batches = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, part=part, **how)
+        return batches if self.divisible else batches_within(batches, *self.window)
 
     def _how(self, device: DeviceName | None) -> dict[str, Any]:
         return {"device": device, "invalid": self.invalid, "mapping_file": self.mapping_file}

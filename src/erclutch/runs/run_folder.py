@@ -34,7 +34,7 @@ from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
 from erclutch.runs.run_shape import GUARDED, file_name, require_shape
-from erclutch.signals.recording import Recording
+from erclutch.signals.recording import LogFacts
 from erclutch.signals.shown import Shown, one_line, presenter
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ may_write = partial(files.may_write, marker="run.json")
 def write_run(
     folder: str | Path,
     comparison: Comparison,
-    recordings: Sequence[Recording],
+    recordings: Sequence[LogFacts],
     *,
     reading: Mapping[str, Any] | None = None,
     force: bool = False,
@@ -103,7 +103,7 @@ def write_json(path: Path, body: Mapping[str, Any]) -> None:
 
 
 def run_to_dict(
-    comparison: Comparison, recordings: Sequence[Recording], reading: Mapping[str, Any] | None
+    comparison: Comparison, recordings: Sequence[LogFacts], reading: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     """Everything of a run but the rows, as JSON values."""
     data = comparison.data
@@ -146,7 +146,7 @@ def versions() -> dict[str, str]:
 def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
     fit = entry.outcome.to_dict()
     del fit["model"]
-    return _finite(
+    return without_infinities(
         {
             "name": entry.name,
             **({"model": entry.outcome.model.name} if entry.label else {}),
@@ -171,12 +171,12 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
     )
 
 
-def _finite(value: Any) -> Any:
+def without_infinities(value: Any) -> Any:
     """JSON has no infinity: null stands for it."""
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in cast(dict[str, Any], value).items()}
+        return {key: without_infinities(item) for key, item in cast(dict[str, Any], value).items()}
     if isinstance(value, list):
-        return [_finite(item) for item in cast(list[Any], value)]
+        return [without_infinities(item) for item in cast(list[Any], value)]
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
@@ -61,6 +62,55 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
 TEMPERATURE = "temperature_K"
 #: What a mapping may give a column to.
 NAMED_COLUMNS = (*SIGNALS, "temperature")
+
+
+class LogFacts(Protocol):
+    """What is said of a log that was read, whether all of its rows are in memory or not; see `Recording`."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in tables."""
+        ...
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its bytes."""
+        ...
+
+    @property
+    def rows(self) -> int:
+        """Number of samples."""
+        ...
+
+    @property
+    def segments(self) -> tuple[tuple[int, int], ...]:
+        """Rows of each stretch without a gap."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Sampling period in s."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """Recorded time in s, gaps left out."""
+        ...
+
+    @property
+    def origin(self) -> str:
+        """The label that the file gives itself."""
+        ...
+
+    @property
+    def mapping(self) -> tuple[str, str] | None:
+        """Name and SHA-256 of its mapping file."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done on the way."""
+        ...
 
 
 @dataclass(frozen=True, repr=False)

@@ -14,7 +14,6 @@ from erclutch.fit.networks.exchange import exchanged
 from erclutch.fit.networks.first_weights import first_weights, new_neurons, with_best_output
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
-from erclutch.logs.blocks import OneBlock
 from erclutch.models.networks.network_model import forward_fnn
 
 
@@ -75,9 +74,9 @@ def test_a_network_of_one_neuron_stays_as_it_is() -> None:
 @pytest.mark.slow
 def test_exchanges_lead_lower_than_more_steps() -> None:
     x, y = _target(np.random.default_rng(5), 3000)
-    plain = [train(OneBlock((x, y, x)), (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]
+    plain = [train((x, y, x), (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]
     last = Round(0, 0, 1, tries=4, exchanges=8)
-    traded = [train(OneBlock((x, y, x)), (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
+    traded = [train((x, y, x), (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
     assert np.median(traded) < 0.8 * np.median(plain)
 
 

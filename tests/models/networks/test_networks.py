@@ -24,7 +24,6 @@ from erclutch.fit.networks.fit_fnn import schedule_for, train
 from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling_of, slips_for, slips_of
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
-from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.models.networks import is_network, network_from_name
@@ -133,7 +132,7 @@ def test_a_known_network_is_found_again() -> None:
     truth = first_weights(rng, sizes) + rng.normal(size=weights_of(sizes))
     x = rng.uniform(-1, 1, (2, 4000))
     y = forward_fnn(tables_of(truth, sizes), x)
-    found = train(OneBlock((x, y / np.abs(y).max(), x)), (3,), 0, schedule_for((3,), 2, polish=True))
+    found = train((x, y / np.abs(y).max(), x), (3,), 0, schedule_for((3,), 2, polish=True))
     error = forward_fnn(tables_of(found.theta, sizes), x) * np.abs(y).max() - y
     assert np.sqrt(np.mean(error**2)) < 1e-4 * y.std()
 

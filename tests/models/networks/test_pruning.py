@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, unpacked, weights_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, schedule_for, train
 from erclutch.fit.networks.pruning import smaller, without_least
-from erclutch.logs.blocks import OneBlock
 from erclutch.models.networks.network_model import forward_fnn
 
 
@@ -52,7 +51,7 @@ def test_the_other_weights_make_up_for_a_neuron_that_has_a_twin() -> None:
 def test_what_is_left_has_the_size_asked_for_even_with_few_rows(hidden: tuple[int, ...]) -> None:
     rng = np.random.default_rng(0)
     x = rng.uniform(-1.0, 1.0, (2, 40))  # fewer rows than the weights of the starts
-    found = train(OneBlock((x, np.tanh(3.0 * x[0]) * x[1], x)), hidden, 0, schedule_for(hidden, 2))
+    found = train((x, np.tanh(3.0 * x[0]) * x[1], x), hidden, 0, schedule_for(hidden, 2))
     assert found.theta.size == weights_of((2, *hidden, 1))
     assert np.all(np.isfinite(found.theta))
 
@@ -62,7 +61,7 @@ def test_spare_neurons_lead_lower() -> None:
     x = rng.uniform(-1.0, 1.0, (2, 3000))
     y = np.tanh(20.0 * x[1]) * x[0] ** 2 + 0.3 * np.sin(3.0 * x[0])
     last = Round(0, 60, 1)
-    rows = OneBlock((x, y, x))
+    rows = (x, y, x)
     plain = [train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
     spare = [train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1, 5), last), 5)).cost for seed in range(8)]
     assert np.median(spare) < 0.9 * np.median(plain)

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
-from erclutch.cli import terminal
-from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli import scored_rows, terminal
+from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import require
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, Settings
+    from erclutch.logs.any_size import RowsOfLogs
     from erclutch.logs.dataset import Dataset
-    from erclutch.signals.recording import Recording
+    from erclutch.runs.every_row import EveryRow
 
 COMMAND = {
     "help": "Fit all models to a log, rank them on rows held out, recommend one.",
@@ -26,6 +28,7 @@ COMMAND = {
 }
 
 MODELS = Group("Models and figures", sort_key=1)
+LONG_LOGS = Group("Logs beyond memory", sort_key=1)
 ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
 
 
@@ -44,6 +47,9 @@ def fit(
     past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=MODELS)] = 1,
+    memory: Annotated[float, Parameter(group=LONG_LOGS)] = 1.5,
+    cluster: Annotated[str | None, Parameter(group=LONG_LOGS)] = None,
+    resume: Annotated[bool, Parameter(group=LONG_LOGS, negative=())] = False,
     out: Annotated[Path | None, Parameter(group=MODELS)] = None,
     force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
@@ -64,44 +70,72 @@ def fit(
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
         past: Networks also take signals of so long ago as inputs, such as --past 1ms 2ms; a plain number counts rows.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
-        workers: How many models are fitted side by side; changes no figure. Two pay from some 300,000 rows on.
+        workers: How many models are fitted side by side, and parts of long logs scored; changes no figure. Two pay from
+            some 300,000 rows on.
+        memory: GB that the fit may take. Of logs that need more, whole stretches are fitted, and every row is scored.
+        cluster: Where every row is scored: threads (default), processes, local (Dask here), or tcp://HOST:PORT of Dask.
+        resume: Go on where the scoring of every row of --out was interrupted; the models are there.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
-    from erclutch.runs.run_folder import may_write, write_run
+    from erclutch.logs.any_size import read_rows
+    from erclutch.runs.run_folder import may_write, run_to_dict, write_run
+    from erclutch.runs.tasks import tasks_on
 
     began = time.perf_counter()
+    require_counts(workers, seed, blocks)
+    if resume:
+        _resumed(out, reading, cluster, workers, json)
+        return
     if out is not None:
         may_write(out, force)
-    require_counts(workers, seed, blocks)
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
-    recordings = reading.read(logs)
-    comparison = _compared(reading.dataset(recordings), Settings(*asked))
+    how, read_options = reading.how(), reading.to_dict()
+    with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
+        with terminal.progress("reading") as bar:
+            show = partial(_show_rows, bar)
+            rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
+        comparison = _compared(rows.data, Settings(*asked))
+        if not json:
+            _print_all(rows, comparison, time.perf_counter() - began)
+        if out is not None:
+            write_run(out, comparison, rows.logs, reading=read_options, force=force)
+        figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
     if json:
-        _print_json(comparison, recordings, reading)
-    else:
-        _print_all(recordings, comparison, time.perf_counter() - began)
-    if out is not None:
-        write_run(out, comparison, recordings, reading=reading.to_dict(), force=force)
-    _say_kept(out, json)
+        body = run_to_dict(comparison, rows.logs, read_options)
+        whole = body if figures is None else {**body, "every_row": figures.to_dict()}
+        print(dumps(whole, indent=1, allow_nan=False))
+        return
+    if figures is not None:
+        _print_every_row(figures, comparison.recommended, comparison.data.units.effort)
+    terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
 
 
-def _say_kept(out: Path | None, json: bool) -> None:
-    if not json:
-        terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
+def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers: int, json: bool) -> None:
+    figures, run = scored_rows.score_the_rest(out, reading.how(), cluster, workers)
+    if json:
+        print(dumps(figures.to_dict(), indent=1, allow_nan=False))
+        return
+    _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
+    terminal.say(f"Kept in {out}")
 
 
-def _print_json(comparison: Comparison, recordings: Sequence[Recording], reading: LogOptions) -> None:
-    from erclutch.runs.run_folder import run_to_dict
-
-    print(dumps(run_to_dict(comparison, recordings, reading.to_dict()), indent=1, allow_nan=False))
+def _show_rows(bar: Callable[[float, float | None, str], None], what: str, rows: int, total: int) -> None:
+    bar(rows, total, what)
 
 
-def _print_all(recordings: Sequence[Recording], comparison: Comparison, seconds: float) -> None:
-    terminal.tell("\n".join(terminal.recording_lines(recordings)))
+def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
+    terminal.console().print(scored_rows.table(figures, recommended, unit))
+    terminal.tell(*(f"not scored on every row: {name}: {why}" for name, why in figures.not_scored.items()))
+
+
+def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float) -> None:
+    terminal.tell("\n".join(terminal.recording_lines(rows.logs)))
+    if rows.left_out:
+        terminal.tell(rows.data.notes[-1])
     print_comparison(comparison)
     count = len(comparison.entries)
     terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")

@@ -1,27 +1,24 @@
 """Fitting a structure to training rows: scan, then variable projection on few rows, then on all rows.
 
 The scan looks at the whole box of the nonlinear parameters on a few thousand rows; the best points are refined on those
-rows and the best of them polished on all rows, so the figures reported are always those of the full data. Of rows on
-disk the nonlinear parameters of a law without a memory are those of centroids, all else is of all rows.
+rows and the best of them polished on all rows, so the figures reported are always those of the full data.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from erclutch.errors import CheckError
-from erclutch.fit.centroids import centroids_of, not_on_disk
+from erclutch.fit.centroids import centroids_of
 from erclutch.fit.intervals import uncertainty, unknown
 from erclutch.fit.kept_heap import keep_heap
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
-from erclutch.fit.laws.law_over_rows import LawOverRows, RowsInSlices, separable
-from erclutch.fit.laws.law_starts import scan_points, thinned, window_starts, windows
+from erclutch.fit.laws.law_problem import closed_in_slices, separable
+from erclutch.fit.laws.law_starts import scan_points, thinned, windows
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
 from erclutch.fit.laws.variable_projection import (
@@ -36,16 +33,13 @@ from erclutch.fit.laws.variable_projection import (
 )
 from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Minimum, minimise
-from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import RANGE, DiskRows, TrainingRows
 from erclutch.models.law_model import Reference, Structure, TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
-from erclutch.models.stages import outside_stages
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
 
@@ -59,34 +53,18 @@ _SCAN_POINTS = 48
 _ROUGH_STARTS = 3
 
 
-def reference_of(data: TrainingRows, extras: Sequence[str] = ()) -> Reference:
+def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     """What normalises a model that is trained on these rows, with these further inputs."""
-    field = max(float(np.max(np.abs(e.field))) for e in data.ends.elements)
-    slips = len(data.ends.elements)
-    squares = data.blocks.means(partial(_squares, tuple(extras)))
-    slip, squares = float(np.sqrt(np.mean(squares[:slips]))), squares[slips:]
-    scales = tuple(float(np.sqrt(x)) or 1.0 for x in squares)
+    further = further_inputs(extras, data.extras)
+    field = max(float(np.max(np.abs(e.field))) for e in data.elements)
+    slip = float(np.sqrt(np.mean([float(np.mean(e.slip**2)) for e in data.elements])))
+    scales = tuple(float(np.sqrt(float(np.mean(further[name] ** 2)))) or 1.0 for name in extras)
     warmth = dict(zip(extras, scales, strict=True)).get(TEMPERATURE, 1.0)
     return Reference(field or 1.0, slip or 1.0, data.period, scales, warmth)
 
 
-def _squares(extras: Sequence[str], block: Dataset) -> list[Array]:
-    further = further_inputs(extras, block.extras)
-    return [e.slip**2 for e in block.elements] + [further[name] ** 2 for name in extras]
-
-
-def require_no_stimulus(structure: Structure) -> None:
-    """Raise a SettingError for a law that cannot be fitted to rows on disk."""
-    if outside_stages(structure.dynamics):
-        why = f"stages of other packages ({structure.dynamics}) do not say how their memory goes from part to part"
-        raise not_on_disk(structure.specification, why)
-    if structure.law.stimulus_shape:
-        why = "its stimulus steps or saturates inside cells, so centroids cannot stand for the rows"
-        raise not_on_disk(structure.specification, why)
-
-
 def fit_structure(
-    data: TrainingRows,
+    data: Dataset,
     structure: Structure,
     *,
     starts: Sequence[Sequence[float]] = (),
@@ -99,38 +77,28 @@ def fit_structure(
 
     Args:
         data: training rows.
-        structure: device, law and dynamics; on disk without a stimulus of its own and stages of other packages.
+        structure: device, law and dynamics.
         starts: normalised nonlinear parameters to try besides the scan.
         scan: points of the scan for each nonlinear parameter beyond the first two, at least.
         ordered: whether rows follow in time (decides on how intervals are made).
-        intervals: whether to make intervals; without, and for rows on disk, they are nan; a fit takes half the time.
+        intervals: whether to make intervals; without them they are nan, and a fit takes half the time.
         polish: whether the nonlinear parameters of a memoryless law are refined on all rows of a long log, and not only
             on its centroids. Gains and figures are always of all rows.
 
     Returns:
         The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
-
-    Raises:
-        SettingError, CheckError: a structure that cannot be fitted to rows on disk, or to two fields at once there.
     """
     keep_heap()
-    if isinstance(data, DiskRows):
-        require_no_stimulus(structure)
-        if data.rows >= MANY_ROWS:
-            return _fit_on_disk(data, structure, scan)
-        whole, intervals = data.windows([0], data.rows), False
-    else:
-        whole = data
-    reference = reference_of(whole, structure.extras)
+    reference = reference_of(data, structure.extras)
     shapes = structure.shapes(reference.period)
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
     # whole stretches where a stage counts from their start.
-    full = separable(whole, structure, reference, shapes, slice(None))
+    full = separable(data, structure, reference, shapes, slice(None))
     if not shapes:
-        return _outcome(whole, structure, reference, full, _LINEAR, ordered, intervals)
-    cells = None if _in_order(whole, structure) else _on_centroids(whole, structure, reference, shapes)
+        return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
+    cells = None if _in_order(data, structure) else _on_centroids(data, structure, reference, shapes)
     uncut = structure.dynamics == "none" or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
-    some = whole if uncut else whole.take(windows(whole.rows, 2 * _ROUGH_ROWS, whole.period))
+    some = data if uncut else data.take(windows(data.rows, 2 * _ROUGH_ROWS, data.period))
     few, rough, middle = (
         separable(some, structure, reference, shapes, thinned(some.rows, most))
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
@@ -139,14 +107,14 @@ def fit_structure(
     best = _search(few, cells or rough, starts, scan * (4 if structure.law.stimulus_shape else 1), structure.remembers)
     if cells is not None and not polish:
         found = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
-        return _outcome(whole, structure, reference, full, found, ordered, intervals)
-    if whole.rows > 2 * _MIDDLE_ROWS and structure.dynamics == "none":
+        return _outcome(data, structure, reference, full, found, ordered, intervals)
+    if data.rows > 2 * _MIDDLE_ROWS and structure.dynamics == "none":
         best = minimise(outer_problem(middle), best, tolerance=1e-8, max_iterations=100).point
     if structure.remembers:
         found = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
     else:
         found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
-    return _outcome(whole, structure, reference, full, _stiff(full, found, whole), ordered, intervals)
+    return _outcome(data, structure, reference, full, _stiff(full, found, data), ordered, intervals)
 
 
 def refit_near(data: Dataset, model: TorqueModel) -> FitOutcome[TorqueModel]:
@@ -197,15 +165,12 @@ def _under_both_fields(data: Dataset) -> int:
 
 
 def _on_centroids(
-    data: TrainingRows, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
 ) -> Separable:
     """The problem on weighted centroids."""
-    return on_cells(centroids_of(data.blocks.map(partial(_gridded, reference)), [2])[2], structure, reference, shapes)
-
-
-def _gridded(reference: Reference, block: Dataset) -> tuple[Array, Array, Array]:
-    rows = signed_rows(block.elements)
-    return rows, block.effort, spaced_rows(rows, reference)
+    rows = signed_rows(data.elements)
+    cells = centroids_of((rows, data.effort, spaced_rows(rows, reference)), [2])[2]
+    return on_cells(cells, structure, reference, shapes)
 
 
 def _search(
@@ -241,8 +206,7 @@ def _outcome(
     seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further)
     ends = no_intervals(len(full.shapes) + len(full.gains))
     if not intervals and structure.dynamics == "none":
-        law = LawOverRows(RowsInSlices(data), structure, reference, full.shapes)
-        projection, triangle, cost = law.closed(found, law.projected(found.point))
+        projection, triangle, cost = closed_in_slices(data, structure, reference, full.shapes, found)
         return described(
             structure, replace(seen, cost=cost), full, found, projection, unknown(triangle, data.rows), ends
         )
@@ -271,49 +235,3 @@ def _outcome(
     still = moving & ~slopes.any(axis=0)
     idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
     return replace(described(structure, seen, full, found, projection, spread, ends), unseen=unseen, idle=idle)
-
-
-def _fit_on_disk(data: DiskRows, structure: Structure, scan: int) -> FitOutcome[TorqueModel]:
-    """The fit to many rows on disk: without a memory on centroids, with a memory on windows and then on all rows."""
-    reference = reference_of(data, structure.extras)
-    shapes, remembers = structure.shapes(reference.period), structure.dynamics != "none"
-    both = data.under_both_fields if shapes and not remembers else 0
-    if both:
-        raise CheckError(
-            f"both clutches are under field in {both} rows; {structure.specification} is fitted on centroids of one "
-            "signed field",
-            where=data.where,
-            remedy="Fit networks, or fit it to a part of the log with erclutch fit",
-        )
-    law, found = LawOverRows(data, structure, reference, shapes), _LINEAR
-    with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        some = _windows(data, 2 * _ROUGH_ROWS) if remembers else data.thinned(SCAN_ROWS)
-        few = separable(some, structure, reference, shapes, thinned(some.rows, SCAN_ROWS))
-        if shapes and not remembers:
-            cells = _on_centroids(data, structure, reference, shapes)
-            found = minimise(outer_problem(cells), _search(few, cells, (), scan), tolerance=1e-8, max_iterations=100)
-        elif shapes:
-            rough = separable(some, structure, reference, shapes, thinned(some.rows, _ROUGH_ROWS))
-            best = _search(few, rough, (), scan, structure.remembers)
-            if data.rows > 4 * RANGE:  # the steps on all rows then start next to the minimum
-                more = _windows(data, RANGE // 4)
-                nearer = outer_problem(separable(more, structure, reference, shapes, slice(None)))
-                best = minimise(nearer, best, tolerance=1e-8, max_iterations=100).point
-            problem = with_curvature(law.outer) if structure.remembers else law.outer
-            found = minimise(problem, best, tolerance=1e-7 if structure.remembers else 1e-8, max_iterations=100)
-        projection = law.projected(found.point)
-        if not np.isfinite(projection.cost):
-            raise CheckError(
-                f"{structure.specification} gives values that are not finite at its best parameters",
-                where=data.where,
-                remedy="Leave it out, or check the largest slips and fields of the log",
-            )
-        projection, triangle, cost = law.closed(found, projection)
-        further = {name: data.ends.extras[name] for name in structure.extras}
-        seen = Seen(reference, data.units, range_of(data), data.rows, cost, further)
-    unsaid = no_intervals(len(shapes) + len(few.gains))
-    return described(structure, seen, few, found, projection, unknown(triangle, data.rows), unsaid)
-
-
-def _windows(data: DiskRows, most: int) -> Dataset:
-    return data.windows(*window_starts(data.rows, most, data.period))

@@ -31,21 +31,16 @@ def thinned(rows: int, most: int) -> slice:
 
 
 def windows(rows: int, most: int, period: float, count: int = 12) -> NDArray[np.bool_]:
-    """Mask of ``count`` stretches of neighbouring rows; see `window_starts`."""
-    mask = np.zeros(rows, np.bool_)
-    starts, length = window_starts(rows, most, period, count)
-    for start in starts:
-        mask[start : start + length] = True
-    return mask
-
-
-def window_starts(rows: int, most: int, period: float, count: int = 12) -> tuple[list[int], int]:
-    """First rows of such stretches, and the rows of each: ``most`` together, and more where these are too short a time.
+    """Mask of ``count`` stretches of neighbouring rows: ``most`` together, and more where these are too short a time.
 
     A command must move within them, and what follows it must be seen, however fast it was sampled. One stretch begins
     in each of ``count`` parts of the log, at another place in each: a command of any period moves in some of them.
     """
     length, part = max(1, most // count, round(_SECONDS / period)), rows / count
     if length >= part:
-        return [0], rows
-    return [min(int((i + i * _GOLDEN % 1.0) * part), rows - length) for i in range(count)], length
+        return np.ones(rows, np.bool_)
+    mask = np.zeros(rows, np.bool_)
+    for i in range(count):
+        start = min(int((i + i * _GOLDEN % 1.0) * part), rows - length)
+        mask[start : start + length] = True
+    return mask

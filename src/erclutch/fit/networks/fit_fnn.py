@@ -8,7 +8,7 @@ arithmetic does not depend on its neighbours.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +21,6 @@ from erclutch.fit.networks.exchange import exchanged
 from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
-from erclutch.logs.blocks import Blocks
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
@@ -99,7 +98,7 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Sc
 
 
 def train(
-    blocks: Blocks[Gridded],
+    rows: Gridded,
     hidden: Sequence[int],
     seed: int,
     schedule: Schedule,
@@ -109,19 +108,19 @@ def train(
     """Train a network on normalised rows.
 
     Args:
-        blocks: inputs within -1 and 1, effort of order one, and what the grids are over.
+        rows: inputs within -1 and 1, effort of order one, and what the grids are over.
         hidden: neurons of each hidden layer.
         seed: of the starts.
         schedule: how much work to do.
         workers: starts side by side; changes no figure.
         slips: along which starts have transitions; None for starts that know nothing.
     """
-    cells = centroids_of(blocks, schedule.levels)
+    cells = centroids_of(rows, schedule.levels)
     inputs, level = next(iter(cells.values())).x.shape[0], schedule.rounds[0].level
     sizes = (inputs, *hidden[:-1], hidden[-1] + schedule.spare, 1)
-    rows = _rows(cells[level], sizes)
+    coarse = _rows(cells[level], sizes)
     random = [np.random.default_rng([seed, k]) for k in range(schedule.starts)]
-    points = [with_best_output(rows, first_weights(rng, sizes, slips)) for rng in random]
+    points = [with_best_output(coarse, first_weights(rng, sizes, slips)) for rng in random]
     found = [Trained(theta, np.inf, 0, "iterations") for theta in points]
     steps = 0
     for k, part in enumerate(schedule.rounds):
@@ -133,12 +132,12 @@ def train(
         steps += sum(t.steps for t in found)
         found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
     best = replace(found[0], steps=steps)
-    return _polished(blocks, best, sizes, schedule.polish) if schedule.polish else best
+    return _polished(rows, best, sizes, schedule.polish) if schedule.polish else best
 
 
-def _polished(blocks: Iterable[Gridded], best: Trained, sizes: tuple[int, ...], steps: int) -> Trained:
+def _polished(gridded: Gridded, best: Trained, sizes: tuple[int, ...], steps: int) -> Trained:
     """The last steps, on all rows at once."""
-    x, y, _ = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
+    x, y, _ = gridded
     rows = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
     polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping)
     return replace(polished, steps=best.steps + polished.steps)

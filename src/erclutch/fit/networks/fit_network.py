@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from erclutch.errors import CheckError
-from erclutch.fit.centroids import Centroids, Gridded, centroids_of, grid_of, not_on_disk
+from erclutch.fit.centroids import Centroids, centroids_of
 from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.fit.networks.backprop import slopes_of, tables_of
 from erclutch.fit.networks.first_weights import Slips
 from erclutch.fit.networks.fit_fnn import schedule_for, train
-from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_over
+from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.training_range import range_of
-from erclutch.logs.blocks import Blocks
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.disk_rows import DiskRows, TrainingRows
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
@@ -31,11 +28,10 @@ Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
 
 _NARROW = 0.006  # slip, over its root mean square, below which cells are equally wide
 _ROUNDING = 1e-12  # of an input: it varies by less where it is constant but for its last digits
-_MOST_CELLS = 4_000_000  # of a grid for rows on disk: 32 bytes each and more
 
 
 def fit_network(
-    data: TrainingRows,
+    data: Dataset,
     structure: NetworkStructure,
     *,
     seed: int = 0,
@@ -43,36 +39,28 @@ def fit_network(
     workers: int = 1,
     dynamics: Mapping[str, float] | None = None,
 ) -> FitOutcome[NetworkModel]:
-    """Fit a network's weights by least squares; the same weights for rows in memory and on disk.
+    """Fit a network's weights by least squares.
 
     Args:
         data: training rows.
-        structure: device, layers, inputs; on disk without dynamics and past samples.
+        structure: device, layers, inputs.
         seed: of the starts; the same seed gives the same weights, whatever the number of workers.
-        polish: whether the last round runs over all rows, in memory, instead of a fine grid's centroids.
+        polish: whether the last round runs over all rows instead of a fine grid's centroids.
         workers: starts side by side.
         dynamics: delay and time constants of the command in s, for a structure with dynamics.
 
     Raises:
         CheckError: fewer rows than weights, an input that does not vary, or values that are not finite.
         MappingError: a further input is not in the data.
-        SettingError: rows on disk, and a network that needs each row's past or has too many inputs for a grid.
     """
-    if isinstance(data, DiskRows):
-        require_no_past(structure)
     times = dict(dynamics or {})
-
-    rows = data.blocks.map(partial(_pair_of, structure, times))
-    return fit_rows(data, rows, structure, times, seed=seed, polish=polish, workers=workers)
-
-
-def _pair_of(structure: NetworkStructure, times: Mapping[str, float], block: Dataset) -> Pair:
-    return inputs_of(structure, block.elements, block.clock, block.extras, times), block.effort
+    pair = inputs_of(structure, data.elements, data.clock, data.extras, times), data.effort
+    return fit_rows(data, pair, structure, times, seed=seed, polish=polish, workers=workers)
 
 
 def fit_rows(
-    data: TrainingRows,
-    rows: Blocks[Pair],
+    data: Dataset,
+    rows: Pair,
     structure: NetworkStructure,
     times: Mapping[str, float],
     *,
@@ -85,24 +73,22 @@ def fit_rows(
     Raises:
         CheckError: as for `fit_network`.
     """
+    x, y = rows
     _require_rows(data.rows, structure, data.where)
-    extent = _joined(rows.fold(extent_of))
-    _require_usable(rows, extent, structure, data.where)
-    middle, *squares = rows.means(partial(_effort_and_squares, structure))
-    scaling = scaling_for(extent, middle, structure.kind)
-    by_input = dict(zip(_slip_inputs(structure), squares, strict=True))
+    _require_usable(x, y, structure, data.where)
+    scaling = scaling_of(x, y, structure.kind)
     with one_thread():
         weights, stop, steps = learn(
-            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=by_input
+            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=mean_squares(structure, x)
         )
-        span = np.column_stack([extent.low, extent.high])
+        span = np.column_stack([x.min(axis=1), x.max(axis=1)])
         about = {"seed": str(seed)}
         model = NetworkModel(
             structure, scaling, weights, dict(times), data.units, range_of(data), span, about, data.period
         )
-        cost = sum(rows.fold(partial(_squared_error, model)))
-        unseen = None if isinstance(data, DiskRows) else _unseen(data, model, next(iter(rows)))
-    return replace(_outcome(model, stop, steps, cost, data.rows), unseen=unseen)
+        residual = y - model.of_inputs(x, exactly=False)
+        unseen = _unseen(data, model, rows)
+    return replace(_outcome(model, stop, steps, float(residual @ residual), data.rows), unseen=unseen)
 
 
 def _unseen(data: Dataset, model: NetworkModel, pair: Pair) -> Array | None:
@@ -133,28 +119,6 @@ def _outcome(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int
         train_rows=rows,
         weights=model.parameters,
     )
-
-
-def require_no_past(structure: NetworkStructure) -> None:
-    """Raise a SettingError for a network that needs each row's past, or more cells than there is memory for."""
-    why = ""
-    if structure.dynamics != "none":
-        why = f"its dynamics ({structure.dynamics}) need each row's past"
-    elif structure.past:
-        why = "past samples need each row's past"
-    elif np.prod([float(n) for n in grid_of(len(structure.inputs), 2)]) > _MOST_CELLS:
-        why = f"a grid over its {len(structure.inputs)} inputs has more than {_MOST_CELLS:,} cells"
-    if why:
-        raise not_on_disk(structure.specification, why)
-
-
-def _squared_error(model: NetworkModel, pairs: Iterable[Pair]) -> float:
-    residuals = (y - model.of_inputs(x, exactly=False) for x, y in pairs)
-    return sum(float(residual @ residual) for residual in residuals)
-
-
-def _effort_and_squares(structure: NetworkStructure, pair: Pair) -> list[Array]:
-    return [pair[1], *(slip**2 for slip in slips_of(structure, pair[0]).values())]
 
 
 def _slip_inputs(structure: NetworkStructure) -> tuple[int, ...]:
@@ -203,48 +167,17 @@ def slips_for(structure: NetworkStructure, scaling: Scaling, squares: Mapping[in
     return Slips(slope * scaling.scale, slope @ scaling.offset, structure.field)
 
 
-@dataclass(frozen=True)
-class Extent:
-    """Smallest and largest values over all rows.
-
-    Attributes:
-        low, high: of each input, shape (inputs,).
-        effort: of the effort.
-    """
-
-    low: Array
-    high: Array
-    effort: tuple[float, float]
-
-
-def extent_of(rows: Iterable[Pair]) -> Extent:
-    """Extent of inputs and effort over all blocks; not finite where a value is not."""
-    ends = [(x.min(axis=1), x.max(axis=1), float(y.min()), float(y.max())) for x, y in rows]
-    low, high, least, most = zip(*ends, strict=True)
-    return Extent(np.min(low, axis=0), np.max(high, axis=0), (float(np.min(least)), float(np.max(most))))
-
-
-def _joined(extents: Iterable[Extent]) -> Extent:
-    every = list(extents)
-    low, high = np.min([e.low for e in every], axis=0), np.max([e.high for e in every], axis=0)
-    return Extent(low, high, (float(np.min([e.effort for e in every])), float(np.max([e.effort for e in every]))))
-
-
 def scaling_of(x: Array, y: Array, kind: NetworkKind) -> Scaling:
     """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
-    return scaling_for(extent_of([(x, y)]), float(np.mean(y)), kind)
-
-
-def scaling_for(extent: Extent, middle: float, kind: NetworkKind) -> Scaling:
-    """`scaling_of` rows of which only the extent and the mean effort are known."""
-    low, wide = extent.low, extent.high - extent.low
+    low, wide = x.min(axis=1), x.max(axis=1) - x.min(axis=1)
     wide = np.where(wide > 0, wide, 1.0)
-    half = max(abs(end - middle) for end in extent.effort) or 1.0
+    middle = float(np.mean(y))
+    half = max(abs(float(end) - middle) for end in (y.min(), y.max())) or 1.0
     return Scaling(low + 0.5 * wide, 0.5 * wide, middle, half) if kind == "fnn" else Scaling(low, wide, middle, half)
 
 
 def learn(
-    rows: Blocks[Pair],
+    rows: Pair,
     scaling: Scaling,
     structure: NetworkStructure,
     *,
@@ -257,28 +190,20 @@ def learn(
 
     ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
     """
-    units = rows.map(partial(_unit_of, scaling, structure, squares))
+    unit = scaling.inputs(rows[0])
+    target = (rows[1] - scaling.effort_offset) / scaling.effort_scale
+    gridded = unit, target, unit if squares is None else spaced_by(structure, rows[0], squares)
     if structure.kind == "rbfn":
-        cells = centroids_of(units, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
+        cells = centroids_of(gridded, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
         centres = _centres_on(cells, structure, seed)
-        w, _ = weights_over(units.map(_unweighted), centres.centres, centres.spreads)
+        w, _ = weights_for(unit, target, None, centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
     schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
     slips = None if squares is None else slips_for(structure, scaling, squares)
-    found = train(units, structure.hidden, seed, schedule, workers, slips)
-    return tables_of(found.theta, (scaling.offset.size, *structure.hidden, 1)), found.stop, found.steps
-
-
-def _unit_of(scaling: Scaling, structure: NetworkStructure, squares: Mapping[int, float] | None, pair: Pair) -> Gridded:
-    x, y = pair
-    unit = scaling.inputs(x)
-    target = (y - scaling.effort_offset) / scaling.effort_scale
-    return unit, target, unit if squares is None else spaced_by(structure, x, squares)
-
-
-def _unweighted(rows: Gridded) -> tuple[Array, Array, None]:
-    return rows[0], rows[1], None
+    trained = train(gridded, structure.hidden, seed, schedule, workers, slips)
+    sizes = scaling.offset.size, *structure.hidden, 1
+    return tables_of(trained.theta, sizes), trained.stop, trained.steps
 
 
 def _centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> FoundCentres:
@@ -308,13 +233,12 @@ def _require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
         )
 
 
-def _require_usable(rows: Iterable[Pair], extent: Extent, structure: NetworkStructure, where: str) -> None:
+def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:
     """Raise a CheckError for an input or effort that is not finite, or does not vary."""
-    for i, (name, low, high) in enumerate(
-        zip(structure.inputs, extent.low.tolist(), extent.high.tolist(), strict=True)
-    ):
+    for name, values in zip(structure.inputs, x, strict=True):
+        low, high = float(values.min()), float(values.max())
         if not np.isfinite(high - low):
-            bad = sum(int(np.count_nonzero(~np.isfinite(x[i]))) for x, _ in rows)
+            bad = int(np.count_nonzero(~np.isfinite(values)))
             raise CheckError(
                 f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
             )
@@ -324,7 +248,8 @@ def _require_usable(rows: Iterable[Pair], extent: Extent, structure: NetworkStru
                 remedy="Log with it changing, or leave it out",
                 where=where,
             )
-    if not np.isfinite(extent.effort).all() or extent.effort[0] == extent.effort[1]:
+    least, most = float(y.min()), float(y.max())
+    if not np.isfinite([least, most]).all() or least == most:
         raise CheckError(
             "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
         )

@@ -7,9 +7,8 @@ the lowest error of a scan. The output weights are always those of least squares
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 
 from erclutch.fit.centroids import Centroids
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, Stop, minimise
-from erclutch.logs.blocks import Blocks, OneBlock
 from erclutch.models.networks.network_model import gaussians
 from erclutch.signals.array import Array
 
@@ -162,38 +160,26 @@ def _least_squares(square: Array, right: Array) -> Array:
 
 
 def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
-    """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left."""
-    return weights_over(OneBlock((x, y, count)), centres, spreads)
+    """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left.
 
-
-#: Inputs, effort, and how many rows each stands for or None.
-Weighted = tuple[Array, Array, Array | None]
-
-
-def weights_over(rows: Blocks[Any], centres: Array, spreads: Array) -> tuple[Array, float]:
-    """`weights_for` rows that come in blocks of `Weighted`."""
-    square, right, power = reduce(_added, rows.fold(partial(_normal, centres, spreads)))
+    Args:
+        x: inputs, shape (inputs, n).
+        y: effort, shape (n,).
+        count: how many rows each stands for, shape (n,); None is one.
+        centres: of the neurons, shape (neurons, inputs).
+        spreads: of the neurons, shape (neurons,).
+    """
+    n = centres.shape[0]
+    square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0  # the normal equations
+    for at in range(0, y.size, _BLOCK):
+        rows = slice(at, at + _BLOCK)
+        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
+        target = y[rows]
+        if count is not None:
+            root = np.sqrt(count[rows])
+            columns, target = columns * root, target * root
+        square += columns @ columns.T
+        right += columns @ target
+        power += float(target @ target)
     w = _least_squares(square, right)
     return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)
-
-
-def _added(one: tuple[Array, Array, float], other: tuple[Array, Array, float]) -> tuple[Array, Array, float]:
-    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
-
-
-def _normal(centres: Array, spreads: Array, stretches: Iterable[Weighted]) -> tuple[Array, Array, float]:
-    """The normal equations of some rows, and the sum of the squared effort."""
-    n = centres.shape[0]
-    square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0
-    for x, y, count in stretches:
-        for at in range(0, y.size, _BLOCK):
-            rows = slice(at, at + _BLOCK)
-            columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
-            target = y[rows]
-            if count is not None:
-                root = np.sqrt(count[rows])
-                columns, target = columns * root, target * root
-            square += columns @ columns.T
-            right += columns @ target
-            power += float(target @ target)
-    return square, right, power

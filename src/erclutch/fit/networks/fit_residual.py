@@ -18,7 +18,6 @@ from erclutch.errors import CheckError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_rows
 from erclutch.fit.outcome import FitOutcome
-from erclutch.logs.blocks import OneBlock
 from erclutch.logs.dataset import Dataset, time_folds
 from erclutch.models.covered_cells import cells_of
 from erclutch.models.law_model import TorqueModel
@@ -112,9 +111,9 @@ class _Target:
 
     def network(self, rows: NDArray[np.bool_]) -> FitOutcome[NetworkModel]:
         """A network fitted to some of the rows."""
-        pairs = OneBlock((self.inputs[:, rows], self.data.effort[rows]))
+        pair = self.inputs[:, rows], self.data.effort[rows]
         data = self.data if np.all(rows) else self.data.take(rows)
-        return fit_rows(data, pairs, self.structure, self.times, seed=self.seed, workers=self.workers)
+        return fit_rows(data, pair, self.structure, self.times, seed=self.seed, workers=self.workers)
 
     def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
         """A network, limited, where rows with these inputs were."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -26,7 +27,7 @@ _READ = 65_536  # rows
 # Three numbers and the beginning of a fourth, in Thrift's compact protocol.
 _CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
 _ANEW = "Copy the file again or export it as CSV"
-_IN_PIECES = "Read it piece by piece with erclutch fit-large, or split it"
+_IN_PIECES = "Give it to erclutch fit, which reads such a file in blocks, or split it"
 _ROWS_WANTED = "Give a log with one row a sample"
 
 
@@ -83,13 +84,17 @@ def _unchecked(file: BinaryIO, metadata: Any) -> list[str]:
     return []
 
 
-def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, int, Table]]:
+def parquet_windows(
+    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+) -> Iterator[tuple[int, int, Table]]:
     """A Parquet file of any size as overlapping tables, read page by page.
 
     Args:
-        path: the file.
-        rows: rows that a window stands for; the last one for up to twice as many.
+        source: the file.
+        rows: rows that a window stands for; the last window for up to twice as many.
         margin: rows that it holds besides on either side, where the file has them.
+        first: row of the file at which the first window starts.
+        last: row of the file at which the last window stops; None is the end.
 
     Yields:
         The rows of the file that the window stands for, [start, stop), and its table with the margins
@@ -101,25 +106,51 @@ def parquet_windows(path: Path, rows: int, margin: int) -> Iterator[tuple[int, i
     import pyarrow
     from pyarrow import parquet
 
-    name, first, start = path.name, 0, 0
+    path, name, start = source.path, source.name, first
     options: dict[str, Any] = {"buffer_size": _PAGES, "pre_buffer": False, "page_checksum_verification": True}
     with _damage_named(), parquet.ParquetFile(path, **options) as file, path.open("rb") as pages:
         if not file.metadata.num_rows:
             raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED)
+        last = file.metadata.num_rows if last is None else last
+        begins = _begins_of_groups(file.metadata)
+        wanted = [k for k, begin in enumerate(begins[:-1]) if begins[k + 1] > first - margin and begin < last + margin]
         held: Any = file.schema_arrow.empty_table()
+        held_from = begins[wanted[0]]  # row of the file
         unchecked = _unchecked(pages, file.metadata)
-        for batch in file.iter_batches(batch_size=min(rows, _READ)):
+        origin: int | None = None  # tick from which all windows count
+        for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=wanted):
             held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
-            while first + held.num_rows >= start + 2 * rows + margin:
-                part = held.slice(0, start + rows + margin - first)
-                yield start, start + rows, replace(_table(part, name, "", unchecked), first_row=first)
+            origin = _first_tick(held) if origin is None else origin
+            while held_from + held.num_rows >= start + 2 * rows + margin and start + 2 * rows <= last:
+                part = held.slice(0, start + rows + margin - held_from)
+                yield start, start + rows, replace(_table(part, name, "", unchecked, origin), first_row=held_from)
                 start += rows
-                drop = max(start - margin, 0) - first
-                held, first = held.slice(drop), first + drop
-        yield start, first + held.num_rows, replace(_table(held, name, "", unchecked), first_row=first)
+                drop = max(start - margin - held_from, 0)
+                held, held_from = held.slice(drop), held_from + drop
+        part = held.slice(0, last + margin - held_from)
+        yield start, last, replace(_table(part, name, "", unchecked, origin), first_row=held_from)
 
 
-def _table(table: Any, name: str, digest: str, notes: Sequence[str]) -> Table:
+def parquet_extent(path: Path) -> tuple[int, int]:
+    """Rows and columns of a Parquet file, as its last bytes say.
+
+    Raises:
+        LogError: no Parquet file, or a damaged one.
+    """
+    from pyarrow import parquet
+
+    with _damage_named():
+        metadata = parquet.read_metadata(path)
+    return metadata.num_rows, metadata.num_columns
+
+
+def _begins_of_groups(metadata: Any) -> list[int]:
+    """The first row of each row group, and the number of all rows."""
+    counts = [metadata.row_group(k).num_rows for k in range(metadata.num_row_groups)]
+    return list(accumulate(counts, initial=0))
+
+
+def _table(table: Any, name: str, digest: str, notes: Sequence[str], origin: int | None = None) -> Table:
     fields = list(table.schema)
     own = [_metadata(field).get("unit") for field in fields]
     names, units, renamed = name_columns([str(field.name) for field in fields], own)
@@ -128,7 +159,7 @@ def _table(table: Any, name: str, digest: str, notes: Sequence[str]) -> Table:
     clock: tuple[str, Array | None] = ("", None)
     for label, field, values in zip(names, fields, table.columns, strict=True):
         numbers = _numbers(values)
-        stamps = _stamps(values) if numbers is None and clock[1] is None else None
+        stamps = _stamps(values, origin) if numbers is None and clock[1] is None else None
         if numbers is not None:
             columns[label] = numbers
         elif stamps is not None:
@@ -163,17 +194,29 @@ def _numbers(values: Any) -> Array | None:
     return of_arrow(values.cast(pyarrow.float64(), safe=False).fill_null(float("nan")))
 
 
-def _stamps(values: Any) -> Array | None:
-    """Seconds since the first row of a date-time or duration column, or None."""
+def _stamps(values: Any, origin: int | None) -> Array | None:
+    """Seconds since a tick, or since the first row, of a date-time or duration column, or None."""
     import pyarrow
 
-    kind = values.type
-    stamped = pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind)
-    if not stamped or values.null_count or not len(values):
+    if not _tells_time(values.type) or values.null_count or not len(values):
         return None
     ticks = of_arrow(values.cast(pyarrow.int64()))
-    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-    return (ticks - ticks[0]).astype(np.float64) / per_second
+    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
+    return (ticks - (ticks[0] if origin is None else origin)).astype(np.float64) / per_second
+
+
+def _tells_time(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_timestamp(kind) or types.is_duration(kind))
+
+
+def _first_tick(table: Any) -> int | None:
+    """The first row of the first date-time or duration column; None without one, or where it is missing."""
+    import pyarrow
+
+    column = next((values for values in table.columns if _tells_time(values.type)), None)
+    return column.cast(pyarrow.int64())[0].as_py() if column is not None and len(column) else None
 
 
 def _claims(head: bytes) -> bool:
@@ -181,4 +224,4 @@ def _claims(head: bytes) -> bool:
 
 
 _DAMAGE = "seen where the writer added checksums to the pages; a note says where not"
-READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows, tells_damage=_DAMAGE)
+READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows, parquet_extent, tells_damage=_DAMAGE)

@@ -10,8 +10,11 @@ import gzip
 import io
 import re
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +23,7 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes
-from erclutch.logs.readers.dialect import LINE_END, WORDS, Dialect, cells_of, is_comment, is_number, sniff
+from erclutch.logs.readers.dialect import LINE_END, SAMPLE, WORDS, Dialect, cells_of, is_comment, is_number, sniff
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -47,24 +50,32 @@ def decode(data: bytes) -> str:
     """
     if data[:2] == b"\x1f\x8b":
         data = _unzip(data)
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        encoding = "utf-16"
-    elif len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
-        encoding = "utf-16-le"
-    elif len(data) > 3 and data[0:2000:2].count(0) > 0.8 * len(data[0:2000:2]) and data[1]:
-        encoding = "utf-16-be"
-    else:
-        encoding = "utf-8-sig"
-        head = data[:65536]
-        odd = len(head) - len(head.translate(None, _CONTROL))
-        if b"\0" in data or odd > 0.01 * len(head):
-            raise _not_text(data)
+    encoding = _encoding_of(data)
     try:
         return data.decode(encoding)
     except UnicodeDecodeError:
         if encoding != "utf-8-sig":
             raise _not_text(data) from None
         return data.decode("latin-1")
+
+
+def _encoding_of(data: bytes) -> str:
+    """UTF-16 where every other byte is zero or a mark says so, else UTF-8 with or without a mark.
+
+    Raises:
+        LogError: the bytes are no text.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    if len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
+        return "utf-16-le"
+    if len(data) > 3 and data[0:2000:2].count(0) > 0.8 * len(data[0:2000:2]) and data[1]:
+        return "utf-16-be"
+    head = data[:65536]
+    odd = len(head) - len(head.translate(None, _CONTROL))
+    if b"\0" in data or odd > 0.01 * len(head):
+        raise _not_text(data)
+    return "utf-8-sig"
 
 
 def _not_text(data: bytes) -> LogError:
@@ -75,12 +86,9 @@ def _not_text(data: bytes) -> LogError:
 def _unzip(data: bytes) -> bytes:
     limit = min(_LARGEST, max(_ROOM, _EXPANSION * len(data)))
     text = bytearray()
-    try:
-        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            while len(text) <= limit and (block := file.read(_BLOCK)):
-                text += block
-    except (OSError, EOFError, zlib.error) as error:
-        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
+    with _damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+        while len(text) <= limit and (block := file.read(_BLOCK)):
+            text += block
     if len(text) > limit:
         problem = f"{len(data) / 1e6:.3g} MB unpack to more than {limit / 1e6:.0f} MB"
         raise LogError(problem, remedy="Unpack it, look whether it is a log, and split it")
@@ -98,19 +106,23 @@ def read_text(source: LogSource) -> Table:
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
     if other := first_bytes.named_text(text):
         raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
-    dialect = sniff(text, source.decimal)
-    body, notes = _body(text, dialect)
-    numerals = weigh(body, dialect.delimiter, dialect.decimal, source.decimal)
-    if numerals.decimal != dialect.decimal:
-        dialect = sniff(text, numerals.decimal)
-        body, notes = _body(text, dialect)
-    if numerals.thousands:
-        dialect = replace(dialect, thousands=numerals.thousands)
-        notes.append(_grouping(numerals))
+    dialect, notes = _dialect_of(text, source.decimal)
+    body, cut = _body(text, dialect)
     if grouped := grouped_by_blanks(body, dialect.delimiter):
         whole = ungrouped(grouped, dialect.decimal)
         notes.append(f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}")
-    return _table(_parse(body, dialect, source.told), body, dialect, source, notes)
+    return _table(_parse(body, dialect, source.told), body, dialect, source, [*cut, *notes])
+
+
+def _dialect_of(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:
+    """The dialect, its marks weighed over all rows of a text, and what to say of them."""
+    dialect = sniff(text, decimal)
+    numerals = weigh(_body(text, dialect)[0], dialect.delimiter, dialect.decimal, decimal)
+    if numerals.decimal != dialect.decimal:
+        dialect = sniff(text, numerals.decimal)
+    if not numerals.thousands:
+        return dialect, []
+    return replace(dialect, thousands=numerals.thousands), [_grouping(numerals)]
 
 
 def _grouping(numerals: Numerals) -> str:
@@ -361,4 +373,98 @@ def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, n
             raise LogError(problem, remedy="Correct or delete that line")
 
 
-READER = LogReader((".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), claims_nothing, read_text, tells_damage=DAMAGE)
+# --- a text that is larger than memory --------------------------------------------------------------------------------
+
+
+def text_windows(
+    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+) -> Iterator[tuple[int, int, Table]]:
+    """A text log of any length as overlapping tables; the dialect is that of its first lines. See `log_reader.Windows`.
+
+    Raises:
+        LogError: see `read_text`; a time in words or numbers above the rows, which no later window has.
+    """
+    dialect, notes = _dialect_of(_head_of(source.path), source.decimal)
+    with _damage_named(), _opened(source.path) as text:
+        for _ in range(dialect.first):
+            next(text, "")
+        lines = (line for line in text if line.strip(_BLANK) and not is_comment(line))
+        start, held_from = first, max(first - margin, 0)  # rows of the file
+        next(islice(lines, held_from, held_from), None)  # skips the lines before
+        held: list[str] = []
+        ended = False
+        while not ended:
+            reached = start + 2 * rows if last is None else min(start + 2 * rows, last)
+            held += islice(lines, max(reached + margin - held_from - len(held), 0))
+            known = held_from + len(held)
+            ended = known < reached + margin or reached == last
+            stop = min(known, known if last is None else last) if ended else start + rows
+            yield start, stop, _window_of(source, held[: stop + margin - held_from], held_from, dialect, notes)
+            start, drop = stop, max(stop - margin - held_from, 0)
+            held, held_from = held[drop:], held_from + drop
+
+
+@contextmanager
+def _damage_named() -> Generator[None]:
+    try:
+        yield
+    except (OSError, EOFError, zlib.error) as error:
+        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
+
+
+def _window_of(source: LogSource, lines: Sequence[str], first_row: int, dialect: Dialect, notes: list[str]) -> Table:
+    """The table of some lines; errors count lines as if none above them was blank."""
+    body = "".join(lines)
+    here = replace(dialect, first=dialect.first + first_row)
+    table = _table(_parse(body, here, lambda done, total: None), body, here, source, notes)
+    if table.clock is not None or table.constants:
+        what = f"the time {table.clock_name!r} is no number" if table.clock is not None else "a column has one number"
+        raise LogError(f"{what}, which a text that is read in blocks cannot have", remedy="Write it as Parquet")
+    return replace(table, first_row=first_row)
+
+
+def text_extent(path: Path) -> tuple[int, int]:
+    """Rows and columns of a text log: rows by its size over the mean length of its first lines.
+
+    Raises:
+        LogError: the first lines are no table of numbers.
+    """
+    head = _head_of(path)
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        if file.read(2) == b"\x1f\x8b":  # gzip's last four bytes are the size of the text, without multiples of 4 GiB
+            file.seek(-4, 2)
+            unpacked = int.from_bytes(file.read(4), "little")
+            size = unpacked + (max(size - unpacked, 0) + 0xFFFFFFFF) // 0x100000000 * 0x100000000
+    lines = len(LINE_END.findall(head)) + 1
+    return -(-size * lines // max(len(head.encode("utf-8", "replace")), 1)), len(sniff(head).names)
+
+
+def _head_of(path: Path) -> str:
+    """More characters than `sniff` looks at."""
+    with _opened(path) as text:
+        return text.read(SAMPLE + 1)
+
+
+def _opened(path: Path) -> io.TextIOWrapper:
+    """A text log as a stream of characters, gzip undone.
+
+    Raises:
+        LogError: the bytes are no text.
+    """
+    with path.open("rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    open_bytes: Callable[[Path], Any] = gzip.open if packed else (lambda log: log.open("rb"))
+    with open_bytes(path) as stream:
+        encoding = _encoding_of(stream.read(SAMPLE))
+    return io.TextIOWrapper(open_bytes(path), encoding, "replace")
+
+
+READER = LogReader(
+    (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"),
+    claims_nothing,
+    read_text,
+    text_windows,
+    text_extent,
+    tells_damage=DAMAGE,
+)

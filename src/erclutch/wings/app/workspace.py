@@ -159,7 +159,7 @@ class Workspace:
                 async for piece in content:
                     size += len(piece)
                     if size > LARGEST:
-                        remedy = "Copy it into the folder, and use erclutch fit-large"
+                        remedy = "Copy it into the folder, and use erclutch fit there"
                         raise WorkspaceError(f"the file is larger than {LARGEST >> 30} GiB", where=name, remedy=remedy)
                     file.write(piece)
                     digest.update(piece)

@@ -1,0 +1,81 @@
+"""A law's least-squares problem on rows: all at once, or without dynamics in slices that stay in the cache."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from erclutch.fit.laws.variable_projection import (
+    Projection,
+    Separable,
+    corrected,
+    gains_of,
+    linearised,
+    parameters,
+    triangle_over,
+)
+from erclutch.fit.levenberg_marquardt import Minimum
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import Reference, Structure
+from erclutch.models.laws import ShapeParameter
+from erclutch.signals.array import Array, Mask
+
+_SLICE = 16_384  # rows that stay in the cache
+
+
+def separable(
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], rows: slice
+) -> Separable:
+    """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
+
+    def columns(q: Sequence[Any]) -> Sequence[Any]:
+        return structure.columns(data.elements, data.clock, reference, q, rows, extras=data.extras, ahead=True)
+
+    def behind(effort: Any, q: Sequence[Any]) -> Any:
+        return structure.behind(effort, data.clock, q, rows)
+
+    slow = any(stage.place == "effort" for stage in structure.stages)
+    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
+
+
+def closed_in_slices(
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], found: Minimum
+) -> tuple[Projection, Array, float]:
+    """The gains at a minimum over the nonlinear parameters, for a law without dynamics.
+
+    Returns:
+        The gains, the triangle of free columns and derivatives, and the sum of squared residuals.
+    """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+        problems = [
+            separable(data.picked(slice(at, at + _SLICE)), structure, reference, shapes, slice(None))
+            for at in range(0, data.rows, _SLICE)
+        ]
+        q = parameters(shapes, found.point)
+        r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
+        nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)
+        p = nonnegative.size
+        unusable = Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
+        projection = gains_of(r, nonnegative) if np.isfinite(r).all() else unusable
+        moving = ~(found.at_lower | found.at_upper)
+        products: list[list[Array]] = []  # of each free column with the residual, slice by slice
+        cost = 0.0
+
+        def matrices() -> Iterator[Array]:
+            nonlocal cost
+            for problem in problems:
+                stacked, slopes, _ = linearised(problem, found.point, projection)
+                free = stacked.T[:-1][~projection.held]
+                residual = stacked[:, -1] - stacked[:, :-1] @ projection.gains
+                products.append([column * residual for column in free])
+                cost += float(residual @ residual)
+                yield np.vstack([free, slopes.T[moving]]).T
+
+        triangle = triangle_over(matrices())
+    slope = np.array([float(np.sum(np.concatenate(slices))) for slices in zip(*products, strict=True)])
+    better = corrected(projection, triangle, slope)
+    step = (better.gains - projection.gains)[~projection.held]
+    cost += float(np.sum((triangle[:, : step.size] @ step) ** 2)) - 2.0 * float(step @ slope)
+    return better, triangle, cost

@@ -1,0 +1,414 @@
+"""Models that were fitted to stretches of long logs are scored on every row, block by block.
+
+The logs are read once more. A task reads the rows between two gaps that lie some millions of rows apart, in blocks; the
+states of a model go from block to block. A task gives sums over short bins of rows back, and these make the figures and
+their bands. Sums are joined in the order of the rows: the figures are the same wherever the tasks run, and whether they
+were interrupted or not.
+
+What tasks found is kept by `every_row_folder`, so that the scoring goes on after an interruption.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import RunError
+from erclutch.fit.comparison import Comparison
+from erclutch.fit.scoring import BinSums, Score, score_of_bins
+from erclutch.logs.any_size import Cut, LogInBlocks, RowsOfLogs
+from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.reading import Reading
+from erclutch.models.model import Model
+from erclutch.models.model_file import digest_of
+from erclutch.models.stages import outside_stages
+from erclutch.runs.run_folder import without_infinities
+from erclutch.runs.tasks import Tasks
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.clock import Carry
+from erclutch.signals.device import DeviceName
+
+KIND, SCHEMA = "erclutch every row", 1
+_MOST_BINS, _SHORTEST_BIN = 65_536, 256
+_AHEAD = 2048  # rows before a block that are computed once more, so that what a delay reaches back to is known
+
+#: Called with the rows that were scored so far, and all rows.
+ScoringProgress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Which rows of a log are held out: a row that was not kept is what the kept row before it is.
+
+    Attributes:
+        turns: places among the log's usable rows from which on that changes, increasing.
+        held: whether rows from there on are held out, one for each turn; rows before the first turn are as behind it.
+    """
+
+    turns: tuple[int, ...]
+    held: tuple[bool, ...]
+
+    def of(self, first: int, rows: int) -> Mask:
+        """Whether each of so many rows from a place on is held out, shape (rows,)."""
+        behind = np.searchsorted(self.turns, np.arange(first, first + rows), side="right") - 1
+        return np.array(self.held, np.bool_)[np.maximum(behind, 0)]
+
+
+@dataclass(frozen=True)
+class LogToScore:
+    """A log whose rows are scored.
+
+    Attributes:
+        path, number, name, digest: see `LogInBlocks`.
+        rows: usable rows.
+        period: sampling period in s; None where steps differ.
+        cuts: where its tasks begin.
+        held_out: which of its rows are held out.
+    """
+
+    path: str
+    number: int | None
+    name: str
+    digest: str
+    rows: int
+    period: float | None
+    cuts: tuple[Cut, ...]
+    held_out: HeldOut
+
+
+@dataclass(frozen=True)
+class ScoringPlan:
+    """What is scored.
+
+    Attributes:
+        run: digest of run.json; "" where the run is in no folder.
+        device: how signals become elements.
+        logs: in the order of the fit.
+        kept_rows: rows that the models were fitted to or judged on before.
+        bin_rows: rows of a bin.
+        middle: effort near the mean, which sums of the effort are counted from.
+        seed: of the bands.
+    """
+
+    run: str
+    device: DeviceName
+    logs: tuple[LogToScore, ...]
+    kept_rows: int
+    bin_rows: int
+    middle: float
+    seed: int
+
+    @property
+    def rows(self) -> int:
+        """All rows."""
+        return sum(log.rows for log in self.logs)
+
+    @property
+    def parts(self) -> list[Part]:
+        """What the tasks read."""
+        return [
+            Part(log, at, cut, log.cuts[at + 1].file_row if at + 1 < len(log.cuts) else None)
+            for log in self.logs
+            for at, cut in enumerate(log.cuts)
+        ]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows of one task.
+
+    Attributes:
+        log: the log.
+        at: which of its parts, counted from 0.
+        begin: its first row.
+        stop: row of the file behind its last; None is the end of the log.
+    """
+
+    log: LogToScore
+    at: int
+    begin: Cut
+    stop: int | None
+
+
+def plan_of(rows: RowsOfLogs, comparison: Comparison, run: str = "") -> ScoringPlan:
+    """The plan for logs of which stretches were kept, and for the comparison of these."""
+    return plan_of_rows(rows, comparison.test, seed=comparison.settings.seed, run=run)
+
+
+def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") -> ScoringPlan:
+    """The plan for logs of which stretches were kept, and for the mask of those that are held out."""
+    total = sum(log.rows for log in rows.in_blocks)
+    bin_rows = _SHORTEST_BIN
+    while total > bin_rows * _MOST_BINS:
+        bin_rows *= 2
+    kept_of = dict(zip(rows.numbers, rows.data.source_rows, strict=True))
+    logs: list[LogToScore] = []
+    for number, log in enumerate(rows.in_blocks):
+        held_out = HeldOut((0,), (True,))  # nothing of the log was seen
+        if number in kept_of:
+            kept = slice(*kept_of[number])
+            held_out = _held_out(rows.places[kept], test[kept])
+        logs.append(_log_to_score(log, held_out))
+    return ScoringPlan(
+        run=run,
+        device=rows.data.device,
+        logs=tuple(logs),
+        kept_rows=rows.data.rows,
+        bin_rows=bin_rows,
+        middle=float(rows.data.effort.mean()),
+        seed=seed,
+    )
+
+
+def _held_out(places: NDArray[np.int64], test: Mask) -> HeldOut:
+    turns = np.concatenate([[0], 1 + np.flatnonzero(test[1:] != test[:-1])])
+    return HeldOut(tuple(places[turns].tolist()), tuple(test[turns].tolist()))
+
+
+def _log_to_score(log: LogInBlocks, held_out: HeldOut) -> LogToScore:
+    period = log.period if log.uniform else None
+    return LogToScore(str(log.path), log.number, log.name, log.digest, log.rows, period, log.cuts, held_out)
+
+
+@dataclass(frozen=True)
+class EveryRow:
+    """Figures of every row.
+
+    Attributes:
+        plan: what was scored.
+        train, test: figures by model, on the rows of the part of the logs that was fitted and on those held out; empty
+            where there are none.
+        not_scored: models that could not be scored block by block, with the reason.
+    """
+
+    plan: ScoringPlan
+    train: Mapping[str, Score]
+    test: Mapping[str, Score]
+    not_scored: Mapping[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values, with a digest over all of them."""
+        body: dict[str, Any] = {
+            "kind": KIND,
+            "schema": SCHEMA,
+            "run": self.plan.run,
+            "rows": self.plan.rows,
+            "kept_rows": self.plan.kept_rows,
+            "bin_rows": self.plan.bin_rows,
+            "logs": [{"name": log.name, "sha256": log.digest, "rows": log.rows} for log in self.plan.logs],
+            "models": {
+                name: {
+                    key: of[name].to_dict() for key, of in (("train", self.train), ("test", self.test)) if name in of
+                }
+                for name in (self.train or self.test)
+            },
+            "not_scored": dict(self.not_scored),
+        }
+        body = without_infinities(body)
+        return {**body, "digest": digest_of(body)}
+
+
+class PartsKept(Protocol):
+    """Keeps the sums of parts that are done."""
+
+    def sums(self, parts: int, models: int) -> dict[int, PartSums]:
+        """The sums that are kept, by the part's number below ``parts``."""
+        ...
+
+    def keep(self, number: int, sums: PartSums) -> None:
+        """Keep the sums of a part."""
+        ...
+
+
+def scorable(models: Mapping[str, Model]) -> tuple[dict[str, Model], dict[str, str]]:
+    """Models that can be scored block by block, and why the others cannot."""
+    able: dict[str, Model] = {}
+    unable: dict[str, str] = {}
+    for name, model in models.items():
+        stages = outside_stages(model.structure.dynamics)
+        if stages:
+            listed = ", ".join(stage.name for stage in stages)
+            unable[name] = f"stages of other packages ({listed}) do not hand their state from block to block"
+        else:
+            able[name] = model
+    return able, unable
+
+
+def score_every_row(
+    plan: ScoringPlan,
+    models: Mapping[str, Model],
+    how: Reading,
+    tasks: Tasks,
+    *,
+    kept: PartsKept | None = None,
+    progress: ScoringProgress = lambda done, total: None,
+) -> EveryRow:
+    """Score models on every row of the logs of a plan.
+
+    Args:
+        plan: what is scored.
+        models: by name.
+        how: how the logs are read.
+        tasks: where.
+        kept: where the sums of parts that are done are kept, and those of an earlier call are found; None keeps none.
+        progress: called as rows are scored.
+
+    Raises:
+        LogError, MappingError: a log changed since it was fitted.
+        RunError: what is done cannot be kept, or does not belong to the plan.
+    """
+    able, unable = scorable(models)
+    parts = plan.parts
+    sums = {} if kept is None else kept.sums(len(parts), len(able))
+    missing = [number for number in range(len(parts)) if number not in sums]
+    done = sum(int(each.rows.sum()) for each in sums.values())
+
+    def report(rows: int) -> None:
+        progress(done + rows, plan.rows)
+
+    score = partial(_score_part, plan, able, how, report if tasks.here else None)
+    for number, found in zip(missing, tasks(score, [parts[k] for k in missing]), strict=True):
+        sums[number] = found
+        if kept is not None:
+            kept.keep(number, found)
+        done += int(found.rows.sum())
+        progress(done, plan.rows)
+    whole = joined_sums([sums[number] for number in range(len(parts))])
+    train, test = (whole.scores(list(able), held, plan.seed) for held in (False, True))
+    return EveryRow(plan, train, test, unable)
+
+
+# --- a task -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class PartSums:
+    """Sums over the bins of some rows; each bin holds rows that are held out, or none.
+
+    Attributes:
+        held: whether a bin is held out, shape (bins,).
+        rows, effort, effort_square: see `BinSums`, each of shape (bins,).
+        error, square, largest: see `BinSums`, of each model, shape (models, bins).
+    """
+
+    held: Mask
+    rows: Array
+    effort: Array
+    effort_square: Array
+    error: Array
+    square: Array
+    largest: Array
+
+    def scores(self, names: Sequence[str], held: bool, seed: int) -> dict[str, Score]:
+        """Figures by model on the bins that are held out, or on the others; none where there are no such bins."""
+        bins = self.held == held
+        if not bins.any():
+            return {}
+        shared = self.rows[bins], self.effort[bins], self.effort_square[bins]
+        return {
+            name: score_of_bins(
+                BinSums(shared[0], self.error[k, bins], self.square[k, bins], self.largest[k, bins], *shared[1:]),
+                seed=seed,
+            )
+            for k, name in enumerate(names)
+        }
+
+
+def joined_sums(parts: Sequence[PartSums]) -> PartSums:
+    """The bins of several parts, one after another."""
+    names = list(PartSums.__dataclass_fields__)
+    return PartSums(**{name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names})
+
+
+def _score_part(
+    plan: ScoringPlan, models: Mapping[str, Model], how: Reading, report: Callable[[int], None] | None, part: Part
+) -> PartSums:
+    """The sums over the rows of one part."""
+    log = part.log
+    if log.number is None:
+        rows_of_file = RowRange(part.begin.file_row, part.stop, log.period)
+        batches = how.batches(log.path, plan.device, rows_of_file)
+    else:
+        recording = how.read(log.path, plan.device)[log.number]
+        require_unchanged(recording.digest == log.digest, log)
+        batches = iter([one_batch(recording)])
+    blocks = (block.data for block in blocks_of(batches, plan.device, how.derivative))
+    place = part.begin.place
+    found: list[PartSums] = []
+    for data, first, predicted in predictions(models, blocks):
+        measured = data.effort[first:]
+        held = log.held_out.of(place, measured.size)
+        found.append(_sums(measured, predicted, held, place, plan))
+        place += measured.size
+        if report is not None:
+            report(place - part.begin.place)
+    return joined_sums(found)
+
+
+def require_unchanged(same: bool, log: LogToScore) -> None:
+    """RunError unless a log is the same as at the fit."""
+    if not same:
+        raise RunError("changed since it was fitted", where=log.path, remedy="Fit the logs again with --force")
+
+
+def predictions(
+    models: Mapping[str, Model], blocks: Iterator[Dataset]
+) -> Iterator[tuple[Dataset, int, dict[str, Array]]]:
+    """What models make of blocks of rows that follow each other, as if all rows were there at once.
+
+    Args:
+        models: by name; without stages of other packages.
+        blocks: of one log; ``clock.joins`` of a block says whether it goes on from the block before.
+
+    Yields:
+        A block with rows ahead of it, which are computed once more, how many these are, and the effort by model of the
+        rows behind them.
+    """
+    before: Dataset | None = None  # the end of the last block
+    states: dict[str, list[Array]] = {}
+    for block in blocks:
+        goes_on = before is not None and block.clock.joins
+        data = chained([before, block]) if before is not None and goes_on else block
+        first = data.rows - block.rows
+        ahead = _rows_ahead(models.values(), block.period)
+        following = max(data.clock.spans[-1].start, data.rows - ahead)  # from here the next block computes once more
+        predicted: dict[str, Array] = {}
+        for name, model in models.items():
+            carry = Carry(states[name] if goes_on else [], following)
+            predicted[name] = model.predict(replace(data, clock=replace(data.clock, carry=carry)))[first:]
+            states[name] = carry.end
+        yield data, first, predicted
+        before = neighbours(data, following, data.rows)
+
+
+def _rows_ahead(models: Iterable[Model], period: float) -> int:
+    """Rows that a block needs ahead of it: what delays and past samples reach back to, and time to forget its edge."""
+    back = [max(model.times.get("delay", 0.0) / period, *model.past, 0) for model in models]
+    return _AHEAD + 2 * int(max(back, default=0.0))
+
+
+def _sums(measured: Array, predicted: Mapping[str, Array], held: Mask, place: int, plan: ScoringPlan) -> PartSums:
+    """Sums over the bins of some neighbouring rows; a bin ends where a row is held out and its neighbour is not."""
+    number = (place + np.arange(measured.size)) // plan.bin_rows
+    begins = np.flatnonzero(np.concatenate([[True], (number[1:] != number[:-1]) | (held[1:] != held[:-1])]))
+    effort = measured - plan.middle
+    errors = [measured - each for each in predicted.values()]
+
+    def added(values: Array) -> Array:
+        return np.add.reduceat(values, begins)
+
+    return PartSums(
+        held=held[begins],
+        rows=np.diff(begins, append=measured.size).astype(np.float64),
+        effort=added(effort),
+        effort_square=added(effort * effort),
+        error=np.array([added(error) for error in errors]),
+        square=np.array([added(error * error) for error in errors]),
+        largest=np.array([np.maximum.reduceat(np.abs(error), begins) for error in errors]),
+    )

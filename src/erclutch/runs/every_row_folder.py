@@ -1,0 +1,194 @@
+"""What the scoring of every row found is kept in the folder of the run; an interrupted scoring goes on from there.
+
+::
+
+    every_row/plan.json      what is scored, in which tasks
+    every_row/part-N.npz     sums of the tasks that are done
+    every_row.json           the figures; the folder then goes
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.errors import RunError
+from erclutch.files import file_digest, plain_words
+from erclutch.logs.any_size import Cut
+from erclutch.models.model_file import digest_of, keeps_digest
+from erclutch.runs.every_row import (
+    KIND,
+    SCHEMA,
+    EveryRow,
+    HeldOut,
+    LogToScore,
+    PartSums,
+    ScoringPlan,
+    require_unchanged,
+)
+from erclutch.runs.run_folder import Run, write_json
+
+FILE, FOLDER = "every_row.json", "every_row"
+_ANEW = "Fit the logs again with --force"
+
+
+class KeptParts:
+    """The sums of parts in a run's folder.
+
+    Raises:
+        RunError: the folder cannot be written, or holds what belongs to another plan.
+    """
+
+    def __init__(self, run_folder: Path, plan: ScoringPlan) -> None:
+        self._folder = folder = run_folder / FOLDER
+        body = _plan_to_dict(plan)
+        if (folder / "plan.json").is_file():
+            if _plan_body(folder) != body:
+                raise RunError("what was scored belongs to another plan", where=str(folder), remedy=_ANEW)
+            return
+        try:
+            folder.mkdir(exist_ok=True)
+            _replaced(folder / "plan.json", lambda path: write_json(path, {**body, "digest": digest_of(body)}))
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def keep(self, number: int, sums: PartSums) -> None:
+        """Keep the sums of a part."""
+        arrays = {name: getattr(sums, name) for name in PartSums.__dataclass_fields__}
+
+        def save(path: Path) -> None:
+            with path.open("wb") as file:
+                np.savez(file, **arrays)
+
+        try:
+            _replaced(self._folder / f"part-{number}.npz", save)
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def sums(self, parts: int, models: int) -> dict[int, PartSums]:
+        """The sums that are kept, by the part's number below ``parts``.
+
+        Raises:
+            RunError: a file of them is damaged, or of other models.
+        """
+        found: dict[int, PartSums] = {}
+        for number in range(parts):
+            path = self._folder / f"part-{number}.npz"
+            if not path.is_file():
+                continue
+            try:
+                with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                    found[number] = PartSums(**{name: arrays[name] for name in PartSums.__dataclass_fields__})
+            except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+                raise RunError(f"cannot be read: {error}", where=str(path), remedy="Delete this file") from error
+            if len(found[number].square) != models:
+                raise RunError("has the sums of other models", where=str(path), remedy="Delete this file")
+        return found
+
+    def _unwritable(self, error: OSError) -> RunError:
+        problem = f"what is scored cannot be kept: {error.strerror or error}"
+        return RunError(problem, where=str(self._folder), remedy="Make room there, then give --resume")
+
+
+def _replaced(path: Path, write: Callable[[Path], None]) -> None:
+    beside = path.with_name(f"{path.name}.partial")
+    write(beside)
+    beside.replace(path)
+
+
+def _plan_to_dict(plan: ScoringPlan) -> dict[str, Any]:
+    return {"kind": f"{KIND}: plan", "schema": SCHEMA, **json.loads(json.dumps(asdict(plan)))}
+
+
+def _plan_body(folder: Path) -> dict[str, Any]:
+    path = folder / "plan.json"
+    try:
+        body = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise RunError(f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW) from error
+    if not isinstance(body, dict) or not keeps_digest(cast(dict[str, Any], body)):
+        raise RunError("was changed", where=str(path), remedy=_ANEW)
+    return {key: value for key, value in cast(dict[str, Any], body).items() if key != "digest"}
+
+
+def unfinished_plan(run: Run) -> ScoringPlan:
+    """The plan of a run whose scoring was interrupted.
+
+    Raises:
+        RunError: the run has none, or a log is not there or was changed.
+    """
+    if (run.folder / FILE).is_file():
+        raise RunError("every row is scored already", where=str(run.folder), remedy="Leave --resume out")
+    if not (run.folder / FOLDER / "plan.json").is_file():
+        problem = "no scoring of every row was begun here"
+        raise RunError(problem, where=str(run.folder), remedy="Leave --resume out; --force fits the logs again")
+    body = _plan_body(run.folder / FOLDER)
+    if body["run"] != run.body["digest"]:
+        raise RunError("the plan belongs to another run", where=str(run.folder / FOLDER), remedy=_ANEW)
+    logs = tuple(
+        LogToScore(
+            path=log["path"],
+            number=log["number"],
+            name=log["name"],
+            digest=log["digest"],
+            rows=log["rows"],
+            period=log["period"],
+            cuts=tuple(Cut(**cut) for cut in log["cuts"]),
+            held_out=HeldOut(tuple(log["held_out"]["turns"]), tuple(log["held_out"]["held"])),
+        )
+        for log in body["logs"]
+    )
+    for log in logs:
+        if log.number is not None:
+            continue  # it is looked at when it is read
+        try:
+            unchanged = file_digest(Path(log.path)) == log.digest
+        except OSError as error:
+            problem = f"cannot be read: {error.strerror or error}"
+            raise RunError(problem, where=log.path, remedy="Put the log back, or fit again with --force") from error
+        require_unchanged(unchanged, log)
+    numbers = {key: body[key] for key in ("run", "device", "kept_rows", "bin_rows", "middle", "seed")}
+    return ScoringPlan(logs=logs, **numbers)
+
+
+def write_every_row(folder: Path, figures: EveryRow) -> None:
+    """Write the figures to a run's folder, and remove what was kept on the way.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    try:
+        _replaced(folder / FILE, lambda path: write_json(path, figures.to_dict()))
+    except OSError as error:
+        raise RunError(
+            f"cannot be written: {error.strerror or error}", where=str(folder / FILE), remedy=_ANEW
+        ) from error
+    shutil.rmtree(folder / FOLDER, ignore_errors=True)
+
+
+def read_every_row(run: Run) -> Mapping[str, Any] | None:
+    """The figures of every row of a run; None for a run whose rows were all fitted, or not all scored yet.
+
+    Raises:
+        RunError: the file was changed, or belongs to another run.
+    """
+    path = run.folder / FILE
+    if not path.is_file():
+        return None
+    try:
+        body = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise RunError(f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW) from error
+    if not isinstance(body, dict) or not keeps_digest(cast(dict[str, Any], body)):
+        raise RunError("was changed after the run", where=str(path), remedy=_ANEW)
+    body = cast(dict[str, Any], body)
+    if body["run"] != run.body["digest"]:
+        raise RunError("belongs to another run", where=str(path), remedy=_ANEW)
+    return body
