@@ -23,25 +23,13 @@ from erclutch.export.step_numbers import band_of, inverse, inverse_now, run
 from erclutch.export.step_record import step_record
 from erclutch.export.targets.python import compile_model
 from erclutch.models.alarms import Alarms, alarms_of
-from erclutch.models.band import Band
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from tests.support.examples import examples
+from tests.support.wide_band import BAND
 
-WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
-BAND = Band(
-    0.95,
-    0.01,
-    40.0,
-    (0.0, 2000 / 3),
-    (-30.1, 30.1),
-    (100.0, 300.0, 500.0),
-    (5.0, 20.0),
-    WIDTHS,
-    tuple(1.5 * w for w in WIDTHS),
-)
 BLOCK, SHORT = 20, 5
 #: One of each device, with gaps in the grid, with and without a memory.
 LABELS = ("bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial")

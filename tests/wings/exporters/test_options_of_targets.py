@@ -12,25 +12,13 @@ import pytest
 
 from erclutch.errors import ExportError
 from erclutch.export import ExportOptions, export_model, verify_export
-from erclutch.models.band import Band
 from erclutch.models.model import Model
 from erclutch.registry import names
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element
+from tests.support.wide_band import BAND
 
 PERIOD = 1e-3
-WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
-BAND = Band(
-    0.95,
-    0.01,
-    40.0,
-    (0.0, 2000 / 3),
-    (-30.1, 30.1),
-    (100.0, 300.0, 500.0),
-    (5.0, 20.0),
-    WIDTHS,
-    tuple(1.5 * w for w in WIDTHS),
-)
 
 
 def test_the_wing_brings_its_targets() -> None:

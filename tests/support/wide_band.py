@@ -1,0 +1,18 @@
+"""A band with gaps in its grid, for tests of what an export does with a band."""
+
+from __future__ import annotations
+
+from erclutch.models.band import Band
+
+WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
+BAND = Band(
+    0.95,
+    0.01,
+    40.0,
+    (0.0, 2000 / 3),
+    (-30.1, 30.1),
+    (100.0, 300.0, 500.0),
+    (5.0, 20.0),
+    WIDTHS,
+    tuple(1.5 * w for w in WIDTHS),
+)
