@@ -48,19 +48,14 @@ from erclutch.wings.rig.packet import (
     unpack_command,
     unpack_sensors,
 )
+from tests.support.live_faults.finding import good_samples
 
 HERE = Path(__file__).parent
 
 
 def moving(rows: int = 1500) -> Any:
     """Sensors of a device that runs well."""
-    samples = np.zeros(rows, SAMPLE)
-    t = 1e-3 * np.arange(rows)
-    samples["seq"] = np.arange(1, rows + 1)
-    samples["time_ns"] = samples["seq"] * np.uint64(1_000_000)
-    turn = 2.0 * np.pi / 8192
-    samples["theta"] = np.floor(40.0 * t / turn) * turn
-    samples["alpha"] = 5.0 * np.sin(2.0 * np.pi * t)
+    samples = good_samples(rows)
     samples["torque"] = 0.1
     return samples
 
