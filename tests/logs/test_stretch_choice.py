@@ -18,7 +18,7 @@ from erclutch.signals.device import Element, Units
 def log_of(
     rows: int, field: np.ndarray | None = None, effort: np.ndarray | None = None, slip: np.ndarray | None = None
 ) -> Dataset:
-    time = 1e-3 * np.arange(rows)
+    time = np.arange(rows, dtype=np.float64) * 1e-3
     return Dataset(
         "single",
         (Element(np.ones(rows) if field is None else field, 3.0 + np.sin(time) if slip is None else slip),),

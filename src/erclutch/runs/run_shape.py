@@ -47,10 +47,14 @@ def _figure(value: Any, name: str) -> None:
         raise ValueError(f"{name} is {value!r:.40}, not a finite number")
 
 
+#: The largest count that a float and a page's script hold exactly. No log comes near it.
+MOST_COUNTED = 2**53
+
+
 def _count(value: Any, name: str) -> None:
     """How many of something."""
-    if whole_number_of(value, name) < 0:
-        raise ValueError(f"{name} is {value!r:.40}, not 0 or more")
+    if not 0 <= whole_number_of(value, name) <= MOST_COUNTED:
+        raise ValueError(f"{name} is {value!r:.40}, not from 0 to {MOST_COUNTED}")
 
 
 def _period(value: Any, name: str) -> None:
