@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 from collections.abc import Callable, Sequence
@@ -168,6 +169,8 @@ def test_a_library_with_changed_arithmetic_is_not_loaded(
         c.source.cache_clear()
     with pytest.raises(ExportError, match="changed the order or the rounding of its sums and products"):
         python.load(library)
+    smallest = math.ulp(0.0)
+    assert smallest * 1.0 > 0.0, "the library switched subnormal numbers off in this process"
 
 
 @pytest.mark.slow

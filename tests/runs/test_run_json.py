@@ -139,6 +139,7 @@ def test_one_change_of_run_json_is_refused_or_harmless(run: Path, log: Path, dat
         (("reading", "derivative"), "x", "reading.derivative is 'x', not central or savgol"),
         (("logs", 0, "rows"), -1, "logs[0].rows is -1, not 0 or more"),
         (("logs",), [], "logs is [], not a list of 1 or more"),
+        (("logs", 0, "rows"), 10**300, "logs[0].rows is 1000"),
         (("test_rows",), 10**9, "source_rows are [[0, 2000]], not stretches that cover"),
         (("spans", 0, 0), 5, "spans are [[5, 2000, "),
         (("versions", "numpy"), 10**400, "versions.numpy is 1000"),

@@ -53,8 +53,11 @@ MOST_COUNTED = 2**53
 
 def _count(value: Any, name: str) -> None:
     """How many of something."""
-    if not 0 <= whole_number_of(value, name) <= MOST_COUNTED:
-        raise ValueError(f"{name} is {value!r:.40}, not from 0 to {MOST_COUNTED}")
+    number = whole_number_of(value, name)
+    if number < 0:
+        raise ValueError(f"{name} is {value!r:.40}, not 0 or more")
+    if number > MOST_COUNTED:
+        raise ValueError(f"{name} is {value!r:.40}, above {MOST_COUNTED}")
 
 
 def _period(value: Any, name: str) -> None:

@@ -24,8 +24,7 @@ def fast_math(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..
     """gcc with parts of -ffast-math behind its other options, and C that is compiled without a check."""
     need("gcc")
     wrapper = tmp_path / "cc"
-    # Without the start files of fast-math, which switch subnormal numbers off in the process of all tests.
-    wrapper.write_text('#!/bin/sh\nexec gcc "$@" -ffast-math -fno-finite-math-only -nostartfiles\n')
+    wrapper.write_text('#!/bin/sh\nexec gcc "$@" -ffast-math -fno-finite-math-only\n')
     wrapper.chmod(0o755)
     monkeypatch.setattr(c_source, "COMPILE_TIME", "")
     c_source.source.cache_clear()

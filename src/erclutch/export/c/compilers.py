@@ -19,6 +19,19 @@ EXACT = ("-std=c99", "-ffp-contract=off")
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
 
 
+def shared_flags(library: Path) -> tuple[str, ...]:
+    """What makes a compiler link a shared library instead of a program.
+
+    With the options of fast-math, which a wrapper in CC may add, gcc and clang put a start file into a library for
+    Linux. The file switches subnormal numbers off in each process that loads the library. Plain C needs no start file.
+    """
+    if library.suffix == ".dll":
+        return ("-shared",)
+    if library.suffix == ".so":
+        return ("-shared", "-fPIC", "-nostartfiles")
+    return ("-shared", "-fPIC")
+
+
 @dataclass(frozen=True)
 class Compiler:
     """A C compiler.

@@ -16,7 +16,7 @@ from erclutch.errors import ExportError
 from erclutch.export.c import model_abi
 from erclutch.export.c.c_source import source
 from erclutch.export.c.compiled_model import CompiledModel
-from erclutch.export.c.compilers import Compiler, native
+from erclutch.export.c.compilers import Compiler, native, shared_flags
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import Vectors, vectors_of
@@ -63,7 +63,7 @@ def build(step: ExportedStep, folder: Path, compiler: Compiler | None = None) ->
     sources = [*c.write_core(step, folder), folder / f"{step.name}_abi.c"]
     sources[-1].write_text(model_abi.wrapper(step), encoding="ascii")
     library = folder / library_name(step)
-    shared = ("-O3", "-shared", "-fPIC", "-fvisibility=hidden")
+    shared = ("-O3", "-fvisibility=hidden", *shared_flags(library))
     chosen.build(sources, library, *shared)
     (folder / "erc_call.c").write_text(_call_source())
     (folder / CALL).write_bytes(_call_library(chosen, shared))

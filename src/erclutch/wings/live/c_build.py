@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
 from erclutch.errors import ErclutchError, ExportError
-from erclutch.export.c.compilers import Compiler, natives, run
+from erclutch.export.c.compilers import Compiler, natives, run, shared_flags
 from erclutch.files import cache_folder
 
 SOURCES = Path(__file__).parent / "c"
@@ -23,7 +22,6 @@ FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversi
 #: Only what has no input or output: for tests, accelerated runs and comparison.
 _PARTS = ("core", "config", "sensors", "plausible", "control", "torque", "inverse", "interlock", "packet")
 CORE = tuple(f"erc_{part}.c" for part in _PARTS)
-_SHARED = ("-shared",) if sys.platform == "win32" else ("-shared", "-fPIC")
 
 
 class CompilerError(ErclutchError):
@@ -74,7 +72,7 @@ def build(
         CompilerError: none is there, it failed, or the cache cannot be written.
     """
     chosen = compiler or find_compiler()
-    options = [*FLAGS, *chosen.flags, *flags, *(_SHARED if shared else ())]
+    options = [*FLAGS, *chosen.flags, *flags, *(shared_flags(Path(name)) if shared else ())]
     headers = sorted({h for s in sources for h in s.parent.glob("*.h")})
     parts = [_version(chosen), *chosen.command, *options, *libraries]
     digest = hashlib.sha256("\0".join(parts).encode())

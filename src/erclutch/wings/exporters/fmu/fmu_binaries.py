@@ -14,10 +14,8 @@ from functools import partial
 from pathlib import Path
 
 from erclutch.errors import ExportError
-from erclutch.export.c.compilers import EXACT, Compiler, native, run
+from erclutch.export.c.compilers import EXACT, Compiler, native, run, shared_flags
 from erclutch.export.c.cross_compiler import Cross
-
-_SHARED = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,8 @@ def builders(version: int) -> Iterator[Builder]:
 
 
 def _shared(compiler: Compiler, sources: Sequence[Path], out: Path) -> None:
-    words = [*compiler.command, *EXACT, *compiler.flags, *_SHARED, *map(str, sources), "-o", str(out)]
+    flags = [*EXACT, *compiler.flags, "-O2", "-fvisibility=hidden", *shared_flags(out)]
+    words = [*compiler.command, *flags, *map(str, sources), "-o", str(out)]
     run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
 
 

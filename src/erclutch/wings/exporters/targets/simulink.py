@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
-from erclutch.export.c.compilers import native, natives, run
+from erclutch.export.c.compilers import native, natives, run, shared_flags
 from erclutch.export.cost import state_bytes
 from erclutch.export.encode import matlab_string
 from erclutch.export.exported_step import ExportedStep
@@ -189,7 +189,7 @@ def _called(step: ExportedStep, folder: Path) -> Check:
     with tempfile.TemporaryDirectory() as work:
         library = Path(work) / "caller.so"
         files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
-        native().build(files, library, "-O2", "-shared", "-fPIC")
+        native().build(files, library, "-O2", *shared_flags(library))
         function = getattr(ctypes.CDLL(str(library)), f"{n}_caller")
     function.restype = None
     effort: NDArray[Any] = np.zeros(len(vectors.rows), p.dtype)
