@@ -350,8 +350,8 @@ FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
 WORDS = {
     "fit": FIT,
     "export": ("export", "run", "--to", "c", "--out"),
-    "predict": ("predict", "log.csv", "--model", "run", "--out"),
-    "predict-many": ("predict", "logs", "--model", "run", "--out"),
+    "predict": ("predict", "log.csv", "--run", "run", "--out"),
+    "predict-many": ("predict", "logs", "--run", "run", "--out"),
     "recalibrate": ("recalibrate", "run", "log.csv", "--out"),
     "report": ("report", "run", "--out"),
     "compare": ("compare", "run", "other", "--out"),

@@ -62,6 +62,7 @@ class Plugin:
         source: where its value is, ``module:attribute`` or ``module``.
         package: that brings it, as pip calls it; ``erclutch`` for our own.
         version: of that package.
+        part: of the group that its package names, such as ``live`` of ``erclutch.commands.live``; mostly empty.
     """
 
     group: str
@@ -69,6 +70,7 @@ class Plugin:
     source: str
     package: str = "erclutch"
     version: str = __version__
+    part: str = ""
 
     @property
     def own(self) -> bool:
@@ -257,11 +259,17 @@ def own_text(plugin: Plugin) -> str:
 
 @cache
 def _others(group: str) -> tuple[Plugin, ...]:
-    """Those of other packages, by name."""
+    """Those of other packages, by name: of the group, and of its parts (``erclutch.commands.live``)."""
     from importlib.metadata import entry_points
 
+    listed = entry_points()
     found: list[Plugin] = []
-    for point in entry_points(group=group):
-        package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
-        found.append(Plugin(group, point.name, point.value.partition("[")[0].strip(), package, version))
+    for named in listed.groups:
+        if named != group and not named.startswith(f"{group}."):
+            continue
+        part = named.removeprefix(group).removeprefix(".")
+        for point in listed.select(group=named):
+            package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
+            source = point.value.partition("[")[0].strip()
+            found.append(Plugin(group, point.name, source, package, version, part))
     return tuple(sorted(found, key=lambda plugin: (plugin.name, plugin.package)))

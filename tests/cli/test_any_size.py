@@ -56,7 +56,7 @@ def test_the_run_is_as_any_other_and_every_row_is_scored(
     assert figures["rows"] == ROWS > figures["kept_rows"] == run.body["train_rows"] + run.body["test_rows"]
     assert not (out / FOLDER).exists()
     assert main(["report", str(out), "--out", str(tmp_path / "report.html")]) == 0
-    assert main(["predict", str(log), "--model", str(out), "--out", str(tmp_path / "predicted.parquet")]) == 0
+    assert main(["predict", str(log), "--run", str(out), "--out", str(tmp_path / "predicted.parquet")]) == 0
     assert pq.read_metadata(tmp_path / "predicted.parquet").num_rows == ROWS
 
 

@@ -188,8 +188,8 @@ def test_a_prediction_is_no_measurement(tmp_path: Path) -> None:
     write_synthetic_log(tmp_path / "log.csv", 2.0)
     good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
     for name in ("told.csv", "told.parquet"):
-        good("predict", "log.csv", "--model", "run", "--out", name, cwd=tmp_path)
-        said = refused("score", name, "--model", "run", cwd=tmp_path)
+        good("predict", "log.csv", "--run", "run", "--out", name, cwd=tmp_path)
+        said = refused("score", name, "--run", "run", cwd=tmp_path)
         assert said == f"error: {name}: its effort is predicted, not measured. Give the measured log.\n"
 
 
@@ -228,7 +228,7 @@ def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path)
     assert tomllib.loads(text)["columns"] == {"field": {"column": "Strom", "unit": "A"}}
     assert "# missing: no column for slip or position" in text
     words = ("--effort", "Kraft", "--scale", "effort=2 kN/V", "--position", "Strom [mm]", "--constant", "field=1 A")
-    said = good("inspect", "log.csv", *words, "--from", "10ms", "--to", "0.03s", "--skip", "5 ms", cwd=tmp_path)
+    said = good("inspect", "log.csv", *words, "--from", "10ms", "--until", "0.03s", "--skip", "5 ms", cwd=tmp_path)
     assert "effort <- column Kraft [V], times 2 kN/V (given)" in said
     assert "taken from 0.01 s to 0.03 s: 21 of 50 rows" in said
 

@@ -58,7 +58,7 @@ def test_names_of_logs_and_runs(said: Said, tmp_path: Path) -> None:
     for run in runs:
         assert f"c{SHOWN}.csv" in said("fit", log, *_QUICK, "--out", run)
     assert SHOWN in said("compare", *runs)
-    assert SHOWN in said("score", log, "--model", runs[0])
+    assert SHOWN in said("score", log, "--run", runs[0])
     assert SHOWN in said("report", runs[0])
     assert SHOWN in said("export", runs[0], "--to", "c", "--out", f"written{HOSTILE}")
 

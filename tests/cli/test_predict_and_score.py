@@ -43,7 +43,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, tmp_path: Path) -> None:
     code, said, _ = run(
-        "predict", place / "blind.csv", "--model", place / "run", "--band", "--out", "p.csv", cwd=tmp_path
+        "predict", place / "blind.csv", "--run", place / "run", "--band", "--out", "p.csv", cwd=tmp_path
     )
     assert code == 0
     assert "3,000 rows" in said
@@ -70,16 +70,16 @@ def test_the_command_line_wins_over_how_the_run_read_its_logs(place: Path, tmp_p
     body["reading"] |= {"field": None, "name_pattern": "{field}A"}
     del body["reading"]["field"], body["digest"]
     (copy / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
-    asked = ("score", place / "two.csv", "--model", copy)
+    asked = ("score", place / "two.csv", "--run", copy)
     assert "does not match the pattern" in run(*asked, cwd=tmp_path)[2]
     assert run(*asked, "--constant", "field=0.75 V", cwd=tmp_path)[0] == 0
-    assert run("score", place / "two.csv", "--model", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
+    assert run("score", place / "two.csv", "--run", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
 
 
 def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path: Path) -> None:
     file = place / "run" / "models" / "quadratic.json"
     given = ("--field", "u", "--slip", "w", "--effort", "M", "--time", "t")
-    asked = ("predict", place / "two.csv", "--model", file, "--sensor", "--out", "p.parquet", *given)
+    asked = ("predict", place / "two.csv", "--run", file, "--sensor", "--out", "p.parquet", *given)
     assert run(*asked, cwd=tmp_path)[0] == 0
     table = pq.read_table(tmp_path / "p.parquet").to_pydict()
     measured = synthetic_log(3.0, 1)["torque"][1]
@@ -89,25 +89,25 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
 
 
 def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: Path) -> None:
-    code, said, _ = run("score", place / "two.csv", "--model", place / "run", cwd=tmp_path)
+    code, said, _ = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
     assert code == 0
     lines = [line.split() for line in said.splitlines() if line.strip().startswith(("bingham", "quadratic"))]
     assert len(lines) == 2
     assert float(lines[0][1]) < float(lines[1][1])
     assert "worst second" in said
     both = run(
-        "score", place / "one.csv", place / "two.csv", "--model", place / "run", "--name", "bingham", cwd=tmp_path
+        "score", place / "one.csv", place / "two.csv", "--run", place / "run", "--model", "bingham", cwd=tmp_path
     )
     assert "worst log" in both[1]
     assert "quadratic" not in both[1]
 
 
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
-    code, said, _ = run("predict", place / "several", "--model", place / "run", "--out", "p", cwd=tmp_path)
+    code, said, _ = run("predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path)
     assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (0, ["one.csv", "two.csv"])
     assert said.count("3,000 rows") == 2
     shutil.copytree(place / "run", tmp_path / "sister")
-    _, said, _ = run("score", place / "two.csv", "--model", place / "run", "sister", "--name", "bingham", cwd=tmp_path)
+    _, said, _ = run("score", place / "two.csv", "--run", place / "run", "sister", "--model", "bingham", cwd=tmp_path)
     assert "Models of 2 runs" in said
     assert "sister" in said
 
@@ -115,7 +115,7 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
 def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:
     shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
     for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
-        code, said, _ = run("score", log, "--model", place / "run", "--name", "bingham", cwd=tmp_path)
+        code, said, _ = run("score", log, "--run", place / "run", "--model", "bingham", cwd=tmp_path)
         assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
 
 
@@ -143,14 +143,14 @@ def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
     assert fitted[0] == 0, fitted[2]
     assert "held out: two.csv, three.csv" in " ".join(fitted[1].split())
     for log, trained in (("one.csv", True), ("two.csv", False), ("three.csv", False)):
-        code, said, _ = run("score", log, "--model", "r", cwd=tmp_path)
+        code, said, _ = run("score", log, "--run", "r", cwd=tmp_path)
         assert (code, "was trained on" in said) == (0, trained), said
 
 
 def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_path: Path) -> None:
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)
-    run("predict", place / "two.csv", "--model", place / "run", "--out", "p.csv", cwd=tmp_path)
+    run("predict", place / "two.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path)
     assert np.allclose(found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8)
     assert found.index[0] == 10
     frame.loc[7, "u [V]"] = np.nan
@@ -166,12 +166,12 @@ def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
     how = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--resample", "500Hz", "--from", "1s")
     models = ("--effort", "M [N*m]", "--models", "bingham", "--lag", "none", "--out", "run")
     assert run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
-    run("predict", place / "two.csv", "--model", "run", "--out", "p.csv", cwd=tmp_path)
+    run("predict", place / "two.csv", "--run", "run", "--out", "p.csv", cwd=tmp_path)
     written, found = pd.read_csv(tmp_path / "p.csv", comment="#"), erclutch.predict(tmp_path / "run", place / "two.csv")
     assert len(written) < 1500 < 2 * len(written)
     np.testing.assert_allclose(found["effort"], written["effort [N*m]"], atol=1e-8)
     np.testing.assert_allclose(found.index, written["time [s]"], atol=1e-9)
-    _, said, _ = run("score", place / "two.csv", "--model", "run", cwd=tmp_path)
+    _, said, _ = run("score", place / "two.csv", "--run", "run", cwd=tmp_path)
     assert f"{len(written):,} rows" in said
     assert f"{erclutch.score(tmp_path / 'run', place / 'two.csv')['rmse'][0]:.4g}" in said
 
@@ -192,30 +192,33 @@ def _without_bands(run: Path) -> None:
 def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "run", tmp_path / "old")
     _without_bands(tmp_path / "old")
-    asked = ("predict", place / "two.csv", "--model", "old", "--out", "p.csv")
+    asked = ("predict", place / "two.csv", "--run", "old", "--out", "p.csv")
     code, _, error = run(*asked, "--band", cwd=tmp_path)
     assert (code, error.count("\n")) == (2, 1)
     assert "the model has no band" in error
     assert not (tmp_path / "p.csv").exists()
     assert run(*asked, cwd=tmp_path)[0] == 0
     assert "low" not in (tmp_path / "p.csv").read_text().splitlines()[1]
-    assert "no band" in run("score", place / "two.csv", "--model", "old", cwd=tmp_path)[1]
+    assert "no band" in run("score", place / "two.csv", "--run", "old", cwd=tmp_path)[1]
     assert run("report", "old", cwd=tmp_path)[0] == 0
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("predict", "blind.csv", "--model", "run", "--out", "new.csv", "--sensor"), "M"),
-        (("predict", "two.csv", "--model", "run", "--out", "two.csv"), "there is a file already"),
-        (("predict", "two.csv", "--model", "run", "--out", "new.xls"), "cannot end in"),
-        (("predict", "two.csv", "--model", "run/models/bingham.json", "--name", "x", "--out", "n.csv"), "--name needs"),
-        (("predict", "two.csv", "--model", "run", "--name", "casson", "--out", "n.csv"), "no model 'casson'"),
-        (("predict", "none.csv", "--model", "run", "--out", "n.csv"), "there is no such file"),
-        (("predict", "several", "--model", "run", "--out", "n.csv"), "one file for 2 logs"),
-        (("score", "blind.csv", "--model", "run"), "M"),
-        (("score", "two.csv", "--model", "two.csv"), "two.csv: no readable model: it is no JSON from line 1 on"),
-        (("score", "two.csv", "--model", "gone"), "gone: no readable model: there is no such file. Check the path"),
+        (("predict", "blind.csv", "--run", "run", "--out", "new.csv", "--sensor"), "M"),
+        (("predict", "two.csv", "--run", "run", "--out", "two.csv"), "there is a file already"),
+        (("predict", "two.csv", "--run", "run", "--out", "new.xls"), "cannot end in"),
+        (
+            ("predict", "two.csv", "--run", "run/models/bingham.json", "--model", "x", "--out", "n.csv"),
+            "of a run, and",
+        ),
+        (("predict", "two.csv", "--run", "run", "--model", "casson", "--out", "n.csv"), "no model 'casson'"),
+        (("predict", "none.csv", "--run", "run", "--out", "n.csv"), "there is no such file"),
+        (("predict", "several", "--run", "run", "--out", "n.csv"), "one file for 2 logs"),
+        (("score", "blind.csv", "--run", "run"), "M"),
+        (("score", "two.csv", "--run", "two.csv"), "two.csv: no readable model: it is no JSON from line 1 on"),
+        (("score", "two.csv", "--run", "gone"), "gone: no readable model: there is no such file. Check the path"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:

@@ -27,7 +27,7 @@ USE = """
 import sys
 from erclutch.cli import main
 quick = ["--models", "bingham", "--lag", "none", "--out", "run"]
-uses = (["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["plugins"])
+uses = (["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["laws", "--plugins"])
 for words in (["--help"], [], *uses):
     print("##", *words, flush=True)
     assert main(words) == 0, words

@@ -118,7 +118,7 @@ def test_each_example_passes_its_own_tests(environment: Environment) -> None:
 
 
 def test_lists_name_package_and_version(environment: Environment) -> None:
-    listed = json.loads(environment.erclutch("plugins", "--json"))
+    listed = json.loads(environment.erclutch("laws", "--plugins", "--json"))
     outside = {entry["package"]: entry for entry in listed if entry["package"] != "erclutch"}
     assert set(outside) == PACKAGES
     shown = {entry["group"] for entry in outside.values()}
@@ -161,7 +161,7 @@ def test_export_gives_the_bits(environment: Environment, run: Path, target: str,
 
 def test_live_on_the_twin(environment: Environment, run: Path) -> None:
     model = run / "models" / f"{MODEL}.json"
-    words = ("--model", model, "--headless", "--seconds", 1, "--priority", 0, "--json")
+    words = ("--run", model, "--headless", "--seconds", 1, "--priority", 0, "--json")
     figures = json.loads(environment.erclutch("live", *words))
     assert figures["frames"] > 500
     assert figures["origin"] == "TWIN"
@@ -181,10 +181,10 @@ def test_live_on_a_rig_with_a_single_device(environment: Environment, tmp_path: 
     assert "field2" not in said
     environment.erclutch("fit", log, "--models", "bingham", "--lag", "lag", "--out", tmp_path / "run")
     model = tmp_path / "run" / "models" / "bingham+lag.json"
-    done = environment.run("-m", "erclutch", "live", *words, "--model", model, "--seconds", 1)
+    done = environment.run("-m", "erclutch", "live", *words, "--run", model, "--seconds", 1)
     assert done.returncode == 0, done.stderr
     assert "estimate [N*m]" in done.stderr
-    refused = environment.fails("live", "--rig", "twin-brake", "--model", model)
+    refused = environment.fails("live", "--rig", "twin-brake", "--run", model)
     assert "the model's field is in A, and that of the rig in 1" in refused
 
 
@@ -197,7 +197,7 @@ def test_where_a_package_is_absent_one_line_says_what_to_install(
     said = bare.fails("export", run, "--out", tmp_path / "more")
     assert "Install the package erclutch-law-robertson-stiff" in said
     assert "Install the package erclutch-law-robertson-stiff" in bare.fails("verify", exported)
-    said = bare.fails("live", "--model", run / "models" / f"{MODEL}.json")
+    said = bare.fails("live", "--run", run / "models" / f"{MODEL}.json")
     assert "Install the package erclutch-law-robertson-stiff" in said
     bare.install(*(path for path in EXAMPLES if "law" in path.name))
     assert "Install the package erclutch-stage-slew-rate" in bare.fails("verify", exported)
@@ -241,7 +241,8 @@ def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
     assert "'robertson-stiff' of erclutch-law-robertson-stiff 0.2.0" in line
     assert said in line
     assert "pip uninstall erclutch-law-robertson-stiff" in line
-    assert "erclutch-law-robertson-stiff 0.2.0" in place.run("-m", "erclutch", "plugins").stdout.replace("\n", "")
+    listed = place.run("-m", "erclutch", "laws", "--plugins").stdout.replace("\n", "")
+    assert "erclutch-law-robertson-stiff 0.2.0" in listed
 
 
 #: What another package's command may do wrong, and what is said of it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
@@ -41,11 +42,24 @@ def _versions() -> str:
 
 def _misused(error: CycloptsError) -> object:
     """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
-    from cyclopts import CycloptsPanel
+    from cyclopts import CycloptsPanel, MissingArgumentError
 
     from erclutch.cli.terminal import shown
 
-    return CycloptsPanel(shown(str(error)))
+    hint = _taken_by_a_list(error.root_input_tokens or ()) if isinstance(error, MissingArgumentError) else ""
+    return CycloptsPanel(shown(f"{error}{hint}"))
+
+
+def _taken_by_a_list(words: Sequence[str]) -> str:
+    """Where an option that takes several values stands before a file, it takes the file too: which, and the way out."""
+    from pathlib import Path
+
+    options = [(at, word) for at, word in enumerate(words) if word.startswith("--")]
+    for (at, option), (end, _) in itertools.pairwise([*options, (len(words), "")]):
+        taken = next((word for word in words[at + 2 : end] if Path(word).exists()), None)
+        if taken is not None:
+            return f"\n{option} takes all words up to the next option, {taken} too. Write {taken} before {option}."
+    return ""
 
 
 app = App(

@@ -10,7 +10,8 @@ from erclutch import registry
 from erclutch.registry import Plugin
 
 GROUP = "erclutch.commands"
-#: Headings of ``erclutch --help`` in their order; a wing may bring a heading of its own, which then comes after these.
+#: Headings of ``erclutch --help`` in their order. A wing may bring a heading of its own, which then comes after these;
+#: another package names a heading in its entry points: ``[project.entry-points."erclutch.commands.more_logs"]``.
 PANELS = (
     "The road of a log",
     "More logs",
@@ -19,8 +20,9 @@ PANELS = (
     "For papers",
     "About",
 )
-#: Heading of the commands that other packages bring.
+#: Heading of the commands of other packages that name none.
 OF_OTHERS = "Of other packages"
+_AFTER_OURS = 1000
 
 #: A command of ours tells its help in a literal, so that ``--help`` imports none of them.
 _MARK = re.compile(r"^COMMAND = (\{.*?^\})", re.MULTILINE | re.DOTALL)
@@ -65,10 +67,18 @@ def _foreign(plugin: Plugin) -> Command:
     from importlib.metadata import PackageNotFoundError, metadata
 
     try:
-        summary = metadata(plugin.package)["Summary"] or ""
+        summary = str(metadata(plugin.package).json.get("summary", ""))
     except PackageNotFoundError:
         summary = ""
-    return Command(plugin, f"{summary} ({plugin.label})".strip(), OF_OTHERS, 0)
+    return Command(plugin, f"{summary} ({plugin.label})".strip(), _heading(plugin.part), _AFTER_OURS)
+
+
+def _heading(part: str) -> str:
+    """The heading that a part of the group names: one of ours, or one of its own."""
+    if not part:
+        return OF_OTHERS
+    words = part.replace("_", " ")
+    return next((panel for panel in PANELS if panel.lower() == words.lower()), words[:1].upper() + words[1:])
 
 
 def _rank(panel: str) -> int:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from erclutch.cli.quantities import HERTZ
 from erclutch.errors import LogError
 
 if TYPE_CHECKING:
@@ -79,9 +80,9 @@ class LogOptions:
     """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
     scale: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
     """What a sensor in volts means: 'effort=2.5 N*m/V', or 'effort=0.02 N*m' for one of counts; more than once."""
-    begin: Annotated[str | None, Parameter(name="--from", group=_READING)] = None
+    begin: Annotated[str | None, Parameter(name="--from", group=_READING, allow_leading_hyphen=True)] = None
     """Take each log from this time on, for example 2s or 500ms, on the clock that inspect shows."""
-    end: Annotated[str | None, Parameter(name="--to", group=_READING)] = None
+    end: Annotated[str | None, Parameter(name="--until", group=_READING, allow_leading_hyphen=True)] = None
     """Take each log up to this time."""
     skip: Annotated[str | None, Parameter(group=_READING)] = None
     """Leave out so much at the start of each log, for example 2s."""
@@ -102,7 +103,7 @@ class LogOptions:
     """Bring the log to another sampling rate, for example 1kHz, behind a filter against aliases."""
     derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"
     """Filter for speeds that are not logged; difference, lowpass and kalman can run live."""
-    cutoff: Annotated[float, Parameter(group=_SPEEDS)] = 150.0
+    cutoff: Annotated[float, HERTZ, Parameter(group=_SPEEDS)] = 150.0
     """Bandwidth of lowpass and kalman in Hz."""
     window: Annotated[int, Parameter(group=_SPEEDS)] = 5
     """Rows of the Savitzky-Golay window."""

@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rich import box
 from rich.console import Console
@@ -173,6 +173,19 @@ def tell(*parts: str | Table, style: str = "") -> None:
     """Sentences and tables on standard output, wrapped at its width: no markup."""
     for part in parts:
         console().print(part, markup=False, style=style)
+
+
+def say_json(body: object) -> None:
+    """A value as JSON on standard output; a number that is none (not finite) is null."""
+    sys.stdout.write(json.dumps(_finite(body), indent=1, allow_nan=False) + "\n")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in cast("Mapping[str, Any]", value).items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in cast("Sequence[Any]", value)]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager

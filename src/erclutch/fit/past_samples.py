@@ -46,16 +46,15 @@ def _rows(word: int | str, data: Dataset) -> int:
     if isinstance(word, int) or word.strip().isdecimal():
         return _allowed(int(word), f"past samples {word}")
     try:
-        number, unit = units.quantity(word)
-        found = units.fits(unit, ("s",)) if unit else None
+        seconds = units.in_unit(word, "s") if units.quantity(word)[1] else 0.0
     except UnitError:
-        number, found = 0.0, None
-    if found is None or not number > 0:
+        seconds = 0.0
+    if not seconds > 0:
         raise SettingError(f"past samples {word!r} are neither a time nor a number of rows", remedy=_REMEDY)
     if any(span.period is None for span in data.clock.spans):
         problem = f"past samples {word!r} are no number of rows, since rows come at unequal steps"
         raise SettingError(problem, where=data.where, remedy="Bring them to one rate, for example --resample 1kHz")
-    rows = min(number * found[0] / data.period, 1e6)
+    rows = min(seconds / data.period, 1e6)
     return _allowed(round(rows), f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz")
 
 

@@ -281,12 +281,10 @@ def _number(values: Mapping[str, Any], name: str, unit: str) -> float | None:
     value = values.get(name)
     if value is None:
         return None
-    own = None
     try:
-        number, own = units.quantity(str(value)) if not isinstance(value, bool) else (-1.0, None)
-        given, wanted = units.parse(own or unit), units.parse(unit)
+        number = -1.0 if isinstance(value, bool) else units.in_unit(str(value), unit)
     except UnitError:
-        number, given, wanted = -1.0, units.parse(unit), units.parse(unit)
-    if given.dimension != wanted.dimension or not 0 < number < float("inf"):
+        number = -1.0
+    if not number > 0:
         raise MappingError(f"{name} is {value!r}", remedy=f"Give a positive number in {unit}")
-    return number if own in (None, unit) else number * given.factor / wanted.factor
+    return number

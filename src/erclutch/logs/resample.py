@@ -30,7 +30,6 @@ _CUTOFF = 0.84  # of the slower rate's Nyquist frequency; the stop band begins a
 PASSED = 0.68  # of it
 _FINEST = 10_000  # numerator and denominator of the ratio of both rates, at most
 _MOST_ROWS = 50_000_000  # of the new recording: half a gigabyte a signal
-_NONE = units.Unit("", 1.0, ())
 _EXACT = 1e-6  # share by which a rate may be off and still count as the wanted one
 
 
@@ -41,11 +40,9 @@ def rate_of(text: str) -> float:
         SettingError: no positive rate.
     """
     try:
-        number, unit = units.quantity(text)
-        given, hertz = units.parse(unit or "Hz"), units.parse("Hz")
+        rate = units.in_unit(text, "Hz")
     except UnitError:
-        number, given, hertz = 0.0, _NONE, _NONE
-    rate = number * given.factor / hertz.factor if given.dimension == hertz.dimension else 0.0
+        rate = 0.0
     if not 1e-3 <= rate <= 1e7:
         raise SettingError(f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz")
     return rate

@@ -23,13 +23,12 @@ def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
         SettingError: no such time.
     """
     try:
-        number, unit = units.quantity(text)
-        found = units.fits(unit or "s", ("s",))
+        seconds = units.in_unit(text, "s")
     except UnitError:
-        number, found = 0.0, None
-    if found is None or not abs(number) < 1e12:
+        seconds = np.inf
+    if not abs(seconds) < 1e12:
         raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
-    return number * found[0]
+    return seconds
 
 
 def within(

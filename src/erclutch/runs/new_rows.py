@@ -205,7 +205,8 @@ def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None
         return what, what.model(name)
     if name is not None:
         where = str(what) if isinstance(what, str | Path) else what.name
-        raise SettingError("--name needs the folder of a run", where=where, remedy="Give the run, or leave it out")
+        problem = f"{name!r} names a model of a run, and this is none"
+        raise SettingError(problem, where=where, remedy="Give the run's folder, or no name")
     if not isinstance(what, str | Path) and not hasattr(what, "trained_on"):
         raise SettingError(f"a {type(what).__name__} is no model", remedy="Give a model, a run, or the path of either")
     return None, load_model(what) if isinstance(what, str | Path) else what

@@ -6,6 +6,7 @@ dimensionless. ``Hz`` and ``1/min`` are refused for a speed, because half of the
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -245,3 +246,19 @@ def quantity(text: str) -> tuple[float, str | None]:
     if match is None:
         raise UnitError(f"'{text}' is not a number with a unit", remedy="Write it like 0.5 A")
     return float(match.group(1)), match.group(2) or None
+
+
+def in_unit(text: str, unit: str) -> float:
+    """A quantity such as ``2``, ``500 ms`` or ``-0.2 N*m`` as a number of a unit; a plain number has that unit.
+
+    Raises:
+        UnitError: no finite number, no unit, or a unit of something else.
+    """
+    number, own = quantity(text)
+    factor = 1.0
+    if own not in (None, unit):
+        given, wanted = parse(own or ""), parse(unit)
+        factor = given.factor / wanted.factor if given.dimension == wanted.dimension else math.inf
+    if not math.isfinite(number * factor):
+        raise UnitError(f"'{text}' is no quantity in {unit or '1 or %'}", remedy=f"Write it like {f'2 {unit}'.strip()}")
+    return number * factor

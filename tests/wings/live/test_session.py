@@ -434,7 +434,7 @@ def test_live_with_zig_alone(tmp_path: Path) -> None:
     """No other compiler on the path, nothing in the cache: the loop and a model are compiled by the wheel, and run."""
     (tmp_path / "bin").mkdir()
     environment = {"PATH": str(tmp_path / "bin"), "ERCLUTCH_CACHE": str(tmp_path / "cache"), "CC": ""}
-    words = ("--headless", "--seconds", "0.5", "--model", str(HERE / "model.json"), "--json")
+    words = ("--headless", "--seconds", "0.5", "--run", str(HERE / "model.json"), "--json")
     done = _cli(*words, **environment)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
@@ -450,7 +450,7 @@ def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
     hidden = "import sys; sys.modules['ziglang'] = None; import importlib.util as u; found = u.find_spec\n"
     hidden += "u.find_spec = lambda name, *rest: None if name == 'ziglang' else found(name, *rest)\n"
     script = f"{hidden}from erclutch.cli import main; sys.argv = ['erclutch', *sys.argv[1:]]; sys.exit(main())"
-    for words in ((), ("--model", str(HERE / "model.json"))):
+    for words in ((), ("--run", str(HERE / "model.json"))):
         done = subprocess.run(
             [sys.executable, "-c", script, "live", "--headless", *(words or ("--no-model",))],
             capture_output=True,
@@ -541,9 +541,9 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
             ("--no-model", "--rig", "udp", "--address", "127.0.0.1:9", "--field-limit", "0.6"),
             "at most the supply's 0.5",
         ),
-        (("--model", "none.json"), "none.json"),
+        (("--run", "none.json"), "none.json"),
         (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
-        (("--no-model", "--stiffness", "nan"), "stiffness is nan"),
+        (("--no-model", "--stiffness", "nan"), "--stiffness 'nan' is no quantity in N*m/rad"),
         (("--no-model", "--rig", "twin-brake", "--program", "impedance"), "there is no program 'impedance'"),
     ],
 )
@@ -607,7 +607,7 @@ def test_a_single_device_on_the_twin(tmp_path: Path) -> None:
     for words in (("simulate", "brake", "--seconds", "12", "--out", str(log)), ("fit", str(log), *fit)):
         subprocess.run([*erclutch, *words], check=True, capture_output=True)
     (model,) = (tmp_path / "run" / "models").glob("bingham+lag.json")
-    done = _cli("--model", str(model), "--headless", "--seconds", "3", "--json", "--record", "--folder", str(tmp_path))
+    done = _cli("--run", str(model), "--headless", "--seconds", "3", "--json", "--record", "--folder", str(tmp_path))
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*.mcap")
     assert read_table(file).columns["seq"][0] == 1.0  # from the start, however late the recorder begins

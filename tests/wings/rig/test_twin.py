@@ -264,7 +264,7 @@ def test_the_command(tmp_path: Path) -> None:
     for bad in (
         ["nope"],
         ["--out", "x.csv"],
-        ["test", "--rig", "none.toml"],
+        ["test", "--rig-file", "none.toml"],
         ["test", "--seconds", "-1"],
         ["test", "--out", "x.doc"],
     ):

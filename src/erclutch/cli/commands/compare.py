@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -25,6 +25,7 @@ def compare(
     out: Path | None = None,
     open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
     force: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Compare runs on the rows that all of them held out: difference of errors with its interval, settings that differ.
 
@@ -34,7 +35,9 @@ def compare(
         out: HTML file to write the comparison to.
         open_: Open the file when it is written.
         force: Replace a file that is there and is no report.
+        json: Print as JSON instead of tables.
     """
+    from erclutch.cli import terminal
     from erclutch.errors import SettingError
     from erclutch.report.html.report_file import may_write_report
     from erclutch.report.numbers.paired_runs import pair
@@ -45,12 +48,34 @@ def compare(
     if out is not None:
         may_write_report(out, force)
     found = pair([read_run(run) for run in runs], model)
-    _print(found, runs)
+    if json:
+        terminal.say_json(_as_json(found))
+    else:
+        _print(found, runs)
     if out is not None:
         from erclutch.cli.commands.report import say_written
         from erclutch.report.html.runs_page import write_comparison
 
-        say_written(write_comparison(found, out), open_)
+        written = write_comparison(found, out)
+        if not json:
+            say_written(written, open_)
+
+
+def _as_json(found: Pairing) -> dict[str, Any]:
+    """Figures in the effort's unit, each as value, low, high; differences are to the first run."""
+    contenders = [
+        {
+            "run": str(c.run.folder),
+            "model": c.model,
+            "rmse": c.figures.rmse.to_list(),
+            "difference": None if c.more is None else c.more.to_list(),
+            "share": None if c.share is None else c.share.to_list(),
+        }
+        for c in found.contenders
+    ]
+    differing = {setting: list(values) for setting, values in found.differing}
+    unit = found.contenders[0].run.body["units"]["effort"]
+    return {"rows": found.rows, "unit": unit, "runs": contenders, "done_differently": differing}
 
 
 def _print(found: Pairing, runs: Sequence[Path]) -> None:

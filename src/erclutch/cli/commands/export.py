@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from erclutch.cli.quantities import HERTZ, SECONDS
 from erclutch.registry import names
 
 COMMAND = {
@@ -28,11 +29,11 @@ def export(
     run_model: Annotated[str | None, Parameter(name="--model")] = None,
     name: str | None = None,
     precision: _Precision = "float64",
-    period: float | None = None,
+    period: Annotated[float | None, SECONDS] = None,
     inputs: Literal["speeds", "angles"] = "speeds",
     derivative: _Causal = "kalman",
-    cutoff: float = 150.0,
-    limits: str | None = None,
+    cutoff: Annotated[float, HERTZ] = 150.0,
+    limits: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     alarms: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
     force: Annotated[bool, Parameter(negative=())] = False,
@@ -46,11 +47,12 @@ def export(
         run_model: Which model of a run; the recommended one by default.
         name: Prefix of all C names, at most 20 characters; the model's name by default.
         precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
-        period: Sampling period in s at which the step will be called; that of the training data by default.
+        period: Sampling period in s (or 1ms) at which the step will be called; that of the training data by default.
         inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
         derivative: Filter that differentiates angles.
         cutoff: Bandwidth of this filter in Hz (lowpass, kalman).
-        limits: Smallest and largest effort, for example '-2,2'. Default: the training range and half its width a side.
+        limits: Smallest and largest effort, for example -2,2 or '-500,500 mN*m'. Default: the training range and half
+            its width a side.
         alarms: Keep the effort's band, and warn of a wide band and of a residual that drifts (c, cpp, python).
         adapt: Let a gain and an offset follow a measured effort; at most 2 % worse in RMSE (c, cpp, python).
         force: Replace an export that is there.
@@ -65,9 +67,8 @@ def export(
     if run_model is not None and not model.is_dir():
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
     chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
-    options = ExportOptions(
-        name, precision, period, inputs, Derivative(derivative, cutoff), _limits(limits), alarms, adapt
-    )
+    speeds, clamp = Derivative(derivative, cutoff), _limits(limits, chosen.units.effort)
+    options = ExportOptions(name, precision, period, inputs, speeds, clamp, alarms, adapt)
     step = step_of(chosen, options)
     folder = export_model(chosen, out or Path(f"{step.name}_{to}"), to, options, force=force)
     screen = terminal.console()
@@ -81,15 +82,18 @@ def export(
     screen.print(f"Check it here: erclutch verify {folder}", markup=False)
 
 
-def _limits(text: str | None) -> tuple[float, float] | None:
-    from erclutch.errors import ExportError
+def _limits(text: str | None, unit: str) -> tuple[float, float] | None:
+    """Two efforts in the model's unit; a unit behind the second is that of both."""
+    from erclutch.errors import ExportError, UnitError
+    from erclutch.signals import units
 
     if text is None:
         return None
+    low, comma, high = text.partition(",")
     try:
-        low, high = (float(part) for part in text.split(","))
-    except ValueError as error:
-        raise ExportError(
-            f"{text!r} are no two numbers", where="--limits", remedy="Write the limits like --limits '-2,2'"
-        ) from error
-    return low, high
+        own = units.quantity(high)[1] if comma else None
+        low = low if own is None or units.quantity(low)[1] else f"{low} {own}"
+        return units.in_unit(low, unit), units.in_unit(high, unit)
+    except UnitError as error:
+        remedy = f"Write the limits like --limits -2,2, or --limits '-2,2 {unit.replace('?', 'N')}'"
+        raise ExportError(f"{text!r} are no two efforts", where="--limits", remedy=remedy) from error

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from erclutch.cli.quantities import SECONDS
+
 COMMAND = {
     "help": "Draw a figure of a run for a paper: PDF, PNG and the numbers behind it.",
     "panel": "For papers",
@@ -19,8 +21,8 @@ def figure(
     run: Annotated[Path | None, Parameter(name="RUN")] = None,
     *,
     out: Path = Path("figures"),
-    start: float | None = None,
-    seconds: float | None = None,
+    start: Annotated[float | None, SECONDS] = None,
+    seconds: Annotated[float | None, SECONDS] = None,
     as_: Annotated[
         tuple[Literal["pdf", "png", "svg", "pgf"], ...], Parameter(name="--as", consume_multiple=True, negative=())
     ] = ("pdf", "png"),

@@ -13,6 +13,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli import scored_rows, terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
+from erclutch.cli.quantities import MEMORY
 from erclutch.errors import require
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def fit(
     past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
     polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     workers: Annotated[int, Parameter(group=MODELS)] = 1,
-    memory: Annotated[float, Parameter(group=LONG_LOGS)] = 1.5,
+    memory: Annotated[float, MEMORY, Parameter(group=LONG_LOGS)] = 1.5,
     cluster: Annotated[str | None, Parameter(group=LONG_LOGS)] = None,
     resume: Annotated[bool, Parameter(group=LONG_LOGS, negative=())] = False,
     out: Annotated[Path | None, Parameter(group=MODELS)] = None,
@@ -62,7 +63,7 @@ def fit(
         models: Laws of `erclutch laws`, networks, both joined by + (a network on the law's residual), each with its own
             stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
         lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
-            out of `erclutch plugins`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
+            out of `erclutch laws`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
         test: Held out: a share (the end of each log, or of each constant field), or patterns of names. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).

@@ -14,6 +14,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, SettingError, require
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ def inspect(
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
     plots: Path | None = None,
-    start: float | None = None,
-    seconds: float = 1.0,
+    start: Annotated[float | None, SECONDS] = None,
+    seconds: Annotated[float, SECONDS] = 1.0,
     write_mapping: Path | None = None,
     reading: LogOptions = DEFAULT_READING,
 ) -> int:

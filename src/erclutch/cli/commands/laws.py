@@ -10,20 +10,31 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 
 COMMAND = {
-    "help": "List the laws.",
+    "help": "List the laws and stages; with --plugins readers, targets and rigs too, and who brings them.",
     "panel": "About",
     "place": 1,
 }
 
 
-def laws(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+def laws(
+    *,
+    plugins: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
     """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source; and the stages.
 
     E is the field divided by the largest field of the training data, w the slip divided by its root mean square.
 
     Args:
+        plugins: List in place of equations all that the registry finds: commands, laws, readers, stages, targets and
+            rigs, with the packages that bring them and what is wrong with any.
         json: Print as JSON.
     """
+    if plugins:
+        from erclutch.cli.plugin_list import list_plugins
+
+        list_plugins(json=json)
+        return
     from erclutch.models.laws import law_from_name, shown_laws
     from erclutch.models.laws.symbolic import equation_text
     from erclutch.models.stages import shown_stages

@@ -31,12 +31,12 @@ _UNWRITABLE = partial(unwritable, problem="the folder cannot be written")
 def predict(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    model: Path,
+    run: Path,
     out: Path,
-    name: str | None = None,
+    model: str | None = None,
     band: Annotated[bool, Parameter(negative=())] = False,
     sensor: Annotated[bool, Parameter(negative=())] = False,
-    kind: Annotated[Literal["csv", "parquet", "mat"], Parameter(name="--format")] = "csv",
+    kind: Annotated[Literal["csv", "parquet", "mat"], Parameter(name="--as")] = "csv",
     force: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
@@ -47,9 +47,9 @@ def predict(
 
     Args:
         logs: A log of the model's device. Several, or a folder of logs, give a folder with a file for each.
-        model: The folder of a run, or a model's JSON file.
+        run: The folder of a run, or a model's JSON file.
         out: File to write: .csv, .parquet or .mat. Of several logs: the folder to write.
-        name: Which model of a run; the recommended one by default.
+        model: Which model of a run; the recommended one by default.
         band: Also write the band, which holds 95 % of rows like those of the run.
         sensor: Also write the band; it learns from the log's measured effort, row by row, from past rows alone.
         kind: Of the files of several logs.
@@ -64,8 +64,8 @@ def predict(
         _may_write_folder(out, force)
     else:
         may_write_file(out, force)
-    run, chosen = opened(model, name)
-    how = reading.like(run, chosen)
+    kept, chosen = opened(run, model)
+    how = reading.like(kept, chosen)
     how = how if sensor else how.without_effort(chosen.units.effort)
     if not each:
         terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))

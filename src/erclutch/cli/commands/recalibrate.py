@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli.quantities import SHARE
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison
@@ -24,10 +25,11 @@ def recalibrate(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
     model: str | None = None,
-    share: float = 0.7,
+    share: Annotated[float, SHARE] = 0.7,
     stretches: int = 1,
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Adapt a kept model to a new log of the same or a sister device; blocks that it has not seen decide what moves.
@@ -40,11 +42,12 @@ def recalibrate(
         stretches: Stretches into which the share is divided, spread over each log; 1 takes the first rows.
         out: Folder to keep the result in, a run like that of erclutch fit.
         force: Replace a run that is already there.
+        json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
     from erclutch.cli import terminal
     from erclutch.runs.recalibrated_run import recalibrated
-    from erclutch.runs.run_folder import may_write, read_run, write_run
+    from erclutch.runs.run_folder import may_write, read_run, run_to_dict, write_run
 
     if out is not None:
         may_write(out, force)
@@ -52,10 +55,14 @@ def recalibrate(
     reading = reading.like(base, base.model(model))
     recordings = reading.read(logs)
     found = recalibrated(base, reading.dataset(recordings), model=model, share=share, stretches=stretches)
-    terminal.tell("\n".join(terminal.recording_lines(recordings)))
-    _print(found)
+    if not json:
+        terminal.tell("\n".join(terminal.recording_lines(recordings)))
+        _print(found)
     if out is not None:
         write_run(out, found, recordings, reading=reading.to_dict(), force=force)
+    if json:
+        terminal.say_json(run_to_dict(found, recordings, reading.to_dict()))
+        return
     terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
 
 

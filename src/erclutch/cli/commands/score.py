@@ -29,8 +29,9 @@ COMMAND = {
 def score(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
-    model: Annotated[tuple[Path, ...], Parameter(consume_multiple=True, negative=())],
-    name: str | None = None,
+    run: Annotated[tuple[Path, ...], Parameter(consume_multiple=True, negative=())],
+    model: str | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Score the kept models of runs on logs that were not there when they were fitted, best first.
@@ -41,8 +42,9 @@ def score(
 
     Args:
         logs: One log or several of the run's device; a folder stands for the logs in it.
-        model: The folder of a run, or a model's JSON file; one or several.
-        name: Score this model of each run alone.
+        run: The folder of a run, or a model's JSON file; one or several.
+        model: Score this model of each run alone.
+        json: Print as JSON instead of a table.
         reading: How to read the logs; by default as each run's own logs were read.
     """
     from erclutch.logs.dataset import require_units
@@ -52,23 +54,27 @@ def score(
     recordings: list[Recording] = []
     read: list[Dataset] = []
     seen: list[str] = []
-    for place in model:
-        run, chosen = opened(place, name)
-        how = reading.like(run, chosen)
+    for place in run:
+        kept, chosen = opened(place, model)
+        how = reading.like(kept, chosen)
         recordings = how.read(logs)
         _require_measured(recordings)
-        seen += [] if run is None else _trained_on(run, recordings)
+        seen += [] if kept is None else _trained_on(kept, recordings)
         data = how.dataset(recordings)
         read.append(data)
         require_units(data, read[0], str(place))
-        found += [(place, score_model(each, data, called)) for called, each in models_of(run, chosen, name)]
+        found += [(place, score_model(each, data, called)) for called, each in models_of(kept, chosen, model)]
     found.sort(key=lambda each: each[1].figures.rmse.value)
     data = read[0]
+    if json:
+        body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": seen}
+        terminal.say_json({**body, "models": [each.row(str(place)) for place, each in found]})
+        return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
-    columns = ["model", *(["run"] if len(model) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
+    columns = ["model", *(["run"] if len(run) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
     columns += ["95 % band", "of std", "guessed", "inside", "worst second" if len(data.sources) == 1 else "worst log"]
-    rows = [_row(each, place if len(model) > 1 else None) for place, each in found]
-    shown = str(model[0]) if len(model) == 1 else f"{len(model)} runs"
+    rows = [_row(each, place if len(run) > 1 else None) for place, each in found]
+    shown = str(run[0]) if len(run) == 1 else f"{len(run)} runs"
     title = f"Models of {shown} on {data.rows:,} rows of {data.where}"
     cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")

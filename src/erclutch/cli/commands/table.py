@@ -17,7 +17,7 @@ COMMAND = {
 def table(
     run: Annotated[Path, Parameter(name="RUN")],
     *,
-    to: Literal["latex", "markdown", "html", "csv"] = "markdown",
+    as_: Annotated[Literal["latex", "markdown", "html", "csv"], Parameter(name="--as")] = "markdown",
     what: Literal["ranking", "parameters"] = "ranking",
     model: str | None = None,
     most: int | None = None,
@@ -28,7 +28,7 @@ def table(
 
     Args:
         run: Folder that erclutch fit --out wrote.
-        to: Format: latex (booktabs, and siunitx columns), markdown, html, or csv, which is not rounded.
+        as_: Format: latex (booktabs, and siunitx columns), markdown, html, or csv, which is not rounded.
         what: The ranking of the models, or the parameters of a model with their intervals.
         model: Whose parameters. Default: those of the recommended model.
         most: Only the first so many models of the ranking.
@@ -46,7 +46,7 @@ def table(
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
     may_write_file(out, force)
     found = read_run(run)
-    text = PRINTERS[to](parameter_table(found, model) if what == "parameters" else ranking_table(found, most))
+    text = PRINTERS[as_](parameter_table(found, model) if what == "parameters" else ranking_table(found, most))
     if out is None:
         sys.stdout.write(text)
         return

@@ -328,21 +328,20 @@ class Workbench:
     async def _predict(self, request: Request, form: _Form) -> Response:
         name, log = (self._space.path(text).name for text in (request.path_params["name"], form.get("log", "")))
         if form.get("what") == "score":
-            return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--model", name])
+            return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name])
         model = form.get("model", "")
         out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
-        words = ["predict", log, "--model", name, f"--name={model}", "--band", "--out", out]
+        words = ["predict", log, "--run", name, f"--model={model}", "--band", "--out", out]
         return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
 
     async def _live(self, request: Request, form: _Form) -> Response:
         from erclutch.runs.run_folder import read_run
-        from erclutch.runs.run_shape import file_name
 
         name, model = self._space.path(request.path_params["name"]).name, form.get("model", "")
         run = await run_in_threadpool(read_run, self._space.folder / name)
         run.entry(model)  # refuses a name that the run does not have
         rig = "twin-brake" if run.body["device"] == "single" else "twin"
-        words = ["live", "--model", f"{name}/models/{file_name(model)}.json", f"--rig={rig}"]
+        words = ["live", "--run", name, f"--model={model}", f"--rig={rig}"]
         return self._begin(request, f"{model} live on the digital TWIN", words)
 
     async def _compare(self, request: Request, form: _Form) -> Response:

@@ -12,6 +12,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.commands.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli.quantities import SHARE
 from erclutch.errors import CheckError, require
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def fit_many(
     out: Annotated[Path, Parameter(group=MODELS)],
     models: ModelNames = ("all",),
     lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
-    test: Annotated[float, Parameter(group=MODELS)] = 0.3,
+    test: Annotated[float, SHARE, Parameter(group=MODELS)] = 0.3,
     friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
     offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
     seed: Annotated[int, Parameter(group=MODELS)] = 0,
@@ -41,6 +42,7 @@ def fit_many(
     over: Annotated[str, Parameter(group=MODELS)] = "name",
     baseline: Annotated[int, Parameter(group=MODELS)] = 0,
     force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     cluster: Annotated[str | None, Parameter(group=_WHERE)] = None,
     workers: Annotated[int, Parameter(group=_WHERE)] = 2,
     reading: LogOptions = DEFAULT_READING,
@@ -62,6 +64,7 @@ def fit_many(
         over: Order for trends and charts: 'name', 'mtime' (time of the file), or a field of --name-pattern.
         baseline: How many of the first devices give the limits of the control charts; 0 for all.
         force: Begin anew where the folder holds a fleet of other settings.
+        json: Print as JSON instead of a table.
         cluster: 'threads' (the default), 'processes', 'local' (Dask here), or tcp://HOST:PORT of a Dask scheduler.
         workers: How many threads or processes; changes no figure.
         reading: How to read the logs.
@@ -75,8 +78,11 @@ def fit_many(
     more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
     fleet = _fitted(logs, out, settings, reading, more)
     report = write_fleet_report(fleet, out / "report.html")
-    _print(fleet)
-    terminal.say(f"Kept in {out}; read {report}")
+    if json:
+        terminal.say_json(_as_json(fleet))
+    else:
+        _print(fleet)
+        terminal.say(f"Kept in {out}; read {report}")
     if fleet.model is None:
         first, why = next(iter(fleet.failed.items()))
         problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
@@ -93,6 +99,25 @@ def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOpt
 
         about: dict[str, Any] = {"device": reading.device or "single", "reading": reading.how(), "progress": show}
         return fit_them(logs, settings.models, out=out, settings=settings, **about, **more)
+
+
+def _as_json(fleet: Fleet) -> dict[str, Any]:
+    from erclutch.wings.fleet.fleet_page import beyond
+
+    parameters = [
+        {
+            "parameter": s.parameter,
+            "unit": s.unit,
+            "median": median(s.value.tolist()),
+            "stands_out": list(s.outliers),
+            "outside_control_limits": list(beyond(s)),
+            "trend": None if s.trend is None else [s.trend.slope, s.trend.low, s.trend.high],
+            "chance": None if s.trend is None else s.trend.chance,
+        }
+        for s in fleet.stands_for
+    ]
+    about = {"devices": fleet.devices, "failed": dict(fleet.failed), "model": fleet.model, "digest": fleet.digest}
+    return {**about, "folder": str(fleet.folder), "parameters": parameters}
 
 
 def _print(fleet: Fleet) -> None:

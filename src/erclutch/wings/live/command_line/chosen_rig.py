@@ -24,11 +24,20 @@ PERIOD = 1e-3  # s
 TWINS = ("twin", "twin-brake")
 
 
-def file_of(model: Path) -> Path:
-    """The file of a model, of a run its recommended one."""
+def file_of(run: Path | None, model: str | None) -> Path | None:
+    """The file of a model of a run, of its recommended one where none is named, or the file that is given itself.
+
+    Raises:
+        SettingError: a model is named, and there is no run that has it.
+    """
     from erclutch.runs.run_folder import read_run
 
-    return read_run(model).model_file() if model.is_dir() else model
+    if run is not None and run.is_dir():
+        return read_run(run).model_file(model)
+    if model is not None:
+        where = "" if run is None else str(run)
+        raise SettingError(f"{model!r} is a model of a run, and no run is given", where=where, remedy="Give --run RUN")
+    return run
 
 
 def rig_of(

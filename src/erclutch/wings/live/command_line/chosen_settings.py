@@ -66,7 +66,7 @@ def supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, 
     asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
     for option, (needs_model, needs_sensor) in asked.items():
         if needs_model and model is None:
-            raise SettingError(f"{option} without a model", remedy=f"Give --model FILE, or leave {option} out")
+            raise SettingError(f"{option} without a model", remedy=f"Give --run RUN, or leave {option} out")
         if needs_sensor and rig.named is not None and not rig.named.sensor:
             problem = f"{option} needs a torque sensor, and this rig has none"
             raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
@@ -123,7 +123,7 @@ def _settings(
 
     names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
     gains = {name: getattr(control, name) for name in names}
-    common: dict[str, Any] = {"derivative": Derivative("kalman", control.bandwidth), "device": device, **gains}
+    common: dict[str, Any] = {"derivative": Derivative("kalman", control.speed_bandwidth), "device": device, **gains}
     common |= _stages(parameters, control)
     if replay is not None:
         largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())

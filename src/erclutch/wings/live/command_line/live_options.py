@@ -8,6 +8,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
+from erclutch.cli import quantities
+from erclutch.cli.quantities import ANGLE, HERTZ, SECONDS, quantity
+
 EVERY_DAY = Group("Every day", sort_key=0)
 TORQUE = Group("Torque control", sort_key=1.1)
 _MOTION = Group("Tracking, impedance, wall", sort_key=1.2)
@@ -42,7 +45,7 @@ class ControlOptions:
 
     program: Annotated[str | None, Parameter(group=EVERY_DAY)] = None
     """Program that runs first. Default: tracking-slow on the twin, rest on hardware, recorded commands in a replay."""
-    motor: Annotated[float, Parameter(group=EVERY_DAY)] = 0.1
+    motor: Annotated[float, quantities.TORQUE, Parameter(group=EVERY_DAY)] = 0.1
     """Constant motor torque of the programs in N m."""
     k_p: Annotated[float, Parameter(group=_MOTION)] = 0.08
     """Tracking gain k_p of equation 23: field per rad."""
@@ -56,30 +59,30 @@ class ControlOptions:
     """Torque control in stages, or by torque_p and torque_i (off). In stages, what the device gives beyond its model
     comes from nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in
     --rig-file. Default: none where there is a model, else off; off with --adapt, --torque-p or --torque-i."""
-    observer_bandwidth: Annotated[float, Parameter(group=TORQUE)] = 20.0
+    observer_bandwidth: Annotated[float, HERTZ, Parameter(group=TORQUE)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
-    torque_lead: Annotated[float, Parameter(group=TORQUE)] = 1.5e-3
+    torque_lead: Annotated[float, SECONDS, Parameter(group=TORQUE)] = 1.5e-3
     """Lead of the wanted torque in s: dead time and lag from command to torque, with --observer."""
-    track_bandwidth: Annotated[float, Parameter(group=_MOTION)] = 0.0
+    track_bandwidth: Annotated[float, HERTZ, Parameter(group=_MOTION)] = 0.0
     """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. It needs --tuned or
     --output-inertia."""
-    stiffness: Annotated[float, Parameter(group=_MOTION)] = 0.1
+    stiffness: Annotated[float, quantity("N*m/rad"), Parameter(group=_MOTION)] = 0.1
     """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
-    damping: Annotated[float, Parameter(group=_MOTION)] = 4.0e-3
+    damping: Annotated[float, quantity("N*m*s/rad"), Parameter(group=_MOTION)] = 4.0e-3
     """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
-    output_inertia: Annotated[float | None, Parameter(group=_MOTION)] = None
+    output_inertia: Annotated[float | None, quantity("kg*m^2"), Parameter(group=_MOTION)] = None
     """Inertia that the model's torque moves, in kg m2, for --track-bandwidth; erclutch tune finds it."""
-    output_friction: Annotated[float, Parameter(group=_MOTION)] = 0.0
+    output_friction: Annotated[float, quantities.TORQUE, Parameter(group=_MOTION)] = 0.0
     """Dry friction of the output in N m, for --track-bandwidth."""
     tuned: Annotated[Path | None, Parameter(group=TORQUE)] = None
     """Settings that erclutch tune wrote; an option with another value than its default goes before them."""
     field_limit: Annotated[float | None, Parameter(group=_RIG)] = None
     """Largest field, in the unit of the rig. Default: that of the supply (the TWIN's 0.5 is 2000 V)."""
-    theta_wrap: Annotated[float, Parameter(group=_RIG)] = 0.0
+    theta_wrap: Annotated[float, ANGLE, Parameter(group=_RIG)] = 0.0
     """Range of the motor's encoder in rad, if its angle starts again at zero."""
-    alpha_wrap: Annotated[float, Parameter(group=_RIG)] = 0.0
+    alpha_wrap: Annotated[float, ANGLE, Parameter(group=_RIG)] = 0.0
     """Range of the output's encoder in rad, if its angle starts again at zero."""
-    bandwidth: Annotated[float, Parameter(group=_RIG)] = 150.0
+    speed_bandwidth: Annotated[float, HERTZ, Parameter(group=_RIG)] = 150.0
     """Bandwidth of the speed filter (kalman) in Hz."""
 
 
@@ -88,7 +91,7 @@ class ControlOptions:
 class LoopOptions:
     """How the loop runs."""
 
-    seconds: Annotated[float | None, Parameter(group=EVERY_DAY)] = None
+    seconds: Annotated[float | None, SECONDS, Parameter(group=EVERY_DAY)] = None
     """End after so many seconds. Default: run until Ctrl-C."""
     headless: Annotated[bool, Parameter(group=EVERY_DAY, negative=())] = False
     """Run without the page."""

@@ -19,7 +19,7 @@ _POLL = 0.05  # s
 _PATIENCE = 3.0  # s
 _ASTRAY = (
     "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
-    "run (--model RUN/models/NAME.json, such as bingham+fnn-16), or a log of this motion (erclutch excite)."
+    "run (--run RUN --model NAME, such as bingham+fnn-16), or a log of this motion (erclutch excite)."
 )
 _NO_SAMPLE = (
     "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"

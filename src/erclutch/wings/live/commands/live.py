@@ -40,7 +40,8 @@ COMMAND = {
 
 def live(
     *,
-    model: Annotated[Path | None, Parameter(group=EVERY_DAY)] = None,
+    run: Annotated[Path | None, Parameter(group=EVERY_DAY)] = None,
+    model: Annotated[str | None, Parameter(group=EVERY_DAY)] = None,
     no_model: Annotated[bool, Parameter(group=EVERY_DAY, negative=())] = False,
     adapt: Annotated[bool, Parameter(group=TORQUE, negative=())] = False,
     explain: Annotated[bool, Parameter(group=EVERY_DAY, negative=())] = False,
@@ -52,7 +53,8 @@ def live(
     """Estimate torque, control, record and watch at 1 kHz, on the digital TWIN or on your rig. Ctrl-C: zero field, end.
 
     Args:
-        model: A run, for its recommended model, or a model's file. Default on the twin: a network, fitted to it once.
+        run: The folder of a run, or a model's JSON file. Default on the twin: a network, fitted to it once.
+        model: Which model of the run; the recommended one by default.
         no_model: Control and record without an estimate.
         adapt: Let a gain and an offset of the model follow the torque sensor; at most 2 % worse in RMSE.
         explain: Only print what the loop does on each event in each of its states.
@@ -77,12 +79,12 @@ def live(
     require(0, 99, priority=loop.priority)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
-        model = model and file_of(model)
+        file = file_of(run, model)
         parameters, (control, tuning) = load_rig(rig.rig_file), tuned(control)
         knows_inertia(control)
-        what, program = rig_of(rig, reading, folder, model, control, loop)
+        what, program = rig_of(rig, reading, folder, file, control, loop)
         device = device_of(what)
-        chosen = None if no_model else model_of(model, rig, what, parameters, output, device, adapt)
+        chosen = None if no_model else model_of(file, rig, what, parameters, output, device, adapt)
         control = supported(control, what, chosen, adapt)
         channels = channels_of_rig(what, device, chosen)
         options = rig, control

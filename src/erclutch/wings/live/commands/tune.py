@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.quantities import HERTZ, TORQUE, quantity
 from erclutch.errors import CheckError, SettingError, require
 from erclutch.files import may_write_file
 
@@ -74,16 +75,17 @@ def tune(
     run: Annotated[Path, Parameter(name="RUN")],
     *,
     model: str | None = None,
-    bandwidth: float = 10.0,
-    torque_bandwidth: float = 20.0,
-    inertia: float | None = None,
-    friction: float | None = None,
+    bandwidth: Annotated[float, HERTZ] = 10.0,
+    torque_bandwidth: Annotated[float, HERTZ] = 20.0,
+    output_inertia: Annotated[float | None, quantity("kg*m^2")] = None,
+    output_friction: Annotated[float | None, TORQUE] = None,
     rig_file: Path | None = None,
     out: Path = Path("tuning"),
     as_: Annotated[
         tuple[Literal["pdf", "png", "svg"], ...], Parameter(name="--as", consume_multiple=True, negative=())
     ] = ("pdf", "svg"),
     force: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Find gains of torque and motion control from the model of a run, with margins, pictures, and a file for live.
 
@@ -92,12 +94,13 @@ def tune(
         model: Which model; it must have a lag. Default: the recommended one, or the best with a lag.
         bandwidth: Wanted of motion in Hz: computed torque, impedance, and equation 23.
         torque_bandwidth: Wanted of the observer of torque control in Hz.
-        inertia: Of the moved side in kg m2. Default: from the run where its output moves, else from the rig file.
-        friction: Dry friction of the moved side in N m. Default: as for the inertia.
+        output_inertia: Of the moved side in kg m2. Default: from the run where its output moves, else of the rig file.
+        output_friction: Dry friction of the moved side in N m. Default: as for the inertia.
         rig_file: A rig file (TOML) with the supply's limits, and inertias that no log shows.
         out: Folder for control.toml (erclutch live --tuned takes it) and the pictures.
         as_: Formats of the pictures: pdf, png or svg.
         force: Replace the files of an earlier tuning.
+        json: Print margins and settings as JSON instead of tables.
     """
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.report.plots.paper_style import placed
@@ -109,14 +112,18 @@ def tune(
     rig, found = load_rig(rig_file), read_run(run)
     chosen = _model(found, model)
     path, slope = torque_path(chosen)
-    mass = _moved_side(found, chosen, rig, inertia, friction)
+    mass = _moved_side(found, chosen, rig, output_inertia, output_friction)
     loops = tuned_loops(path, rig, bandwidth, torque_bandwidth)
     gains = settings_of(path, slope, mass, bandwidth, torque_bandwidth)
-    _show(chosen, path, mass, loops, gains)
+    if json:
+        terminal.say_json(_as_json(chosen, path, mass, loops, gains))
+    else:
+        _show(chosen, path, mass, loops, gains)
     with placed(out / "control.toml") as partial:
         partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
     pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
-    terminal.say(out / "control.toml", *pictures)
+    if not json:
+        terminal.say(out / "control.toml", *pictures)
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------
@@ -193,8 +200,8 @@ def _moved_side(
     if inertia is not None or friction is not None:
         where = "options" if None not in (inertia, friction) else f"options; {where}"
     found = values[0] if inertia is None else inertia, values[1] if friction is None else friction
-    require(1e-9, unit=" kg m2", inertia=found[0])
-    require(0.0, unit=" N m", friction=found[1])
+    require(1e-9, unit=" kg m2", output_inertia=found[0])
+    require(0.0, unit=" N m", output_friction=found[1])
     return (*found, where)
 
 
@@ -290,6 +297,26 @@ def settings_of(
 
 
 # --- what is told -----------------------------------------------------------------------------------------------------
+
+
+def _as_json(
+    model: Model, path: TorquePath, mass: tuple[float, float, str], loops: list[TunedLoop], gains: Mapping[str, float]
+) -> dict[str, Any]:
+    margins = [
+        {
+            "loop": one.name,
+            "bandwidth": one.bandwidth,
+            "largest": one.largest,
+            "by": one.limit,
+            "phase_deg": one.margins.phase,
+            "delay_s": one.margins.delay,
+            "sensitivity": one.margins.sensitivity,
+        }
+        for one in loops
+    ]
+    moved = {"inertia": mass[0], "friction": mass[1], "from": mass[2]}
+    settings = {name: gains[name] for name in TUNED}
+    return {"model": model.name, "lag_s": path.lag, "moved_side": moved, "margins": margins, "settings": settings}
 
 
 def _show(

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import require
 from erclutch.files import may_write_file
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
@@ -27,10 +28,10 @@ def calibrate_twin(
     log: Annotated[Path | None, Parameter(name="LOG")] = None,
     *,
     out: Path = Path("rig.toml"),
-    parameters: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
-    rig: Path | None = None,
+    vary: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
+    rig_file: Path | None = None,
     seed: int = 1,
-    seconds: float = 60.0,
+    seconds: Annotated[float, SECONDS] = 60.0,
     evaluations: int = 480,
     workers: int = 2,
     force: Annotated[bool, Parameter(negative=())] = False,
@@ -44,8 +45,8 @@ def calibrate_twin(
     Args:
         log: A log of the pair.
         out: Rig file to write.
-        parameters: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
-        rig: A rig file (TOML) to start from.
+        vary: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
+        rig_file: A rig file (TOML) to start from.
         seed: Seed of the search and, without a log, of the twin's runs.
         seconds: Rig time of the training run in each evaluation, without a log.
         evaluations: How many rigs the wide search tries (CMA-ES).
@@ -63,9 +64,9 @@ def calibrate_twin(
     require(0, seed=seed)
     require(1, workers=workers)
     may_write_file(out, force)
-    start = load_rig(rig)
+    start = load_rig(rig_file)
     target = _target(log, seed, seconds, replace(reading, device="coaxial"))
-    names = parameters or _open(start, log is not None)
+    names = vary or _open(start, log is not None)
     journal = out.with_suffix(".journal")
     terminal.tell(
         f"TWIN: {evaluations} rigs are simulated, then some more. At the defaults this takes one to ten minutes. "
@@ -82,7 +83,7 @@ def calibrate_twin(
     write_rig(out, found.rig, _about(found, target))
     journal.unlink(missing_ok=True)
     _print(found)
-    terminal.say(f"{out}: use it with --rig {out}")
+    terminal.say(f"{out}: use it with --rig-file {out}")
 
 
 def _target(log: Path | None, seed: int, seconds: float, reading: LogOptions) -> CalibrationTarget:

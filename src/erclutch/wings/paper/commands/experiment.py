@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
 from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import WARMING
@@ -35,9 +36,9 @@ _RIVALS = ("rbfn-50", "rbfm-10/forward", "hem/forward", "seo-seo/forward", "bing
 def experiment(
     name: Annotated[str | None, Parameter(name="NAME")] = None,
     *,
-    model: Path | None = None,
+    run: Path | None = None,
     out: Path = Path("experiments"),
-    seconds: float | None = None,
+    seconds: Annotated[float | None, SECONDS] = None,
     seed: int = 0,
     seeds: int = 20,
     real_time: Annotated[bool, Parameter(negative=())] = False,
@@ -48,7 +49,8 @@ def experiment(
     Args:
         name: Which experiment; "all" runs those of the paper one after another; "control", "impedance" and "wall"
             judge torque control, the pair as a spring and a damper, and the wall of a brake.
-        model: A model's file; default: fnn-16, fitted to the twin once. It must be memoryless or have a lag.
+        run: A run, for its recommended model, or a model's JSON file; default: fnn-16, fitted to the twin once. It must
+            be memoryless or have a lag.
         out: Folder for the figures and their numbers.
         seconds: Length in place of the experiment's own.
         seed: Seed of the commands and the noise.
@@ -67,8 +69,8 @@ def experiment(
         terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
         return
     if name in ("control", "impedance", "wall"):
-        if model is not None or seconds is not None or seed or real_time:
-            problem = f"experiment {name} takes no --model, --seconds, --seed or --real-time"
+        if run is not None or seconds is not None or seed or real_time:
+            problem = f"experiment {name} takes no --run, --seconds, --seed or --real-time"
             raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
         _over_seeds(name, seeds, rig_file, out)
         return
@@ -77,7 +79,7 @@ def experiment(
         left_out = [n for n in names if EXPERIMENTS[n].encoders]
         names = [n for n in names if n not in left_out]
         terminal.tell(f"left out, for it does not run in real time: {', '.join(left_out)}")
-    run_online(names, model, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
+    run_online(names, run, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
 
 
 def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
@@ -156,7 +158,7 @@ def _hand_table(name: HandName, runs: list[ControlRun], seeds: int) -> Table:
 
 def run_online(
     names: Sequence[str],
-    model: Path | None,
+    of_run: Path | None,
     rig_file: Path | None,
     out: Path,
     options: dict[str, Any],
@@ -164,13 +166,14 @@ def run_online(
 ) -> None:
     """Run experiments, print their figures and draw those of the paper, or only one of them."""
     from erclutch.models.load import load_model
+    from erclutch.wings.live.command_line.chosen_rig import file_of
     from erclutch.wings.live.live_model import live_model
     from erclutch.wings.paper.online import EXPERIMENTS, run
     from erclutch.wings.paper.online_figures import FIGURE_OF
     from erclutch.wings.rig.twin_model import twin_models
 
     rig = load_rig(rig_file)
-    first = twin_models(rig, ("fnn-16",), terminal.console())[0] if model is None else model
+    first = file_of(of_run, None) or twin_models(rig, ("fnn-16",), terminal.console())[0]
     options["rig_file"] = "" if rig_file is None else str(rig_file.resolve())
     chosen = live_model(first, "coaxial")
     for name in names:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import RunError, SettingError, require
 from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
@@ -42,16 +43,16 @@ _Options = tuple[tuple[str, Any], ...]
 
 
 def reproduce(
-    what: What,
+    what: Annotated[What, Parameter(name="WHAT")],
     *,
     log: tuple[Path, ...] = (),
-    test: Path | None = None,
+    test_log: Path | None = None,
     zero_field: Path | None = None,
     zero_motion: Path | None = None,
     out: Path = Path("reproduced"),
-    seconds: float | None = None,
+    seconds: Annotated[float | None, SECONDS] = None,
     seed: int = 0,
-    rig: Path | None = None,
+    rig_file: Path | None = None,
     polish: Annotated[bool, Parameter(negative=())] = False,
     cluster: str | None = None,
     workers: int = 2,
@@ -64,13 +65,13 @@ def reproduce(
             log), fig4 (RBFN: spread and neurons), fig5 (FNN: neurons), fig6 (what each approach estimates), kernels
             (RBFM); fig7 to fig13 (the live loop, on the TWIN alone).
         log: Your training log, in place of the twin.
-        test: Your test log; default: the last 30 % of the training log.
+        test_log: Your test log; default: the last 30 % of the training log.
         zero_field: Your log without field, for table3.
         zero_motion: Your log with the output held, for table3.
         out: Folder for figures and numbers; a sweep and the table of memory resume from what is there.
         seconds: Rig time of the twin's training run, 290 s if not given, or of an experiment of the live loop.
         seed: Seed of the twin's runs and of the networks' starts.
-        rig: A rig file (TOML) for the twin.
+        rig_file: A rig file (TOML) for the twin.
         polish: Train networks longer, and on all rows at the end, not only on centroids.
         cluster: Where points of fig4, fig5 and kernels run: threads (default), processes, local (Dask here), or
             tcp://HOST:PORT of a Dask scheduler whose workers see the logs under the same paths.
@@ -83,19 +84,19 @@ def reproduce(
     if what in _ONLINE:
         from erclutch.wings.paper.commands.experiment import run_online
 
-        run_online([_ONLINE[what]], None, rig, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        run_online([_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
         return
     seconds = _TRAINING if seconds is None else seconds
-    twin = (("what", what), ("rig", rig), ("seed", seed), ("seconds", seconds))
+    twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
     if what == "fig3":
-        _training_section(log, out, seconds, seed, rig, reading)
+        _training_section(log, out, seconds, seed, rig_file, reading)
         return
-    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test}, reading, twin)
+    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test_log}, reading, twin)
     if what in ("fig4", "fig5", "kernels"):
         with task_pool(cluster, workers) as pool:
             _sweep(what, recipe, pool, out, seed)
     else:
-        _fitted(what, recipe, out, seed, polish, rig)
+        _fitted(what, recipe, out, seed, polish, rig_file)
 
 
 def _fitted(what: What, recipe: RunsRecipe, out: Path, seed: int, polish: bool, rig: Path | None) -> None:

@@ -25,9 +25,9 @@ def flowcurve(
     files: Annotated[tuple[Path, ...], Parameter(name="FILE", negative=())],
     *,
     laws: _Names = (),
-    rate: str | None = None,
+    shear_rate: str | None = None,
     stress: _Names = (),
-    test: _Names = (),
+    sheet: _Names = (),
     parameters: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
@@ -40,9 +40,9 @@ def flowcurve(
         files: Any log format, workbooks with several sheets, exports of rheometers with several tests; or pairs of
             columns with a label over each pair.
         laws: Which laws to fit. Default: all laws that have a meaning at one field.
-        rate: The column of shear rates with its unit, such as "D [1/min]". Default: by name and unit.
+        shear_rate: The column of shear rates with its unit, such as "D [1/min]". Default: by name and unit.
         stress: Columns of shear stress or viscosity with their units, such as "tau [kPa]". Default: by name and unit.
-        test: Sheets or tests of the file, by name or number. Default: all that hold a flow curve.
+        sheet: Sheets or tests of the file, by name or number. Default: all that hold a flow curve.
         parameters: Also print the chosen law's parameters with intervals.
         json: Print everything as JSON.
     """
@@ -52,7 +52,7 @@ def flowcurve(
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
     chosen = laws or FLOW_LAWS
-    read = [(path.name, read_flow_curves(path, rate=rate, stress=stress, tests=test)) for path in files]
+    read = [(path.name, read_flow_curves(path, rate=shear_rate, stress=stress, tests=sheet)) for path in files]
     curves = [(name, curve) for name, file in read for curve in file.curves]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:

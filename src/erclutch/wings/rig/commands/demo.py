@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import RunError, require
 from erclutch.files.places import is_there, release, reserve
 
@@ -50,7 +51,7 @@ _MEANINGS = {
 
 def demo(
     *,
-    seconds: float = 290.0,
+    seconds: Annotated[float, SECONDS] = 290.0,
     seed: int = 0,
     out: Path = Path("erclutch-demo"),
     open_: Annotated[bool, Parameter(name="--open", negative=())] = False,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE
 from erclutch.errors import SettingError, require
 from erclutch.files import may_write_file
 
@@ -24,13 +25,13 @@ COMMAND = {
 def excite(
     *,
     out: Path = Path("commands.csv"),
-    seconds: float = 290.0,
+    seconds: Annotated[float, SECONDS] = 290.0,
     seed: int = 0,
-    rate: float = 1000.0,
+    rate: Annotated[float, HERTZ] = 1000.0,
     largest: float = 0.5,
-    lowest: float = 2.0,
-    highest: float = 100.0,
-    torque: Annotated[tuple[float, float], Parameter(negative=())] = (0.04, 0.15),
+    lowest: Annotated[float, HERTZ] = 2.0,
+    highest: Annotated[float, HERTZ] = 100.0,
+    torque: Annotated[tuple[float, float], TORQUE, Parameter(negative=())] = (0.04, 0.15),
     force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Write the commands of section III-B: pseudorandom square and sine fields, pseudorandom square motor torque.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
 from erclutch.files import may_write_file
 
@@ -25,9 +26,9 @@ def simulate(
     scenario: Annotated[str | None, Parameter(name="SCENARIO")] = None,
     *,
     out: Path | None = None,
-    seconds: float | None = None,
+    seconds: Annotated[float | None, SECONDS] = None,
     seed: int = 0,
-    rig: Path | None = None,
+    rig_file: Path | None = None,
     force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Run one of the paper's scenarios on the digital TWIN and write the log. Without a scenario: list them.
@@ -37,7 +38,7 @@ def simulate(
         out: Log to write: .parquet, .csv or .mat. Default: SCENARIO.parquet.
         seconds: Rig time; default: the scenario's own.
         seed: Seed of the commands and the noise.
-        rig: A rig file (TOML) with what differs from the default rig.
+        rig_file: A rig file (TOML) with what differs from the default rig.
         force: Replace a file that is there.
     """
     from erclutch.wings.rig.twin.parameters import load_rig
@@ -46,10 +47,10 @@ def simulate(
     if scenario is None:
         rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
         terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
-        if out or seconds or seed or rig:
+        if out or seconds or seed or rig_file:
             raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
         return
-    run = prepare(scenario, rig=load_rig(rig), seconds=seconds, seed=seed)
+    run = prepare(scenario, rig=load_rig(rig_file), seconds=seconds, seed=seed)
     path = out or Path(f"{scenario}.parquet")
     may_write_file(path, force)
     collect(run, path)

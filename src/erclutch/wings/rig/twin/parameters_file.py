@@ -14,7 +14,7 @@ from erclutch.wings.rig.twin.parameters import SECTIONS, ParameterEntry, RigPara
 _HEADER = """\
 # A rig: two coaxial ER clutches on a ball screw, as in Huang and Ishikawa. For the digital TWIN, not a measurement.
 #
-# Copy this file, change what differs on your rig, and give it with --rig my.toml. A file may hold only what it changes.
+# Copy this file, change what differs on your rig, give it as --rig-file my.toml. A file may hold only what it changes.
 # source: paper (the article), catalogue (a data sheet), assumed (a plausible value), calibrated (see [calibration]),
 # given (by a user's file). range: plausible values, and the limits of a calibration. Of a calibrated value: start,
 # where the search and its prior began, and its 95 % interval.

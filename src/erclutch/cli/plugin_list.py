@@ -1,27 +1,12 @@
-"""``erclutch plugins`` lists what the registry finds, and the package that each plug-in comes from."""
+"""All that the registry finds is listed, with the package that each plug-in comes from."""
 
 from __future__ import annotations
 
-from json import dumps
-from typing import Annotated
-
-from cyclopts import Parameter
-
 from erclutch.cli import terminal
 
-COMMAND = {
-    "help": "List laws, readers, stages, targets and rigs, with the packages that bring them.",
-    "panel": "About",
-    "place": 2,
-}
 
-
-def plugins(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
-    """List commands, laws, readers, stages, targets and rigs: erclutch's own, and those of installed packages.
-
-    Args:
-        json: Print as JSON.
-    """
+def list_plugins(*, json: bool) -> None:
+    """Print commands, laws, readers, stages, targets and rigs: erclutch's own, and those of installed packages."""
     from erclutch import registry
     from erclutch.errors import PluginError
 
@@ -38,7 +23,7 @@ def plugins(*, json: Annotated[bool, Parameter(negative=())] = False) -> None:
         for plugin in (*registry.plugins(group), *registry.hidden(group))
     ]
     if json:
-        print(dumps([{**plugin.to_dict(), "problem": problem} for plugin, problem in found], indent=1))
+        terminal.say_json([{**plugin.to_dict(), "problem": problem} for plugin, problem in found])
         return
     table = terminal.table("Plug-ins", ["group", "name", "package", "problem"], [], left=4)
     for plugin, problem in found:
