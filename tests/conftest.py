@@ -149,3 +149,15 @@ def pinned(request: pytest.FixtureRequest) -> Callable[..., None]:
             assert found == kept[key]  # pytest shows where they differ
 
     return check
+
+
+@pytest.fixture(autouse=True)
+def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
+    """Messages are written with a shell's options, and tests look at them so; `tests/test_errors.py` at Python's."""
+    from erclutch.errors import for_a_shell
+
+    if "python_words" in request.fixturenames:
+        yield
+        return
+    with for_a_shell():
+        yield

@@ -6,9 +6,11 @@ The command line prints ``str(error)`` and exits with ``error.exit_code``; nothi
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 
 class ErclutchError(Exception):
@@ -34,11 +36,61 @@ class ErclutchError(Exception):
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
-        return printable(f"{place}{self.problem}. {self.remedy}.")
+        return printable(worded(f"{place}{self.problem}. {self.remedy}."))
 
 
 def _again(kind: type[ErclutchError], problem: str, remedy: str, where: str) -> ErclutchError:
     return kind(problem, remedy=remedy, where=where)
+
+
+@dataclass
+class _Interface:
+    """Whom messages are for: a shell, or Python."""
+
+    shell: bool = False
+
+
+_INTERFACE = _Interface()
+
+#: An option of a message, with its value where one follows: quoted, a number, a name in capitals, a known word, or what
+#: holds a sign of a name such as ``lag+dahl``. Any other word that follows belongs to the sentence.
+_OPTION = re.compile(
+    r"--(?P<name>[A-Za-z][\w-]*)"
+    r"(?:[ =](?P<value>'[^']*'|\"[^\"]*\"|-?[\dA-Z](?:[\w.*/+]*\w)?|[.,](?= for)|[\w./-]*[+/][\w+/.-]*\w"
+    r"|(?:all|auto|central|coaxial|difference|drop|error|float32|float64|kalman|lowpass|none|savgol|single)\b))?"
+)
+#: Options whose names in Python are others; "" where Python has the value alone, as the name of a folder.
+_IN_PYTHON = {"from": "begin", "until": "end", "out": "", "to": "", "run": ""}
+_DROPPED = re.compile(r"--(?:out|to|run) (?=[a-z])")
+_SWITCHES = ("adapt", "alarms", "force", "keep-values", "polish")
+
+
+@contextmanager
+def for_a_shell() -> Generator[None]:
+    """Messages name options as a shell takes them: ``--rate '1000 Hz'``; else as Python does: ``rate='1000 Hz'``."""
+    before, _INTERFACE.shell = _INTERFACE.shell, True
+    try:
+        yield
+    finally:
+        _INTERFACE.shell = before
+
+
+def worded(text: str) -> str:
+    """A message, which is written in a shell's words, in the words of the interface that shows it."""
+    return text if _INTERFACE.shell else _OPTION.sub(_as_argument, _DROPPED.sub("", text))
+
+
+def _as_argument(option: re.Match[str]) -> str:
+    name, value = option["name"], option["value"]
+    argument = _IN_PYTHON.get(name, name.replace("-", "_"))
+    if not argument:
+        return value or name
+    if name in _SWITCHES:
+        return f"{argument}=True"
+    if value is None:
+        return f"{argument}="
+    plain = value[0] in "'\"" or value.isupper() or re.fullmatch(r"-?[\d.]+", value)
+    return f"{argument}={value}" if plain else f"{argument}={value!r}"
 
 
 def printable(text: str) -> str:

@@ -196,3 +196,16 @@ def test_settings_of_python_are_as_strict() -> None:
     assert _number("--theta-wrap", "360deg", "rad", "") == pytest.approx(6.283185307)
     with pytest.raises(SettingError, match="no quantity in Hz"):
         _number("--cutoff", "150 rad/s", "Hz", "")
+
+
+def test_the_command_of_a_report_has_options_that_there_are() -> None:
+    from dataclasses import fields
+
+    from erclutch.cli.options import LogOptions
+    from erclutch.report.html.provenance_section import command_of
+
+    reading = {field.name: "x" for field in fields(LogOptions)}
+    body = {"reading": reading, "logs": [], "recalibration": {"run": "r", "model": "m", "share": 0.5, "stretches": 1}}
+    known = options()
+    given = [word.partition("=")[0] for word in command_of(body).split() if word.startswith("--")]
+    assert [word for word in given if word not in known and word != "--out"] == []

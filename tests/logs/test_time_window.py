@@ -84,7 +84,7 @@ def test_a_window_with_too_few_rows(log: Recording, window: dict[str, float], pr
     with pytest.raises(SettingError) as caught:
         within(log, **window)
     assert caught.value.problem == problem
-    remedy = "The log goes from 5 s to 6.99 s: widen --from, --to or --skip"
+    remedy = "The log goes from 5 s to 6.99 s: widen --from, --until or --skip"
     assert caught.value.remedy == (remedy if "rows" in problem else "Give the time to leave out, 0 or more")
     with pytest.raises(SettingError) as caught:
         list(batches_within(in_batches(log, 25, 3), **window))

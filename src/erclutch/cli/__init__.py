@@ -12,7 +12,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.cli.standard_output import standard_output
-from erclutch.errors import ErclutchError, of_missing_wing
+from erclutch.errors import ErclutchError, for_a_shell, of_missing_wing
 from erclutch.files.places import release_all
 
 #: The software and the paper whose models it implements, as in CITATION.cff.
@@ -130,7 +130,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """
     words = sys.argv[1:] if words is None else words
     _end_by_signals()
-    with standard_output() as output:
+    with standard_output() as output, for_a_shell():
         code = _code_of(words)
         output.flush()
     if output.failure is None or output.unheard:

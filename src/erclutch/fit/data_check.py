@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import CheckError, shell_word
+from erclutch.errors import CheckError, shell_word, worded
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
@@ -62,7 +62,7 @@ class Finding:
     remedy: str
 
     def __str__(self) -> str:
-        return f"{self.message}. {self.remedy}."
+        return worded(f"{self.message}. {self.remedy}.")
 
 
 def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
@@ -306,7 +306,7 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
                 f"on while the {'effort' if name == 'slip' else 'slip'} moves: its sensor may have been stuck"
             )
             return Finding(
-                "warning", name, message, "Leave that stretch out with --from and --to, and check the sensor"
+                "warning", name, message, "Leave that stretch out with --from and --until, and check the sensor"
             )
     return None
 

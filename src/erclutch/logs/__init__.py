@@ -20,6 +20,7 @@ from erclutch.errors import placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
+from erclutch.logs.keywords import finished, new_rate, options_of, window_of
 from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
@@ -63,6 +64,7 @@ def read(
     variable: str | None = None,
     mapping_file: str | Path | None = None,
     table: Table | None = None,
+    **options: Any,
 ) -> Recording:
     """Read a log as a Recording in SI units.
 
@@ -79,19 +81,27 @@ def read(
         variable: which recording of a file that holds several: variable, group, sheet, topic.
         mapping_file: a mapping file in place of the one beside the log.
         table: the log as `read_table` gave it, where that was called before; the file is not read again.
+        **options: what the options of ``erclutch fit`` say, by their names: a column for a signal or the time
+            (``field="current [A]"``), and rate, lead, constant, scale, input, name_pattern, decimal, keep_values; also
+            begin, end and skip of a window in time, and resample. They win over the mapping.
 
     Raises:
+        SettingError: a window or a rate that the log cannot have.
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
+    said = options_of(options)
+    named = map_over(mapping, None)
+    given = ColumnMap.from_options(said).over(named) if said else named
     if isinstance(path, str | Path):
-        told = map_over(mapping, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+        told = map_over(given, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
         if table is None:
             table = read_table(path, variable=variable or told.variable, decimal=told.decimal)
     else:
-        told = map_over(mapping, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
+        told = map_over(given, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
         table = table_of(path)
-    return apply(plan_of(table, told, device=device, invalid=invalid), table)
+    log = apply(plan_of(table, told, device=device, invalid=invalid), table)
+    return finished(log, window_of(said), new_rate(said))
 
 
 def read_all(

@@ -10,10 +10,10 @@ from typing import Any
 from erclutch.errors import SettingError
 from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
 from erclutch.logs.batches import WHOLE_FILE
+from erclutch.logs.keywords import Window, finished, new_rate, window_of
 from erclutch.logs.plan import Invalid
-from erclutch.logs.resample import rate_of, resampled
 from erclutch.logs.table import Table
-from erclutch.logs.time_window import batches_within, seconds_of, within
+from erclutch.logs.time_window import batches_within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
@@ -40,7 +40,7 @@ class Reading:
     variable: str | None = None
     derivative: Derivative = field(default_factory=Derivative)
     rows: int = 65_536
-    window: tuple[float | None, float | None, float | None] = (None, None, None)
+    window: Window = (None, None, None)
     rate: float | None = None
 
     @classmethod
@@ -50,8 +50,6 @@ class Reading:
         Raises:
             MappingError: a signal that is none. SettingError: a time or a rate that is none.
         """
-        times = (("from", "begin"), ("to", "end"), ("skip", "skip"))
-        begin, end, skip = (seconds_of(name, options[key]) if key in options else None for name, key in times)
         return cls(
             ColumnMap.from_options(options, source),
             options.get("map"),
@@ -59,8 +57,8 @@ class Reading:
             derivative=Derivative(
                 *(options.get(k, usual) for k, usual in (("derivative", "savgol"), ("cutoff", 150.0), ("window", 5)))
             ),
-            window=(begin, end, skip),
-            rate=rate_of(options["resample"]) if "resample" in options else None,
+            window=window_of(options),
+            rate=new_rate(options),
         )
 
     def read(self, path: str | Path, device: DeviceName | None, table: Table | None = None) -> list[Recording]:
@@ -81,8 +79,7 @@ class Reading:
         Raises:
             SettingError: a window or a rate that it cannot have.
         """
-        log = within(log, *self.window)
-        return log if self.rate is None else resampled(log, self.rate)
+        return finished(log, self.window, self.rate)
 
     @property
     def divisible(self) -> bool:

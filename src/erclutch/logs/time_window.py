@@ -100,5 +100,5 @@ def _require(rows: int, name: str, window: tuple[float, float], whole: tuple[flo
     if rows < MINIMUM_ROWS:
         until = f" and up to {window[1]:g} s" if window[1] < whole[1] else ""
         problem = f"{rows} rows lie from {window[0]:g} s on{until}, {MINIMUM_ROWS} are needed"
-        remedy = f"The log goes from {whole[0]:.6g} s to {whole[1]:.6g} s: widen --from, --to or --skip"
+        remedy = f"The log goes from {whole[0]:.6g} s to {whole[1]:.6g} s: widen --from, --until or --skip"
         raise SettingError(problem, where=name, remedy=remedy)

@@ -60,7 +60,7 @@ def setting_text(value: Any) -> str:
     return str(value)
 
 
-_SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T"}
+_SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T", "begin": "from", "end": "until"}
 
 
 def command_of(body: Mapping[str, Any]) -> str:

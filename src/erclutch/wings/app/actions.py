@@ -41,7 +41,7 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("scale", "what a sensor in volts means", "effort=2.5 N*m/V"),
     ("variable", "which recording of a file that holds several", "all"),
     ("from", "take the log from this time on", "2s"),
-    ("to", "take it up to this time", "60s"),
+    ("until", "take it up to this time", "60s"),
     ("skip", "leave out so much at the start", "2s"),
     ("invalid", "what to do with missing values: error or drop", "drop"),
     ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
@@ -108,6 +108,7 @@ class Chosen:
             mapping |= {"time": self.columns["time"]} if "time" in self.columns else {}
         given = {"device": self.device if self.device != "single" else None}
         given |= {"variable": texts.get("variable"), "invalid": texts.get("invalid"), "mapping_file": texts.get("map")}
+        given |= {name: texts.get(option) for option, name in (("from", "begin"), ("until", "end"), ("skip", "skip"))}
         more = "".join(f", {key}={value!r}" for key, value in given.items() if value is not None)
         return (f", {mapping!r}" if mapping else "") + more
 
@@ -141,7 +142,7 @@ def query_of(run: Mapping[str, Any]) -> str:
     device = str(run["device"])
     form = {f"given.{s}": reading[s.lower()] for s in ASKED.get(device, ()) if s.lower() in reading}
     for option, _, _ in READING:
-        value = reading.get({"from": "begin", "to": "end"}.get(option, option), "")
+        value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
         form[option] = value[0] if isinstance(value, list | tuple) and value else value
     form = {key: str(value) for key, value in form.items() if value and key != "map"}
     return urlencode({"device": device, **form})
@@ -201,8 +202,6 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
     compared = f"erclutch.compare(erclutch.build_dataset(logs{device}), erclutch.Settings({settings}))"
     kept = f"erclutch.write_run({run!r}, comparison, logs)"
-    cut = ", ".join(option for option in ("from", "to", "skip") if option in chosen.texts)
-    kept += f"\n# without {cut}: erclutch.read takes a log whole" if cut else ""
     return f"import erclutch\n\nlogs = [\n{reads}]\ncomparison = {compared}\n{kept}\n"
 
 
