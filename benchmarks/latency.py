@@ -32,10 +32,12 @@ from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.compilers import EXACT, native
 from erclutch.export.targets.c import write_core
 from erclutch.export.targets.python import compile_model
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
+from erclutch.models.model import Range
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
 

@@ -13,8 +13,8 @@ from task import Fit, Task
 from watch import Predict
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
-from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Reference, Structure
 
 Array = NDArray[np.float64]
 

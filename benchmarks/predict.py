@@ -11,9 +11,9 @@ from typing import Any
 
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import is_network, network_from_name
+from erclutch.models.structure import Structure
 from erclutch.wings.paper.tables import twin_runs
 
 NAMES = ("bingham", "hem", "seo-seo", "rbfm-10", "rbfn-50", "fnn-16", "fnn-10-6")

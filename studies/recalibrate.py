@@ -16,9 +16,9 @@ import numpy as np
 import erclutch
 from erclutch.fit.recalibration import AS_IT_IS
 from erclutch.logs.dataset import Dataset, joined
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import Model
+from erclutch.models.structure import Structure
 from erclutch.runs.recalibrated_run import seen_rows
 from erclutch.wings.rig.twin.parameters import default_rig
 from erclutch.wings.rig.twin.scenarios import prepare

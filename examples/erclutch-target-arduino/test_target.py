@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from erclutch.export import export_model, verify_export
-from erclutch.models.law_model import Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import Range
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.device import Units
 
 

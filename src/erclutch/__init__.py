@@ -27,11 +27,12 @@ if TYPE_CHECKING:
     from erclutch.fit.recalibration import Recalibration, recalibrate
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
     from erclutch.logs.dataset import Dataset, build_dataset, hold_out
-    from erclutch.models.law_model import Structure, TorqueModel
+    from erclutch.models.law_model import TorqueModel
     from erclutch.models.laws import law_from_name
     from erclutch.models.load import load_model
     from erclutch.models.networks import NetworkStructure, network_from_name
     from erclutch.models.networks.network_model import NetworkModel
+    from erclutch.models.structure import Structure
     from erclutch.runs.new_rows import predict, score
     from erclutch.runs.run_folder import read_run, write_run
     from erclutch.signals.recording import Recording
@@ -63,7 +64,8 @@ _HOMES = {
     "models.laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
     "wings.align.aligned_logs": ("align",),
-    "models.law_model": ("Structure", "TorqueModel"),
+    "models.law_model": ("TorqueModel",),
+    "models.structure": ("Structure",),
     "models.networks": ("NetworkStructure", "network_from_name"),
     "models.networks.network_model": ("NetworkModel",),
     "fit.networks.fit_network": ("fit_network",),

@@ -34,11 +34,11 @@ from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import learn, scaling_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
 from erclutch.models.stages import stages_of
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Units, elements_of
 

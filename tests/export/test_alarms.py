@@ -225,8 +225,10 @@ def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:
 
 @cache
 def _single() -> ExportedStep:
-    from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+    from erclutch.models.law_model import TorqueModel
     from erclutch.models.laws import law_from_name
+    from erclutch.models.model import Range
+    from erclutch.models.structure import Reference, Structure
     from erclutch.signals.device import Units
 
     structure = Structure("single", "bingham", law_from_name("bingham", "single"))

@@ -6,8 +6,8 @@ import pytest
 
 from erclutch.fit.laws.fit_law import MANY_ROWS, fit_structure
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from tests.support.pair import pair_rows
 
 

@@ -17,9 +17,9 @@ from erclutch.errors import SettingError
 from erclutch.estimators import FnnRegressor, LawRegressor, RbfnRegressor
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import ladder, law_from_name
 from erclutch.models.networks import network_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from tests.support.pair import pair_rows
 

@@ -11,8 +11,9 @@ from scipy.signal import lfilter
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

@@ -12,9 +12,9 @@ from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.prediction_bands import LEVEL, calibrated, coverage
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import network_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

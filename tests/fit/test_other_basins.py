@@ -12,8 +12,8 @@ from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.variable_projection import Separable, coordinates, jacobian, parameters, project
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

@@ -33,8 +33,8 @@ from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.adaptive_band import adapted
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
 from tests.support.pinning import Pinned, summed, told

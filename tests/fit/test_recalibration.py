@@ -19,11 +19,12 @@ from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.fit.recalibration import AS_IT_IS, _blocks, _change, _surely, _ways, recalibrate
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import Model
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualStructure
+from erclutch.models.structure import Structure
 from erclutch.runs.recalibrated_run import _adapted
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

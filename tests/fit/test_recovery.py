@@ -49,8 +49,8 @@ def test_the_study_has_every_stage() -> None:
 
 
 def test_the_truth_lies_well_inside_its_bounds() -> None:
-    from erclutch.models.law_model import Structure
     from erclutch.models.laws import law_from_name
+    from erclutch.models.structure import Structure
 
     for truth in study.TRUTHS.values():
         structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)

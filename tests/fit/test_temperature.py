@@ -15,9 +15,11 @@ from erclutch.fit.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.logs import read
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure, TorqueModel, in_user_units, model_from_dict
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.laws import law_from_name
 from erclutch.models.model_file import digest_of
+from erclutch.models.parameter_units import in_user_units
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

@@ -15,9 +15,9 @@ from erclutch.fit.data_check import check
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import CELLS, Range
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

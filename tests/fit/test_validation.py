@@ -14,9 +14,9 @@ from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.fit.validation import _in_question, parts_of_training
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.stages import slip_stages
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 
 PERIOD = 5e-3

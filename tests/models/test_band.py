@@ -15,10 +15,12 @@ from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Record
 from erclutch.errors import RunError
 from erclutch.models.band import Band
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
+from erclutch.models.model import Range
 from erclutch.models.model_file import digest_of
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

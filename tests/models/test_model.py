@@ -12,20 +12,14 @@ import pytest
 
 from erclutch.errors import ErclutchError, RunError
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import (
-    Range,
-    Reference,
-    Structure,
-    TorqueModel,
-    in_user_units,
-    model_from_dict,
-    unit_text,
-)
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import Dimension
 from erclutch.models.load import load_model
-from erclutch.models.model import margins
+from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
+from erclutch.models.parameter_units import in_user_units, unit_text
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
 

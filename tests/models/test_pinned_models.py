@@ -15,15 +15,16 @@ import pytest
 from erclutch.models.band import Band, centres
 from erclutch.models.covered_cells import CoveredCells, cells_of
 from erclutch.models.gain_tracking import BASE, tracking_of
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, model_from_dict
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.laws import at_one_field, families, ladder, law_from_name, shown_laws
 from erclutch.models.laws.symbolic import equation_latex
-from erclutch.models.model import margins
+from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import NetworkModel, Scaling, network_from_dict, table_shapes
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
 from erclutch.models.stages import canonical, remembers, shown_stages, stage_equations, stages_of
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

@@ -16,13 +16,14 @@ import pytest
 
 from erclutch.export.monotone import apart, sides
 from erclutch.models.covered_cells import CoveredCells
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
-from erclutch.models.model import Model
+from erclutch.models.model import Model, Range
 from erclutch.models.networks import network_from_name
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
 from erclutch.models.stages import stages_of
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.recording import TEMPERATURE
 

@@ -27,8 +27,11 @@ from threadpoolctl import threadpool_limits
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Range, Structure, TorqueModel, in_user_units
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
+from erclutch.models.model import Range
+from erclutch.models.parameter_units import in_user_units
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

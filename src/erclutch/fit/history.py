@@ -17,9 +17,9 @@ from erclutch.fit.data_check import Finding
 from erclutch.fit.ladder import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Reference
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
+from erclutch.models.structure import Reference
 from erclutch.signals.array import Array, Mask
 
 #: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.

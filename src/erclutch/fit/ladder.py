@@ -21,10 +21,10 @@ from erclutch.fit.laws.variable_projection import Separable, coordinates, outer_
 from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Mask
 from erclutch.signals.recording import TEMPERATURE
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Range
-from erclutch.models.model import CELLS
+from erclutch.models.model import CELLS, Range
 from erclutch.signals.array import Array
 
 

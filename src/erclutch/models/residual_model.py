@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
-from erclutch.models.law_model import Structure, TorqueModel, model_from_dict
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
@@ -28,6 +28,7 @@ from erclutch.models.networks.network_model import NetworkModel, network_from_di
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import stage_equations
 from erclutch.models.stages.stage import SlipAndStrength
+from erclutch.models.structure import Structure
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock

@@ -16,7 +16,8 @@ from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.ranking import scored, with_bands
 from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
 from erclutch.logs.dataset import Dataset, constant_stretches
-from erclutch.models.law_model import TorqueModel, in_user_units
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.parameter_units import in_user_units
 from erclutch.runs.run_folder import Run, outcome_of
 from erclutch.signals.array import Mask
 

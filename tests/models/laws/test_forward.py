@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from erclutch.errors import SettingError
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, model_from_dict
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.laws import PAPER, law_from_name
+from erclutch.models.model import Range
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

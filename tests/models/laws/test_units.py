@@ -7,8 +7,8 @@ import pytest
 
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

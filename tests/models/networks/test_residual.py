@@ -24,13 +24,13 @@ from erclutch.fit.kinds.law_with_network import residuals_for
 from erclutch.fit.networks.fit_residual import fit_residual
 from erclutch.logs.dataset import Dataset
 from erclutch.models.covered_cells import CoveredCells, cells_of
-from erclutch.models.law_model import Structure
 from erclutch.models.laws import law_from_name
 from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
 from erclutch.models.stages import remembers, stages_of
+from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from tests.support.examples import examples

@@ -17,12 +17,14 @@ from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compilers import native
 from erclutch.export.step_numbers import run
 from erclutch.export.targets.python import compile_model
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
+from erclutch.models.model import Range
 from erclutch.models.stages import GROUP, stage_named
 from erclutch.models.stages.stage import Memory, SlipAndStrength, SlipStage, Stage, StageFamily
 from erclutch.models.stages.temperature_factor import TemperatureFactor
+from erclutch.models.structure import Reference, Structure
 from erclutch.registry import find, names
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span

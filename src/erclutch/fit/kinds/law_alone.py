@@ -16,10 +16,11 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
 from erclutch.models.laws.yield_stress import CONSTANT
 from erclutch.models.model import full_name
+from erclutch.models.structure import Structure
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0

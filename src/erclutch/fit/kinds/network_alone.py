@@ -13,12 +13,13 @@ from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
 from erclutch.models.stages import remembers, slip_stages, stages_of
+from erclutch.models.structure import Structure
 
 
 @dataclass(frozen=True)

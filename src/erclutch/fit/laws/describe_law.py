@@ -11,8 +11,11 @@ from erclutch.fit.intervals import Uncertainty
 from erclutch.fit.laws.variable_projection import Projection, Separable, parameters
 from erclutch.fit.levenberg_marquardt import Minimum
 from erclutch.fit.outcome import Estimate, FitOutcome
-from erclutch.models.law_model import Range, Reference, Structure, TorqueModel, in_user_units, unit_text
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.model import Range
+from erclutch.models.parameter_units import in_user_units, unit_text
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.device import Units
 

@@ -36,10 +36,11 @@ from erclutch.fit.levenberg_marquardt import Minimum, minimise
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Reference, Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.recording import TEMPERATURE
 

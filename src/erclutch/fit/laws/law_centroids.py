@@ -9,8 +9,8 @@ import numpy as np
 
 from erclutch.fit.centroids import Centroids
 from erclutch.fit.laws.variable_projection import Separable
-from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element

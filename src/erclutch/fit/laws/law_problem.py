@@ -18,8 +18,8 @@ from erclutch.fit.laws.variable_projection import (
 )
 from erclutch.fit.levenberg_marquardt import Minimum
 from erclutch.logs.dataset import Dataset
-from erclutch.models.law_model import Reference, Structure
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array, Mask
 
 _SLICE = 16_384  # rows that stay in the cache

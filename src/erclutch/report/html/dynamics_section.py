@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from erclutch.models.law_model import unit_text as unit_of
+from erclutch.models.parameter_units import unit_text as unit_of
 from erclutch.models.stages import slip_stages
 from erclutch.models.stages.stage import Stage
 from erclutch.report.html.section import Section

@@ -14,10 +14,11 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.scoring import BandedFigure, block_rows, score
 from erclutch.logs.dataset import Dataset, build_dataset
-from erclutch.models.law_model import Structure, TorqueModel
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import Model
 from erclutch.models.networks import is_network, network_from_name
+from erclutch.models.structure import Structure
 from erclutch.signals.speed import Derivative
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.rig.twin.parameters import RigParameters
