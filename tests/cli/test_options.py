@@ -209,3 +209,19 @@ def test_the_command_of_a_report_has_options_that_there_are() -> None:
     known = options()
     given = [word.partition("=")[0] for word in command_of(body).split() if word.startswith("--")]
     assert [word for word in given if word not in known and word != "--out"] == []
+
+
+def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
+    for command in commands():
+        if not command.plugin.own:
+            continue
+        whole = good(command.name, "--help-all")
+        hidden = {name for name, used in options().items() if command.name in used and name not in whole}
+        assert hidden == set(), command.name
+    short = good("live", "--help")
+    everyday = ("--run", "--model", "--rig", "--log", "--program", "--motor", "--observer", "--seconds", "--record")
+    assert all(option in short for option in everyday)
+    assert "--track-integral" not in short
+    assert re.search(r"Torque control: \d options \(--adapt, .*\), with --help-all", short)
+    assert len(short.split()) < 0.4 * len(good("live", "--help-all").split())
+    assert good("live", "--help") == short

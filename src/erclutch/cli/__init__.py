@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
+from erclutch.cli.folded_help import HELP_ALL, whole_help
 from erclutch.cli.standard_output import standard_output
 from erclutch.errors import ErclutchError, for_a_shell, of_missing_wing
 from erclutch.files.places import release_all
@@ -100,7 +101,7 @@ What to do first:
   erclutch app                  the same as a page in the browser
   erclutch laws                 list the models
 
-erclutch COMMAND --help explains a command and all its options.
+erclutch COMMAND --help explains a command and its usual options, --help-all each option.
 """
 
 
@@ -139,9 +140,12 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _code_of(words: Sequence[str]) -> int:
+    whole = HELP_ALL in words
+    words = ["--help" if word == HELP_ALL else word for word in words]
     try:
         _load(words)
-        result = app(words, exit_on_error=False, print_error=True)
+        with whole_help(whole=whole):
+            result = app(words, exit_on_error=False, print_error=True)
     except CycloptsError:
         return 1
     except ErclutchError as error:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from erclutch.cli.folded_help import folded
 from erclutch.cli.quantities import HERTZ
 from erclutch.errors import LogError
 
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
 
 _COLUMNS = Group("Columns: 'NAME', 'NAME \\[unit]' or a number; '-NAME' turns the sign", sort_key=2)
-_READING = Group("Reading", sort_key=3)
-_SPEEDS = Group("Speeds from positions", sort_key=4)
+_PAIR = folded("Columns of a pair (coaxial)", 2.1)
+_READING = folded("Reading", 3)
+_SPEEDS = folded("Speeds from positions", 4)
 
 _Device = Literal["single", "coaxial"]
 _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
@@ -33,7 +35,7 @@ _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"
 class LogOptions:
     """How to read a log."""
 
-    device: Annotated[_Device | None, Parameter(group=_READING)] = None
+    device: Annotated[_Device | None, Parameter(group=_COLUMNS)] = None
     """single has a field, a slip and an effort; coaxial is the paper's pair with E1, E2, theta, alpha and T.
     Default: what a recording of live says, else single."""
     field: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
@@ -44,35 +46,35 @@ class LogOptions:
     """Relative position; it is differentiated where the slip is not logged."""
     effort: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque or force of a single device."""
-    e1: Annotated[str | None, Parameter(name="--E1", group=_COLUMNS, allow_leading_hyphen=True)] = None
+    e1: Annotated[str | None, Parameter(name="--E1", group=_PAIR, allow_leading_hyphen=True)] = None
     """Field of clutch CH1 (coaxial)."""
-    e2: Annotated[str | None, Parameter(name="--E2", group=_COLUMNS, allow_leading_hyphen=True)] = None
+    e2: Annotated[str | None, Parameter(name="--E2", group=_PAIR, allow_leading_hyphen=True)] = None
     """Field of clutch CH2 (coaxial)."""
-    e: Annotated[str | None, Parameter(name="--E", group=_COLUMNS, allow_leading_hyphen=True)] = None
+    e: Annotated[str | None, Parameter(name="--E", group=_PAIR, allow_leading_hyphen=True)] = None
     """Signed field E1 - E2 (coaxial), in place of E1 and E2."""
-    theta: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    theta: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Angle of the motor (coaxial)."""
-    theta_dot: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    theta_dot: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Speed of the motor (coaxial)."""
-    alpha: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    alpha: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Angle of the output (coaxial)."""
-    alpha_dot: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    alpha_dot: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Speed of the output (coaxial)."""
-    alpha_raw: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    alpha_raw: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Position of the table on the screw (coaxial); needs --lead."""
-    t: Annotated[str | None, Parameter(name="--T", group=_COLUMNS, allow_leading_hyphen=True)] = None
+    t: Annotated[str | None, Parameter(name="--T", group=_PAIR, allow_leading_hyphen=True)] = None
     """Torque of the pair (coaxial)."""
-    motor_torque: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    motor_torque: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
     temperature: Annotated[str | None, Parameter(group=_COLUMNS)] = None
     """Temperature of the fluid in °C or K: laws may soften with it, and networks take it as input."""
     input: Annotated[
-        tuple[str, ...], Parameter(group=_COLUMNS, consume_multiple=True, negative=(), show_default=False)
+        tuple[str, ...], Parameter(group=_READING, consume_multiple=True, negative=(), show_default=False)
     ] = ()
     """Further columns that networks take as inputs, for example accelerations: --input A B."""
     time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Column of time stamps."""
-    rate: Annotated[str | None, Parameter(group=_READING)] = None
+    rate: Annotated[str | None, Parameter(group=_COLUMNS)] = None
     """Sampling rate in place of a time column, for example '1000 Hz'."""
     lead: Annotated[str | None, Parameter(group=_READING)] = None
     """Travel of the table in one turn of the screw, for example '10 mm'."""

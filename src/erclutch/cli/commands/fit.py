@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from erclutch.cli import scored_rows, terminal
+from erclutch.cli.folded_help import folded
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import MEMORY
 from erclutch.errors import require
@@ -29,7 +30,7 @@ COMMAND = {
 }
 
 MODELS = Group("Models and figures", sort_key=1)
-LONG_LOGS = Group("Logs beyond memory", sort_key=1)
+LONG_LOGS = folded("Logs beyond memory", 5)
 ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
 
 

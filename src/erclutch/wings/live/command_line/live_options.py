@@ -9,13 +9,14 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from erclutch.cli import quantities
+from erclutch.cli.folded_help import folded
 from erclutch.cli.quantities import ANGLE, HERTZ, SECONDS, quantity
 
 EVERY_DAY = Group("Every day", sort_key=0)
-TORQUE = Group("Torque control", sort_key=1.1)
-_MOTION = Group("Tracking, impedance, wall", sort_key=1.2)
-_RIG = Group("The rig", sort_key=1.3)
-_LOOP = Group("Loop, page, recordings", sort_key=1.4)
+TORQUE = folded("Torque control", 1.1)
+_MOTION = folded("Tracking, impedance, wall", 1.2)
+_RIG = folded("The rig", 1.3)
+LOOP = folded("Loop, page, recordings", 1.4)
 ObserverOption = Literal["off", "none", "sensor", "motion"]
 
 
@@ -97,15 +98,15 @@ class LoopOptions:
     """Run without the page."""
     record: Annotated[bool, Parameter(group=EVERY_DAY, negative=())] = False
     """Record from the start."""
-    folder: Annotated[Path, Parameter(group=_LOOP)] = Path("recordings")
+    folder: Annotated[Path, Parameter(group=LOOP)] = Path("recordings")
     """Where recordings go."""
-    port: Annotated[int, Parameter(group=_LOOP)] = 0
+    port: Annotated[int, Parameter(group=LOOP)] = 0
     """Port of the page; 0: any that is free."""
-    priority: Annotated[int, Parameter(group=_LOOP)] = 80
+    priority: Annotated[int, Parameter(group=LOOP)] = 80
     """Real-time priority, 1 to 99; 0: none."""
-    cpu: Annotated[int | None, Parameter(group=_LOOP)] = None
+    cpu: Annotated[int | None, Parameter(group=LOOP)] = None
     """Processor that the loop stays on."""
-    json: Annotated[bool, Parameter(group=_LOOP, negative=())] = False
+    json: Annotated[bool, Parameter(group=LOOP, negative=())] = False
     """Print the figures at the end as JSON."""
 
 

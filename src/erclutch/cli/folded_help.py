@@ -1,0 +1,52 @@
+"""Options that few need fold to a line of ``--help``; ``--help-all`` shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cyclopts import Group
+
+if TYPE_CHECKING:
+    from cyclopts.help import HelpPanel
+    from rich.console import Console, ConsoleOptions
+
+HELP_ALL = "--help-all"
+
+
+@dataclass
+class _Help:
+    whole: bool = False
+
+
+_HELP = _Help()
+
+
+@contextmanager
+def whole_help(*, whole: bool) -> Generator[None]:
+    """Show all options for a while, or fold those that few need."""
+    before, _HELP.whole = _HELP.whole, whole
+    try:
+        yield
+    finally:
+        _HELP.whole = before
+
+
+def folded(name: str, sort_key: float) -> Group:
+    """A group of options that ``--help`` shows as one line."""
+    return Group(name, sort_key=sort_key, help_formatter=_show)
+
+
+def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
+    from cyclopts.help.formatters import DefaultFormatter
+
+    if _HELP.whole:
+        DefaultFormatter()(console, options, panel)
+        return
+    title = str(panel.title).partition(":")[0]
+    names = [entry.names[0] for entry in panel.entries if entry.names]
+    few = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    count = f"{len(names)} option{'s' if len(names) > 1 else ''}"
+    console.print(f"{title}: {count} ({few}), with {HELP_ALL}", markup=False, highlight=False, soft_wrap=True)
