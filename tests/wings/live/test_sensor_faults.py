@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch.signals.device import DeviceName
 from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
@@ -86,6 +87,33 @@ def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: Live
     frames = program_frames(pair, name).frames(4000)[0]
     unwanted = ("unreachable", "trip", "torque-doubted", "theta-doubted", "alpha-doubted")
     assert {event: said(frames, event).size for event in unwanted} == dict.fromkeys(unwanted, 0)
+
+
+@pytest.mark.parametrize("effort", [0.02, 0.139, 4.0])
+@pytest.mark.parametrize("device", ["coaxial", "single"])
+def test_no_program_asks_for_more_torque_than_the_model_has_seen(device: DeviceName, effort: float) -> None:
+    offered = standard_programs(RIG, model=True, device=device, effort=effort, stiffness=0.5)
+    programs = {program.name: program for program in offered}
+    for name in ("torque-sine", "torque-step"):
+        asked = programs[name]
+        assert 0.0 < asked.amplitude + abs(asked.offset) < effort, name
+        assert (asked.amplitude < asked.offset) == (device == "single"), "a brake gives no torque of the other sign"
+        assert f"{asked.amplitude:g}" in asked.meaning
+    if device == "coaxial":
+        assert 0.5 * programs["impedance"].amplitude < effort
+    else:
+        push = programs["wall"].table
+        assert push is not None
+        assert np.abs(push[:, 2]).max() < effort
+
+
+def test_on_the_twin_torque_programs_ask_for_12_and_20_millinewton_metres(pair: LiveModel) -> None:
+    for effort in (0.0, pair.effort):
+        offered = standard_programs(RIG, model=True, effort=effort)
+        asked = {program.name: program.amplitude for program in offered}
+        assert asked["torque-step"] == pytest.approx(0.012, rel=0.15)
+        assert asked["torque-sine"] == pytest.approx(0.020, rel=0.15)
+        assert asked["impedance"] == pytest.approx(0.3)
 
 
 def test_an_end_stop_that_is_hit_hard_is_no_fault() -> None:

@@ -32,7 +32,7 @@ from erclutch.signals.channels import channels_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import elements_of
 from erclutch.wings.live.c_build import SOURCES, CompilerError, build
-from erclutch.wings.live.layout import EVENT_BITS, FRAME
+from erclutch.wings.live.layout import EVENT_BITS, EVENTS, FRAME
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
@@ -666,7 +666,8 @@ def test_json_is_one_document_whatever_goes_wrong() -> None:
     figures = json.loads(done.stdout)
     assert figures["origin"] == "HARDWARE"
     assert figures["tripped"] in ("sample-lost", "overrun", "rig-watchdog")  # the latter: a machine that held it up
-    assert f"fields are held at zero: {figures['tripped']}" in done.stderr
+    meaning = dict(EVENTS)[figures["tripped"]]
+    assert f"fields are held at zero: {figures['tripped']} ({meaning})" in done.stderr
 
 
 def _session_in_a_process() -> subprocess.Popen[str]:

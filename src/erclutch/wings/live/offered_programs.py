@@ -25,11 +25,15 @@ from erclutch.wings.rig.twin.parameters import RigParameters
 _AMPLITUDE = 0.02
 _SECONDS = 60
 _MOTOR = 0.1  # N m
-#: N m. A free output soon turns as fast as the motor, and then no field gives torque: small and quick. A step drives
-#: the output further than a sine does.
-_TORQUE, _TORQUE_STEP = 0.02, 0.012
-#: rad: with the stiffness that `erclutch live` has by default a step of the spring asks for what the pair can give.
-_SPRING = 0.3
+#: Of the largest torque that a pair's model knows. A free output soon turns as fast as the motor, and then no field
+#: gives torque: small and quick. A step drives the output further than a sine does. On the TWIN: 20 and 12 mN m.
+_SINE, _STEP = 0.144, 0.087
+#: Of the same: what a step of the spring asks for, as far as it is no longer than this [rad]. On the TWIN: 0.3 rad.
+_PULL, _SPRING = 0.22, 0.3
+#: Of a brake's largest torque: what it holds at most. Of that torque: by how much it swings.
+_HELD, _SWING = 0.5, 0.2
+#: Largest torque in N m that a model of the TWIN's training run knows, for sessions that name no model's.
+_OF_TWIN = {"coaxial": 0.139, "single": 0.684}
 _WALL = 1.0  # rad
 #: Half-waves are mirrored beyond this share of the stroke, so that the table comes back.
 SOFT = 0.18
@@ -43,6 +47,8 @@ def standard_programs(
     seed: int = 0,
     device: DeviceName = "coaxial",
     drive: bool = True,
+    effort: float = 0.0,
+    stiffness: float = 0.1,
 ) -> tuple[LoopProgram, ...]:
     """What can be chosen on the page and with ``--program``.
 
@@ -53,12 +59,25 @@ def standard_programs(
         seed: of the random sequences.
         device: a single device has one field, no table to track, and a torque of one sign.
         drive: whether the loop commands a drive of the single device; else its fields alone are excited.
+        effort: largest torque that the model knows in N m, so that a program asks for no more; 0: that of the TWIN.
+        stiffness: of the impedance in N m/rad.
     """
+    effort = effort or _OF_TWIN[device]
     trackings = _trackings(rig, motor) if device == "coaxial" else ()
     programs = (REST, *trackings, *_excitations(rig, motor, seed, device, drive))
     if not model:
         return programs
-    return (*programs, *_torques(motor, device), _wall(motor) if device == "single" else _impedance(motor))
+    if device == "single":
+        held = min(motor, _to_digits(_HELD * effort))
+        return (*programs, *_torques(motor, _SWING * held, _SWING * held, held), _wall(held))
+    asked = _to_digits(_SINE * effort), _to_digits(_STEP * effort)
+    spring = min(_SPRING, _to_digits(_PULL * effort / stiffness)) if stiffness > 0.0 else _SPRING
+    return (*programs, *_torques(motor, *asked, 0.0), _impedance(motor, spring))
+
+
+def _to_digits(number: float) -> float:
+    """A number to two digits, as it is shown."""
+    return float(f"{number:.2g}")
 
 
 def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
@@ -103,9 +122,8 @@ def _excitations(
     )
 
 
-def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
-    middle = 0.0 if device == "coaxial" else motor  # a brake gives no torque of the other sign
-    step = _TORQUE_STEP if device == "coaxial" else _TORQUE
+def _torques(motor: float, sine: float, step: float, middle: float) -> tuple[LoopProgram, ...]:
+    """Torques in N m about a middle: a brake gives no torque of the other sign."""
 
     def torque(name: str, shape: Waveform, amplitude: float, meaning: str) -> LoopProgram:
         about = f" about {middle:g} N m" if middle else ""
@@ -121,15 +139,15 @@ def _torques(motor: float, device: DeviceName) -> tuple[LoopProgram, ...]:
         )
 
     return (
-        torque("torque-sine", Waveform.SINE, _TORQUE, f"{_TORQUE:g} N m at 5 Hz"),
+        torque("torque-sine", Waveform.SINE, sine, f"{sine:g} N m at 5 Hz"),
         torque("torque-step", Waveform.SQUARE, step, f"steps between {step:g} and -{step:g} N m"),
     )
 
 
-def _impedance(motor: float) -> LoopProgram:
-    meaning = f"spring and damper to a point that steps by {_SPRING:g} rad to either side of where the output is"
+def _impedance(motor: float, spring: float) -> LoopProgram:
+    meaning = f"spring and damper to a point that steps by {spring:g} rad to either side of where the output is"
     return LoopProgram(
-        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, _SPRING, 0.25, motor_torque=motor, relative=True, meaning=meaning
+        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, spring, 0.25, motor_torque=motor, relative=True, meaning=meaning
     )
 
 

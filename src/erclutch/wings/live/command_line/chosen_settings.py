@@ -51,7 +51,7 @@ def settings_of(
         SettingError: an unknown program, or a field limit that is none or beyond the supply's.
     """
     of_rig, control = options
-    settings = _settings(parameters, control, device, model is not None, channels, replay, of_rig)
+    settings = _settings(parameters, control, device, model, channels, replay, of_rig)
     return _for_rig(_sensing(settings, rig, device, model, parameters), rig, device, control, tuning)
 
 
@@ -113,7 +113,7 @@ def _settings(
     parameters: RigParameters,
     control: ControlOptions,
     device: DeviceName,
-    model: bool,
+    model: LiveModel | None,
     channels: Sequence[LiveChannel],
     replay: LoopProgram | None,
     rig: RigOptions,
@@ -134,7 +134,14 @@ def _settings(
     turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
     drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
     programs = standard_programs(
-        parameters, model=model and turns, motor=control.motor, seed=rig.seed, device=device, drive=drive
+        parameters,
+        model=model is not None and turns,
+        motor=control.motor,
+        seed=rig.seed,
+        device=device,
+        drive=drive,
+        effort=0.0 if model is None else model.effort,
+        stiffness=control.stiffness,
     )
     first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
     first = "sine" if device == "single" and first == "tracking-slow" else first

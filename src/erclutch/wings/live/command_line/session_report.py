@@ -8,6 +8,8 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from erclutch.wings.live.layout import EVENTS
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from erclutch.wings.live.session_figures import SessionFigures
 
 _POLL = 0.05  # s
+#: Events that need no explanation: somebody asked for them.
+_BY_ORDER = ("order", "stopping")
 _PATIENCE = 3.0  # s
 _ASTRAY = (
     "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
@@ -51,7 +55,7 @@ def follow(session: Session, watch: SessionFigures, told: list[int], output: Con
         watch.poll()
         reason = watch.reader.trip_reason
         if reason not in ("", said):
-            output.print(f"fields are held at zero: {reason}", style="red", markup=False, soft_wrap=True)
+            output.print(f"fields are held at zero: {_why(reason)}", style="red", markup=False, soft_wrap=True)
         return reason
 
     while session.running and session.rig_running and not told:
@@ -94,6 +98,12 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
     }
 
 
+def _why(trip: str) -> str:
+    """What tripped the loop, by name and in words."""
+    said = [meaning for name, meaning in EVENTS if name in trip.split(": ")]
+    return f"{trip} ({'; '.join(said)})" if said else trip
+
+
 def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output: Console) -> None:
     """What was seen, for people."""
     from erclutch.cli import terminal
@@ -107,6 +117,9 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
         if n and name != "overrun"
     )
     output.print(", ".join(counts) or "no event", markup=False)
+    for name, meaning in EVENTS:
+        if watch.reader.counts.get(name) and name not in _BY_ORDER:
+            output.print(f"  {name}: {meaning}", style="dim", markup=False, soft_wrap=True)
     if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
         said = f"{watch.follower.label} off the reference by {off:.3g} rms; the reference has {wanted:.3g}"
@@ -149,7 +162,7 @@ def ended(
     else:
         _show(session, watch, notes, output)
         if watch.reader.trip_reason and session.rig_running:
-            output.print(f"held at zero to the end: {watch.reader.trip_reason}", style="red", markup=False)
+            output.print(f"held at zero to the end: {_why(watch.reader.trip_reason)}", style="red", markup=False)
     if reason:
         terminal.console(stderr=True).print(f"error: {reason}", style="red", soft_wrap=True)
     return ended

@@ -128,7 +128,7 @@ function report() {
   store.reference = charts.reference = tracked = (state === "running" && chosen?.reference) || "";
   $("controls").disabled = state === "stopped";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
-  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.`, true);
+  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.${why(trip)}`, true);
   else if (state === "ready") banner("Reset. Zero field, and nothing moves until a program is run.");
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
@@ -211,6 +211,9 @@ function paint(now) {
 
 // A residual: a torque in thousandths, anything else with four figures.
 const small = effort => !Number.isFinite(effort) ? "–" : unit === "N*m" ? `${(effort * 1000).toFixed(2)} mN m` : `${effort.toPrecision(4)} ${shownUnit(unit)}`;
+
+// What an event means, in a sentence; empty for what has no name.
+const why = trip => (hello?.events ?? []).filter(([name]) => (trip ?? "").split(": ").includes(name)).map(([name, text]) => ` ${name}: ${text}.`).join("");
 
 function numbers() {
   if (!hello) return;
