@@ -48,7 +48,8 @@ def test_a_gain_becomes_a_run_that_other_commands_take(base: Path, tmp_path: Pat
     assert values[0]["T_y"]["low"] < values[0]["T_y"]["value"] < values[0]["T_y"]["high"]
     assert values[0]["tau"] == values[1]["tau"]
     assert command_of(found.body) == (
-        "erclutch recalibrate RUN new.csv --effort torque --model bingham+lag --share 0.7 --stretches 1 --out RUN"
+        "erclutch recalibrate RUN new.csv --device single --effort torque --model bingham+lag --share 0.7 --stretches 1"
+        " --out RUN"
     )
     good("report", "NEW", cwd=tmp_path)
     assert "Recalibrated, common gain" in (tmp_path / "NEW" / "report.html").read_text()

@@ -93,7 +93,8 @@ def test_what_needs_a_missing_wing_says_so_in_one_line(
 
 def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Path]) -> None:
     folder = without(WINGS, "tests", "studies", "examples")
-    shutil.copy(ROOT / "pyproject.toml", folder)
+    for name in ("pyproject.toml", "CITATION.cff"):
+        shutil.copy(ROOT / name, folder)
     if (ROOT.parent / "shared").is_dir():  # recordings that tests of the core read stand beside the project
         folder = folder.rename(folder.with_name("project"))
         (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
