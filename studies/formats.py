@@ -32,6 +32,7 @@ import erclutch
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -105,10 +106,11 @@ def in_child(
 ) -> tuple[str, int]:
     """The outcome in a forked child with its limits, and the child's largest memory in KiB."""
     reading, writing = os.pipe()
+    allowed = budget_of(log)
     child = os.fork()
     if child == 0:
         signal.alarm(SECONDS)
-        child_process._limit(child_process.MEMORY, round(child_process.SECONDS))
+        child_process._limit(allowed.memory, round(allowed.seconds))
         silence = os.open(os.devnull, os.O_WRONLY)
         for standard in (1, 2):
             os.dup2(silence, standard)

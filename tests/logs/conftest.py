@@ -45,7 +45,7 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
             warnings.simplefilter("ignore")
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
             code = child_process.serve(found_recordings.answer_of)
-            return child_process._answer(Path(folder), code, b"")
+            return child_process._answer(Path(folder), code, b"", 1 << 30)
 
     monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
     monkeypatch.setattr(child_process, "run", run)

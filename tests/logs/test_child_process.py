@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import LogError
-from erclutch.logs.readers import child_process
+from erclutch.logs.readers import budget, child_process
 
 OWN = """
 import os, sys
@@ -73,8 +73,8 @@ def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> 
     folder.mkdir()
     for name in ("a", "b"):
         (folder / name).write_bytes(bytes(100))
-    assert child_process._size(folder) == 200
-    assert child_process._size(tmp_path / "none") == 0
+    assert budget.size_of(folder) == 200
+    assert budget.size_of(tmp_path / "none") == 0
 
 
 @pytest.mark.parametrize(

@@ -187,7 +187,7 @@ def test_a_chunk_that_claims_much_takes_little() -> None:
     with pytest.raises(LogError, match="the checksum of a chunk does not match"):
         table_of(data)
     body = struct.pack("<QQQII4sQ", 0, 0, 1 << 40, 0, 4, b"zstd", len(bomb)) + bomb
-    with pytest.raises(LogError, match="more than a reader should take"):
+    with pytest.raises(LogError, match=r"unpacks to more than [\d,]+ numbers"):
         table_of(b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(body)) + body)
 
 

@@ -84,7 +84,7 @@ def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> 
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
         for _ in range(20):
             writer.write_table(zeros)
-    with pytest.raises(LogError, match=r"need more than 1 GiB\. Give it to erclutch fit"):
+    with pytest.raises(LogError, match=r"unpacks to more than [\d,]+ numbers\. Give it to erclutch fit"):
         read_table(path)
     assert next(parquet_windows(LogSource(path, b"", ""), 50_000, 10))[:2] == (0, 50_000)
 
@@ -98,7 +98,7 @@ def test_ten_million_rows_of_a_constant_field_are_read(tmp_path: Path) -> None:
 
 
 def test_too_little_memory_is_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr(pq.ParquetFile, "read", full)

@@ -156,7 +156,7 @@ def test_mdf(monkeypatch: pytest.MonkeyPatch, pinned: Pinned) -> None:
         return SimpleNamespace(name=name, unit=unit, signal=signal)
 
     def group(said: str, channels: list[Any], master: int | None, comment: str = "") -> Any:
-        own = SimpleNamespace(acq_name=said, comment=comment)
+        own = SimpleNamespace(acq_name=said, comment=comment, cycles_nr=20)
         return SimpleNamespace(channel_group=own, channels=channels, master=master)
 
     def opened(groups: list[Any]) -> Any:
@@ -254,20 +254,24 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
     from erclutch import logs
     from erclutch.errors import LogError
     from erclutch.logs import log_file
-    from erclutch.logs.readers import parquet, ros2
+    from erclutch.logs.readers import budget, ros2
 
     path = tmp_path / "a.csv"
     path.write_text("t,F\n" + "".join(f"{k},{k}\n" for k in range(20)))
     other = tmp_path / "a.parquet"
     written.write_table(pa.table({"t": ROWS, "F": A}), other)
     meta = written.ParquetFile(other).metadata
-    needed = max(meta.row_group(0).total_byte_size, meta.num_rows * meta.num_columns * 8)
-    for module, file, size in ((log_file, path, path.stat().st_size), (parquet, other, needed)):
+    needed = max(meta.row_group(0).total_byte_size // 8, meta.num_rows * meta.num_columns)
+    monkeypatch.setattr(budget, "CELLS_PER_BYTE", 0)
+    for module, limit, file, size in (
+        (log_file, "_LARGEST", path, path.stat().st_size),
+        (budget, "CELLS", other, needed),
+    ):
         with monkeypatch.context() as patch:
-            patch.setattr(module, "_LARGEST", size)
+            patch.setattr(module, limit, size)
             assert len(logs.read_table(file).columns) == 2
-            patch.setattr(module, "_LARGEST", size - 1)
-            with pytest.raises(LogError, match="GiB"):
+            patch.setattr(module, limit, size - 1)
+            with pytest.raises(LogError, match=r"GiB|more than"):
                 logs.read_table(file)
     row: dict[str, float] = {}
     ros2._flatten("x", np.zeros(ros2._MOST), row)

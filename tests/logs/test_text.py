@@ -385,13 +385,12 @@ def test_a_small_gzip_takes_little_memory(tmp_path: Path) -> None:
     assert peak < 50e6
 
 
-@pytest.mark.slow
 def test_a_gzip_that_unpacks_to_far_more_than_a_log_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.csv.gz"
     squeeze = zlib.compressobj(6, zlib.DEFLATED, 31)
     block = b"0.001,0.5,0.5\n" * 100_000
-    path.write_bytes(b"".join(squeeze.compress(block) for _ in range(220)) + squeeze.flush())
-    with pytest.raises(LogError, match=r"bomb.csv.gz: 0\.\d+ MB unpack to more than 268 MB\. Unpack it"):
+    path.write_bytes(b"".join(squeeze.compress(block) for _ in range(40)) + squeeze.flush())
+    with pytest.raises(LogError, match=r"bomb.csv.gz: the file unpacks to more than [34]\d,\d+,\d+ bytes of text\."):
         read_table(path)
 
 

@@ -120,6 +120,7 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
     return 0
 
 
+_LEAST_MEMORY = 512 << 20  # bytes of address space
 _MORE_MEMORY = "Give the command more memory, fewer --workers or --models, or a shorter log"
 
 
@@ -130,6 +131,10 @@ def main(words: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 1 usage, 2 bad input, 130 interrupted.
     """
     words = sys.argv[1:] if words is None else words
+    allowed = _address_space()
+    if allowed < _LEAST_MEMORY:  # libraries crash or hang there, each in its own way
+        problem = f"this process may have {allowed >> 20} MiB of address space, and needs {_LEAST_MEMORY >> 20}"
+        return _failed(f"{problem}. Raise it: ulimit -v", 2)
     _end_by_signals()
     with standard_output() as output, for_a_shell():
         code = _code_of(words)
@@ -169,6 +174,16 @@ def _code_of(words: Sequence[str]) -> int:
     finally:
         release_all()
     return result if isinstance(result, int) else 0
+
+
+def _address_space() -> int:
+    """Bytes that this process may have, where the system limits them."""
+    try:
+        import resource
+    except ImportError:
+        return sys.maxsize
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return sys.maxsize if allowed == resource.RLIM_INFINITY else allowed
 
 
 def _end_by_signals() -> None:

@@ -21,16 +21,13 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
+from erclutch.logs.readers.budget import MORE, budget_of
 from erclutch.signals.array import Array
 
-LEAST_MEMORY, MEMORY_PER_BYTE = 1 << 30, 64  # bytes of address space of the child: a small file cannot ask for more
-MEMORY = 4 << 30  # bytes, the most
-RAISED = "ERCLUTCH_READER_MEMORY"  # MiB in their place, where a user knows that the file is sound
-SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _ARRAYS, _TEXTS = "columns.npz", "table.json"
-_MORE_MEMORY = f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
+_NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 
 
@@ -42,13 +39,13 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
     """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
     Its limits are bytes of address space and of each file that it writes, where the platform has them, and seconds of
-    processor time; None: what the size of the file or folder allows. A small file that unpacks to gigabytes ends there.
+    processor time; None: what the `Budget` of the file or folder allows. What it answers is held to that budget too.
 
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
-    memory = memory or _memory(path)
-    seconds = seconds or SECONDS + SECONDS_PER_MIB * _size(path) / (1 << 20)
+    budget = budget_of(path)
+    memory, seconds = memory or budget.memory, seconds or budget.seconds
     root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
@@ -65,30 +62,10 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
         if done is None or done.returncode == -getattr(signal, "SIGXCPU", -1):
             problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
             raise LogError(problem, remedy=_DAMAGED)
-        return _answer(Path(folder), done.returncode, done.stderr)
+        return _answer(Path(folder), done.returncode, done.stderr, memory)
 
 
-def _memory(path: Path) -> int:
-    """Bytes of address space that the size of a file or folder allows, or those that the user gives."""
-    given = os.environ.get(RAISED, "")
-    if not given:
-        return min(MEMORY, LEAST_MEMORY + MEMORY_PER_BYTE * _size(path))
-    if not given.isdecimal() or not 256 <= int(given) < 1 << 20:
-        raise LogError(
-            f"{given!r} MiB of memory for a reader", where=RAISED, remedy="Give 256 to 1048575, a whole number"
-        )
-    return int(given) << 20
-
-
-def _size(path: Path) -> int:
-    """Bytes of a file, or of the files in a folder."""
-    try:
-        return sum(each.stat().st_size for each in (path.iterdir() if path.is_dir() else [path]))
-    except OSError:
-        return 0  # the child says what is wrong
-
-
-def _answer(folder: Path, code: int, stderr: bytes) -> Answer:
+def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
     try:
         texts = cast("dict[str, Any]", json.loads((folder / _TEXTS).read_text(encoding="utf-8")))
         if code == 0 and "problem" in texts:
@@ -96,12 +73,18 @@ def _answer(folder: Path, code: int, stderr: bytes) -> Answer:
         with np.load(folder / _ARRAYS, allow_pickle=False) as file:
             arrays = [np.asarray(file[f"a{index}"], dtype=np.float64) for index in range(int(texts["count"]))]
     except (OSError, ValueError, KeyError):
+        if any(words in stderr for words in _NO_MEMORY):
+            raise _too_little(memory) from None
         last = stderr.decode("utf-8", "replace").strip().splitlines()
         how = f"signal {-code}" if code < 0 else f"code {code}" + (f": {last[-1][:120]}" if last else "")
         raise LogError(f"the reader broke on this file ({how})", remedy=_DAMAGED) from None
     if code != 0:
         raise LogError(f"the reader broke on this file (code {code})", remedy=_DAMAGED)
     return arrays, texts
+
+
+def _too_little(memory: int) -> LogError:
+    return LogError(f"reading the file needs more than {memory >> 20} MiB", remedy=MORE)
 
 
 def serve(read: Callable[..., Answer]) -> int:
@@ -114,13 +97,17 @@ def serve(read: Callable[..., Answer]) -> int:
     _limit(int(memory), int(seconds))
     try:
         arrays, texts = read(path, *arguments)
+        budget = budget_of(Path(path))
+        budget.take_names(len(arrays))
+        budget.take_cells(sum(np.size(values) for values in arrays))
         columns: dict[str, Any] = {f"a{index}": np.asarray(values, np.float64) for index, values in enumerate(arrays)}
         np.savez(Path(folder) / _ARRAYS, **columns)
         report: dict[str, Any] = {**texts, "count": len(arrays)}
     except LogError as error:
         report = {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
-        report = {"problem": f"reading the file needs more than {int(memory) >> 20} MiB", "remedy": _MORE_MEMORY}
+        error = _too_little(int(memory))
+        report = {"problem": error.problem, "remedy": error.remedy}
     except Exception as error:  # libraries raise anything on damaged files
         cause = f"{type(error).__name__}: {str(error).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
 
@@ -26,6 +28,7 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work. Links and data outside the file are never followed."""
     import h5py
 
+    budget = budget_of(Path(path))
     groups: dict[str, dict[str, Any]] = {}
     units: dict[str, dict[str, str | None]] = {}
     texts: dict[str, dict[str, str]] = {}
@@ -33,6 +36,8 @@ def find(path: str, variable: str | None) -> Table:
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
             return
+        budget.take_names()
+        budget.take_cells(-(-item.size * item.dtype.itemsize // 8))  # by their shape: none of them is read yet
         group, _, label = name.rpartition("/")
         values = np.asarray(item[()])
         fields = {field: values[field] for field in values.dtype.names or ()}

@@ -18,6 +18,7 @@ from erclutch.errors import LogError, printable
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, text
+from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import choose, names_by
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -112,10 +113,12 @@ def _flat(members: Mapping[str, Any], above: str, depth: int) -> Iterator[tuple[
 
 def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ...]) -> Table:
     """The values of all rows by their names; what a row lacks is missing."""
+    budget = Budget(len(source.data))
     cells: dict[str, dict[int, Any]] = {}
     places: list[str] = []
     for row, (place, members) in enumerate(rows):
         places.append(place)
+        names = len(cells)
         for name, value in _flat(members, "", 0):
             if isinstance(value, list):
                 each = cast("list[Any]", value)
@@ -126,6 +129,8 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
                     cells.setdefault(f"{name}_{index}", {})[row] = part
             else:
                 cells.setdefault(name, {})[row] = value
+        budget.take_names(len(cells) - names)
+    budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
     columns = {name: [held.get(row) for row in range(len(places))] for name, held in cells.items()}
     short = [row for row in range(len(places)) if any(row not in held for held in cells.values())]
     if short:

@@ -5,9 +5,13 @@ Runs in the child process only. What cannot be plain (function handles, objects 
 
 from __future__ import annotations
 
+from math import prod
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+
+from erclutch.logs.readers.budget import Budget, budget_of
 
 Node = dict[str, Any] | list[Any] | str | np.ndarray[Any, Any] | None
 _DEEPEST = 12
@@ -16,8 +20,12 @@ _MOST = 200_000  # elements of cells and struct arrays: a log has hundreds
 
 def load_v5(path: str) -> dict[str, Node]:
     """Top-level variables of a v5 file, read by SciPy."""
-    from scipy.io.matlab import loadmat
+    from scipy.io.matlab import loadmat, whosmat
 
+    budget = budget_of(Path(path))
+    for _, shape, _ in whosmat(path):  # looks at the heads of the variables alone
+        budget.take_names()
+        budget.take_cells(prod(int(length) for length in shape))
     found = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
     return {str(name): _plain(value, 0) for name, value in found.items() if not str(name).startswith("__")}
 
@@ -45,50 +53,59 @@ def load_v73(path: str) -> dict[str, Node]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        own = (name for name in _own(h5py, file) if not str(name).startswith("#"))
-        return {str(name): _value(h5py, file, file[name], 0) for name in own}
+        tree = _Tree(h5py, file, budget_of(Path(path)))
+        own = (name for name in tree.own(file) if not str(name).startswith("#"))
+        return {str(name): tree.value(file[name], 0) for name in own}
 
 
-def _own(h5py: Any, group: Any) -> list[str]:
-    """Members that are stored in the file itself: external and soft links could name any file or form a ring."""
-    return [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
+class _Tree:
+    """A v7.3 file on its way to plain Python. Links and references may lead to an object often: each time counts."""
 
+    def __init__(self, h5py: Any, file: Any, budget: Budget) -> None:
+        self._h5py, self._file, self._budget = h5py, file, budget
 
-def _value(h5py: Any, file: Any, item: Any, depth: int) -> Node:
-    """One HDF5 object. Groups are structs; a struct array is a group whose members are arrays of references."""
-    if depth > _DEEPEST:
-        return None
-    if isinstance(item, h5py.Group):
-        fields = {str(name): item[name] for name in _own(h5py, item)}
-        arrays = all(_is_references(h5py, each) and "MATLAB_class" not in each.attrs for each in fields.values())
-        if fields and arrays:
-            each = {name: _followed(h5py, file, field, depth) for name, field in fields.items()}
-            count = min(len(values) for values in each.values())  # none where there are too many
-            return [{name: values[index] for name, values in each.items()} for index in range(count)]
-        return {name: _value(h5py, file, field, depth + 1) for name, field in fields.items()}
-    if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or "MATLAB_object_decode" in item.attrs:
-        return None
-    kind = item.attrs.get("MATLAB_class", b"")
-    kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
-    if item.attrs.get("MATLAB_empty"):
-        return "" if kind == "char" else np.zeros((0, 0))
-    if _is_references(h5py, item):
-        return _followed(h5py, file, item, depth)
-    if item.dtype.kind not in "biuf":
-        return None
-    array = np.asarray(item[()]).T  # HDF5 stores the dimensions of MATLAB in reverse
-    if kind == "char":
-        rows = np.atleast_2d(array)[:1000, :10000]
-        return "\n".join("".join(chr(int(code)) for code in row).rstrip() for row in rows)
-    return array
+    def own(self, group: Any) -> list[str]:
+        """Members that are stored in the file itself: external and soft links could name any file or form a ring."""
+        return [name for name in group if isinstance(group.get(name, getlink=True), self._h5py.HardLink)]
 
+    def value(self, item: Any, depth: int) -> Node:
+        """One HDF5 object. Groups are structs; a struct array is a group whose members are arrays of references."""
+        if depth > _DEEPEST:
+            return None
+        if isinstance(item, self._h5py.Group):
+            fields = {str(name): item[name] for name in self.own(item)}
+            self._budget.take_names(len(fields))
+            arrays = all(self._is_references(each) and "MATLAB_class" not in each.attrs for each in fields.values())
+            if fields and arrays:
+                each = {name: self._followed(field, depth) for name, field in fields.items()}
+                count = min(len(values) for values in each.values())  # none where there are too many
+                return [{name: values[index] for name, values in each.items()} for index in range(count)]
+            return {name: self.value(field, depth + 1) for name, field in fields.items()}
+        if not isinstance(item, self._h5py.Dataset) or item.external or item.is_virtual:
+            return None
+        if "MATLAB_object_decode" in item.attrs:
+            return None
+        kind = item.attrs.get("MATLAB_class", b"")
+        kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
+        if item.attrs.get("MATLAB_empty"):
+            return "" if kind == "char" else np.zeros((0, 0))
+        if self._is_references(item):
+            return self._followed(item, depth)
+        if item.dtype.kind not in "biuf":
+            return None
+        self._budget.take_cells(item.size)
+        array = np.asarray(item[()]).T  # HDF5 stores the dimensions of MATLAB in reverse
+        if kind == "char":
+            rows = np.atleast_2d(array)[:1000, :10000]
+            return "\n".join("".join(chr(int(code)) for code in row).rstrip() for row in rows)
+        return array
 
-def _is_references(h5py: Any, item: Any) -> bool:
-    return isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) is h5py.Reference
+    def _is_references(self, item: Any) -> bool:
+        return isinstance(item, self._h5py.Dataset) and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference
 
-
-def _followed(h5py: Any, file: Any, item: Any, depth: int) -> list[Node]:
-    if depth >= _DEEPEST or item.size > _MOST:
-        return []
-    references = np.asarray(item[()]).T.ravel(order="F")
-    return [_value(h5py, file, file[reference], depth + 1) if reference else None for reference in references]
+    def _followed(self, item: Any, depth: int) -> list[Node]:
+        if depth >= _DEEPEST or item.size > _MOST:
+            return []
+        self._budget.take_cells(item.size)
+        references = np.asarray(item[()]).T.ravel(order="F")
+        return [self.value(self._file[reference], depth + 1) if reference else None for reference in references]

@@ -21,9 +21,10 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import CRCValidationError, StreamReader
 from numpy.typing import NDArray
 
+from erclutch.errors import LogError
+from erclutch.logs.readers.budget import Budget
+
 MAGIC = b"\x89MCAP0\r\n"
-LARGEST = 8 << 30  # bytes that all chunks together may take when unpacked
-LARGEST_CHUNK = 1 << 30
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 #: Ahead of each message's data.
@@ -99,20 +100,21 @@ def read_contents(data: bytes) -> Contents:
 
     Raises:
         DamageError: a length, a checksum or a count is wrong.
+        LogError: it unpacks to more than its `Budget` allows.
     """
     if not data.startswith(MAGIC):
         raise DamageError("it does not begin as one")
     stream = _WholeReads(data)
     reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=None)
-    contents, room = Contents(), LARGEST
+    contents, budget = Contents(), Budget(len(data))
     alone = bytearray()  # messages outside of chunks
     kept = 0  # bytes of them without the last one
     end = len(MAGIC)  # of the last whole record
     try:
         for record in reader.records:
             if isinstance(record, kinds.Chunk):
-                unpacked = unpack_chunk(record, min(room, LARGEST_CHUNK))
-                room -= len(unpacked)
+                budget.take_cells(-(-record.uncompressed_size // 8))
+                unpacked = unpack_chunk(record)
                 described = Contents()
                 contents.runs.extend(runs_of(unpacked, described))
                 for each in (*described.schemas.values(), *described.channels.values()):
@@ -137,7 +139,7 @@ def read_contents(data: bytes) -> Contents:
         del alone[kept:]
     except CRCValidationError as error:
         raise DamageError("the checksum of its data does not match") from error
-    except MemoryError:
+    except (MemoryError, LogError):
         raise
     except Exception as error:  # struct.error, EndOfFile, UnicodeDecodeError, whatever damage leads the library to
         raise DamageError(f"the record at byte {end} cannot be read") from error
@@ -148,14 +150,12 @@ def read_contents(data: bytes) -> Contents:
     return contents
 
 
-def unpack_chunk(chunk: kinds.Chunk, room: int = LARGEST_CHUNK) -> bytes:
-    """The records inside a chunk, unpacked and checked; ``room``: most bytes that it may take.
+def unpack_chunk(chunk: kinds.Chunk) -> bytes:
+    """The records inside a chunk, unpacked and checked.
 
     Raises:
-        DamageError: it does not unpack to the size and checksum that it states, or needs more room.
+        DamageError: it does not unpack to the size and checksum that it states.
     """
-    if chunk.uncompressed_size > room:
-        raise DamageError(f"a chunk has {chunk.uncompressed_size / 1e6:.0f} MB, more than a reader should take")
     unpacked = _decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
     wrong = chunk.uncompressed_crc and zlib.crc32(unpacked) != chunk.uncompressed_crc
     if len(unpacked) != chunk.uncompressed_size or wrong:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -39,9 +41,12 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work."""
     from asammdf import MDF
 
+    budget = budget_of(Path(path))
     found: dict[str, tuple[Array, Found]] = {}
     with MDF(path) as mdf:
         for index, group in enumerate(mdf.groups):
+            budget.take_names(len(group.channels))
+            budget.take_cells(group.channel_group.cycles_nr * len(group.channels))
             said = getattr(group.channel_group, "acq_name", "") or getattr(group.channel_group, "comment", "")
             name = said if 0 < len(said) < 60 and said.isprintable() and said not in found else f"group {index + 1}"
             time, master = np.asarray(mdf.get_master(index), dtype=np.float64), mdf.masters_db.get(index)

@@ -10,6 +10,7 @@ from typing import Any
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
 _PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
@@ -26,10 +27,11 @@ def _cell(value: Any) -> str:
     return repr(value.total_seconds() if isinstance(value, timedelta) else value * 1)
 
 
-def _sheet(path: str, sheet: Any) -> Table:
+def _sheet(path: str, sheet: Any, budget: Budget) -> Table:
     """The rows of a sheet as a table; lines in messages are rows of the sheet. Its empty first columns are left out."""
-    rows, left = sheet.to_python(skip_empty_area=False), (sheet.start or (0, 0))[1]
-    lines = ["\t".join(cells) if any(cells) else "" for cells in ([_cell(each) for each in row[left:]] for row in rows)]
+    budget.take_cells(sheet.total_height * sheet.total_width)
+    rows = ([_cell(each) for each in row] for row in sheet.iter_rows())
+    lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
     table = text.read_text(LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), ""))
     note = (f"the dates of column {table.clock_name} are read to 1 ms",) if table.clock_name else ()
     return replace(table, notes=(f"recording read from sheet {sheet.name}", *table.notes, *note))
@@ -39,12 +41,14 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
     from python_calamine import CalamineWorkbook
 
+    budget = budget_of(Path(path))
+    take_zip(Path(path), budget)
     found: dict[str, Table] = {}
     problems: list[LogError] = []
     with CalamineWorkbook.from_path(path) as book:
         for name in [each for each in book.sheet_names if variable in (None, each)] or book.sheet_names:
             try:
-                found[name] = _sheet(path, book.get_sheet_by_name(name))
+                found[name] = _sheet(path, book.get_sheet_by_name(name), budget)
             except LogError as error:
                 problems.append(LogError(f"sheet {name}: {error.problem}", remedy=error.remedy))
     if problems and not found:

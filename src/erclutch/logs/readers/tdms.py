@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
 
@@ -45,8 +47,13 @@ def _group(group: Any) -> Found | None:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work."""
-    from nptdms import TdmsFile
+    TdmsFile: Any = import_module("nptdms").TdmsFile
 
+    budget = budget_of(Path(path))
+    with TdmsFile.open(path) as heads:
+        for each in (channel for group in heads.groups() for channel in group.channels()):
+            budget.take_names()
+            budget.take_cells(len(each))
     file = TdmsFile.read(path)
     found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
     starts = {each.properties.get(key) for one in file.groups() for each in one.channels() for key in _CLOCK[1:]}

@@ -23,6 +23,7 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes
+from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, WORDS, Dialect, cells_of, is_comment, is_number, sniff
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.table import Table
@@ -31,8 +32,6 @@ from erclutch.signals.array import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-# Bytes after decompression: a text of numbers shrinks to a tenth, so one that shrank to a hundredth is no log.
-_LARGEST, _ROOM, _EXPANSION = 1 << 32, 1 << 28, 100
 _BLOCK = 1 << 20
 _LONGEST_NUMBER = 400  # characters of a cell
 _CORRECT = "Correct or empty that cell, or delete the line"
@@ -84,14 +83,12 @@ def _not_text(data: bytes) -> LogError:
 
 
 def _unzip(data: bytes) -> bytes:
-    limit = min(_LARGEST, max(_ROOM, _EXPANSION * len(data)))
+    budget = Budget(len(data))
     text = bytearray()
     with _damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-        while len(text) <= limit and (block := file.read(_BLOCK)):
+        while block := file.read(_BLOCK):
+            budget.take_text(len(block))
             text += block
-    if len(text) > limit:
-        problem = f"{len(data) / 1e6:.3g} MB unpack to more than {limit / 1e6:.0f} MB"
-        raise LogError(problem, remedy="Unpack it, look whether it is a log, and split it")
     return bytes(text)
 
 
@@ -117,6 +114,7 @@ def read_text(source: LogSource) -> Table:
 def _dialect_of(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:
     """The dialect, its marks weighed over all rows of a text, and what to say of them."""
     dialect = sniff(text, decimal)
+    Budget(0).take_names(len(dialect.names))
     numerals = weigh(_body(text, dialect)[0], dialect.delimiter, dialect.decimal, decimal)
     if numerals.decimal != dialect.decimal:
         dialect = sniff(text, numerals.decimal)

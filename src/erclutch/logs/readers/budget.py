@@ -1,0 +1,131 @@
+"""A small file may unpack to gigabytes: what it may unpack to is limited by its size, before memory is asked for.
+
+A log that a bench wrote holds less than eight numbers a byte, and its text shrinks to a tenth. A file beyond that is
+damaged or hostile, or its user knows better: the environment ``ERCLUTCH_READER_MEMORY`` raises all limits together.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from pathlib import Path
+from typing import BinaryIO
+from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+
+from erclutch.errors import LogError
+
+#: MiB of memory for a reader, where a user knows that the file is sound.
+RAISED = "ERCLUTCH_READER_MEMORY"
+MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = 1 << 30, 64, 4 << 30  # bytes of address space of a reader's process
+CELLS, CELLS_PER_BYTE = 3 << 23, 8  # numbers of all columns together, 8 bytes each
+TEXT, TEXT_PER_BYTE = 1 << 25, 32  # bytes of text
+NAMES = 1 << 14  # columns, groups and fields
+SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
+_MIB = 1 << 20
+_BLOCK = 1 << 20  # bytes
+#: What to do where a limit is met.
+MORE = f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
+
+
+class Budget:
+    """What one file may unpack to, and how much of that is left.
+
+    Attributes:
+        memory: bytes of address space of a process that reads the file.
+        seconds: of its processor time.
+        cells, names, text: how many are left; see the constants of this module.
+    """
+
+    def __init__(self, size: int, more: str = MORE) -> None:
+        """Limits of a file of ``size`` bytes; ``more``: what to do where they are met.
+
+        Raises:
+            LogError: the environment asks for no memory that can be given.
+        """
+        self._more = more
+        given = os.environ.get(RAISED, "")
+        if given and not (given.isdecimal() and len(given) < 8 and 256 <= int(given) < _MIB):
+            problem = f"{given!r} MiB of memory for a reader"
+            raise LogError(problem, where=RAISED, remedy="Give 256 to 1048575, a whole number")
+        usual = min(MOST_MEMORY, MEMORY + MEMORY_PER_BYTE * size)
+        self.memory = int(given) * _MIB if given else usual
+        times = max(self.memory / usual, 1.0) if given else 1.0
+        self.seconds = times * (SECONDS + SECONDS_PER_MIB * size / _MIB)
+        self.cells = round(times * (CELLS + CELLS_PER_BYTE * size))
+        self.text = round(times * (TEXT + TEXT_PER_BYTE * size))
+        self.names = round(times * NAMES)
+        self._allowed = {"cells": self.cells, "names": self.names, "text": self.text}
+
+    def take_cells(self, count: int) -> None:
+        """Numbers that the file wants to unpack to.
+
+        Raises:
+            LogError: there are too many, with the numbers before.
+        """
+        self.cells -= count
+        if self.cells < 0:
+            raise self._beyond("cells", "numbers")
+
+    def take_names(self, count: int = 1) -> None:
+        """Columns, groups or fields of the file. LogError: see `take_cells`."""
+        self.names -= count
+        if self.names < 0:
+            raise self._beyond("names", "names of columns, groups or fields")
+
+    def take_text(self, count: int) -> None:
+        """Bytes of text. LogError: see `take_cells`."""
+        self.text -= count
+        if self.text < 0:
+            raise self._beyond("text", "bytes of text")
+
+    def _beyond(self, what: str, words: str) -> LogError:
+        return LogError(f"the file unpacks to more than {self._allowed[what]:,} {words}", remedy=self._more)
+
+
+def budget_of(path: Path) -> Budget:
+    """The budget of a file, or of the files in a folder together."""
+    return Budget(size_of(path))
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file, or of the files in a folder; 0 where they cannot be asked, which their reader then says."""
+    try:
+        return sum(each.stat().st_size for each in (path.iterdir() if path.is_dir() else [path]))
+    except OSError:
+        return 0
+
+
+def take_zip(path: Path, budget: Budget) -> None:
+    """Unpack a ZIP archive and keep nothing, so that its real size counts and not the size that it states.
+
+    Raises:
+        LogError: it unpacks to more text than its size allows, or it is damaged.
+    """
+    damaged = "Copy the file again, or export it as CSV"
+    try:
+        with ZipFile(path) as archive, path.open("rb") as file:
+            for part in archive.infolist():
+                budget.take_names()
+                if part.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+                    raise LogError(f"part {part.filename[:60]!r} is packed in a way that is not read", remedy=damaged)
+                _take_part(file, part, budget)
+    except (BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
+        raise LogError(f"the file is damaged ({error})", remedy=damaged) from error
+
+
+def _take_part(file: BinaryIO, part: ZipInfo, budget: Budget) -> None:
+    """One part of an archive, behind its own header of 30 bytes, name and extra field."""
+    file.seek(part.header_offset)
+    head = file.read(30)
+    if len(head) < 30:
+        raise EOFError("it is cut off")
+    file.seek(int.from_bytes(head[26:28], "little") + int.from_bytes(head[28:30], "little"), 1)
+    unpacking, left = zlib.decompressobj(-15), part.compress_size
+    while left > 0 and (block := file.read(min(left, _BLOCK))):
+        left -= len(block)
+        if part.compress_type == ZIP_STORED:
+            budget.take_text(len(block))
+            continue
+        while block:
+            budget.take_text(len(unpacking.decompress(block, _BLOCK)))
+            block = unpacking.unconsumed_tail
