@@ -19,7 +19,8 @@ from scipy.signal import lfilter
 
 from erclutch.errors import LogError
 from erclutch.signals.array import Array
-from erclutch.wings.align.clock_match import ClockMatch, match_clocks, track_of
+from erclutch.wings.align.clock_match import ClockMatch, match_clocks
+from erclutch.wings.align.track import track_of
 
 KINDS = ("sines", "band", "slow", "steps", "walk")
 RATES = ((1000.0, 1000.0), (1000.0, 200.0), (200.0, 1000.0), (200.0, 200.0))

@@ -10,7 +10,10 @@ from scipy.signal import lfilter
 
 from erclutch.errors import LogError
 from erclutch.wings.align import clock_match as cm
-from erclutch.wings.align.clock_match import Track, match_clocks, track_of
+from erclutch.wings.align import coarse_search as cs
+from erclutch.wings.align import fine_steps as fs
+from erclutch.wings.align.clock_match import match_clocks
+from erclutch.wings.align.track import Track, track_of
 
 RNG = np.random.default_rng(0)
 
@@ -81,7 +84,7 @@ def test_correlations_are_those_of_every_lag() -> None:
     y[20:70] += 2 * x[:50]
     x_there, y_there = RNG.random(60) > 0.1, RNG.random(90) > 0.1
     x, y = np.where(x_there, x, 0.0), np.where(y_there, y, 0.0)
-    scan = cm._scanned(x, x_there, y, y_there, 0.0)
+    scan = cs._scanned(x, x_there, y, y_there, 0.0)
     least = 0.1 * min(x_there.sum(), y_there.sum())
     worth = []
     for k, (r, independent) in enumerate(zip(scan.correlation, scan.independent, strict=True)):
@@ -111,25 +114,25 @@ def test_a_drifting_clock_is_turned_back() -> None:
     y = wave(4000, 4, 0.99)
     fast = np.interp(np.arange(4000) / 1.01, np.arange(4000), y)
     every = np.ones(4000, np.bool_)
-    right, none = (cm._scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0))
+    right, none = (cs._scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0))
     assert right > 0.99 > 0.9 > none
 
 
 @pytest.mark.parametrize("reach", [0, 1, 4])
 def test_rows_far_from_gaps(reach: int) -> None:
     there = RNG.random(200) > 0.05
-    found = cm._far_from_gaps(there, reach)
+    found = fs._far_from_gaps(there, reach)
     for row in range(200):
         around = [there[k] if 0 <= k < 200 else False for k in range(row - reach, row + reach + 1)]
         assert found[row] == all(around)
 
 
 def test_a_filter_and_its_derivative() -> None:
-    weights = cm._flat(np.zeros(1), np.zeros(1), np.ones(1, np.bool_))
+    weights = fs.flat(np.zeros(1), np.zeros(1), np.ones(1, np.bool_))
     frequency = np.linspace(0, 1, 33)
     np.testing.assert_allclose(weights[1:], np.interp(frequency[1:], [0.7, 0.9], [1.0, 0.0]), atol=1e-12)
     assert weights[0] == 0.0
-    even, odd = cm._taps(weights)
+    even, odd = fs._taps(weights)
     np.testing.assert_allclose(even, even[::-1], atol=1e-12)
     np.testing.assert_allclose(odd, -odd[::-1], atol=1e-12)
     row = np.arange(even.size) - even.size // 2
@@ -143,7 +146,7 @@ def test_a_filter_and_its_derivative() -> None:
 def test_weights_follow_what_agrees() -> None:
     slow, every = lfilter([1.0], [1.0, -0.8], RNG.normal(size=8000)), np.ones(8000, np.bool_)
     x, y = slow + 0.3 * RNG.normal(size=8000), 2.0 * slow + 0.6 * RNG.normal(size=8000)
-    weights = cm._by_agreement(x, y, every)
+    weights = fs.by_agreement(x, y, every)
     assert weights.size == 65
     assert weights.max() == 1.0
     assert weights[0] == 0.0
@@ -153,15 +156,15 @@ def test_weights_follow_what_agrees() -> None:
     coherence = (signal / (signal + 0.09)) ** 2
     expected = np.sqrt(coherence / (1 - coherence) / signal)
     np.testing.assert_allclose(weights[2:] / weights[2:].mean(), expected[2:] / expected[2:].mean(), rtol=0.25)
-    flat = cm._flat(x, y, every)
-    np.testing.assert_array_equal(cm._by_agreement(x, RNG.normal(size=8000), every), flat)
-    np.testing.assert_array_equal(cm._by_agreement(x[:100], y[:100], every[:100]), flat)
+    flat = fs.flat(x, y, every)
+    np.testing.assert_array_equal(fs.by_agreement(x, RNG.normal(size=8000), every), flat)
+    np.testing.assert_array_equal(fs.by_agreement(x[:100], y[:100], every[:100]), flat)
 
 
 def test_where_the_autocorrelation_falls_to_a_half() -> None:
     values = np.repeat(np.random.default_rng(5).normal(size=400), 20)
     track = Track(0.01 * np.arange(8000.0), values, 0.01, ((0, 8000),))
-    assert cm._width(track, 0.01, 80.0) == pytest.approx(0.1, abs=0.02)
+    assert cs.width_of(track, 0.01, 80.0) == pytest.approx(0.1, abs=0.02)
 
 
 def pair(offset: float = 0.123, drift: float = 80e-6, noise: float = 0.2, seed: int = 7) -> tuple[Track, Track]:
@@ -227,8 +230,8 @@ def test_the_other_way_round() -> None:
 def test_between_two_offsets_nothing_is_chosen() -> None:
     lags = np.array([0.0, 1.0, 2.0, 3.0])
     places = np.array([1, 3])
-    assert cm._nearest(places, lags, 1.7) == 1
-    assert cm._nearest(places, lags, 2.3) == 3
+    assert cs._nearest(places, lags, 1.7) == 1
+    assert cs._nearest(places, lags, 2.3) == 3
     for near in (1.8, 2.2):
         with pytest.raises(LogError, match="lies between two offsets that fit equally well, "):
-            cm._nearest(places, lags, near)
+            cs._nearest(places, lags, near)

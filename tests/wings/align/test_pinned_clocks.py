@@ -13,7 +13,10 @@ from scipy.signal import lfilter
 
 from erclutch.signals.array import Array
 from erclutch.wings.align.aligned_logs import align
-from erclutch.wings.align.clock_match import _overlap, _search, _width, match_clocks, track_of
+from erclutch.wings.align.clock_line import overlap_of
+from erclutch.wings.align.clock_match import match_clocks
+from erclutch.wings.align.coarse_search import search_of_all, width_of
+from erclutch.wings.align.track import track_of
 from tests.support.pinning import Pinned, summed, told
 
 
@@ -51,8 +54,8 @@ def test_clocks(name: str, pinned: Pinned) -> None:
         return [*own, summed(match.centres), summed(1e6 * match.residuals)]
 
     def searched() -> Any:
-        line, width, independent = _search(a, b, near, 1.0)
-        return [line.at, line.middle, line.drift, width, independent, _overlap(a, b, line), _width(b, period, 20.0)]
+        line, width, independent = search_of_all(a, b, near, 1.0)
+        return [line.at, line.middle, line.drift, width, independent, overlap_of(a, b, line), width_of(b, period, 20.0)]
 
     pinned([told(found), told(searched)], rel=1e-4)
 

@@ -27,7 +27,8 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.shown import Shown, one_line
-from erclutch.wings.align.clock_match import ClockMatch, Track, match_clocks, track_of
+from erclutch.wings.align.clock_match import ClockMatch, match_clocks
+from erclutch.wings.align.track import Track, track_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame

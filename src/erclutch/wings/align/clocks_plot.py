@@ -8,7 +8,8 @@ import numpy as np
 
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Plot, PlotTable, ReferenceLine
 from erclutch.signals.array import Array
-from erclutch.wings.align.clock_match import ClockMatch, Track
+from erclutch.wings.align.clock_match import ClockMatch
+from erclutch.wings.align.track import Track
 
 _ROWS = 150  # of the slower log in the section that is shown
 

@@ -1,0 +1,146 @@
+"""Newton steps move the line until both filtered signals lie on each other; each frequency is weighed by agreement.
+
+The weights are those of Hannan and Thomson (1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.signals.array import Array, Mask
+from erclutch.wings.align.clock_line import ClockLine, overlap_of
+from erclutch.wings.align.coarse_search import MOST_DRIFT
+from erclutch.wings.align.track import Track
+
+#: Windows whose offsets scatter about the line.
+WINDOWS = 20
+_ASTRAY = 10.0 * MOST_DRIFT  # what no step on the way may reach
+_MOST_STEPS, _SETTLED = 25, 1e-6  # Newton steps; a step that ends them, in periods
+_SEGMENT = 128  # rows of a spectrum, at most
+
+
+@dataclass(frozen=True)
+class StepSeen:
+    """What a Newton step saw, row by row of the rows that count.
+
+    Attributes:
+        time: s on A's clock, shape (n,).
+        score: how much each row asks for a later B, shape (n,).
+        slope: what one second more would add to it, shape (n,).
+        gain, correlation: of both filtered signals.
+    """
+
+    time: Array
+    score: Array
+    slope: Array
+    gain: float
+    correlation: float
+
+
+_Weights = Callable[[Array, Array, Mask], Array]
+
+
+def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights) -> tuple[ClockLine, StepSeen]:
+    """The line after Newton steps on rows of one period, and what the last step saw.
+
+    Raises:
+        LogError: too few rows without a gap are left, or the steps lead to no such drift as clocks have.
+    """
+    low, high = overlap_of(a, b, line)
+    grid = a.ends[0] + period * np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
+    sample = b.sampler(period)
+    x, x_there = a.sampler(period)(grid)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    line = ClockLine(middle, float(line(np.array(middle))) - middle, line.drift)
+    y, y_there = sample(line(grid))
+    taps = _taps(weigh(x, y, x_there & y_there))
+    for _ in range(_MOST_STEPS):
+        seen = _seen(grid, (x, y), x_there & y_there, taps)
+        design = np.vstack([np.ones(seen.time.size), (seen.time - middle) / half])
+        move = np.linalg.lstsq((design * seen.slope) @ design.T, design @ seen.score, rcond=1e-9)[0]
+        size = float(np.abs(move).sum())
+        if size < _SETTLED * period:
+            return line, seen
+        move *= min(1.0, period / size)
+        line = replace(line, middle=line.middle + float(move[0]), drift=line.drift + float(move[1]) / half)
+        if abs(line.drift) > _ASTRAY:
+            problem = f"the fine search goes astray, to a drift of {1e6 * abs(line.drift):.0f} ppm"
+            remedy = "Say where else the offset may be with --near, or choose another signal with --on"
+            raise LogError(f"{problem}, {1e6 * _ASTRAY:.0f} at most", remedy=remedy)
+        y, y_there = sample(line(grid))
+    return line, _seen(grid, (x, y), x_there & y_there, taps)
+
+
+def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Array, Array]) -> StepSeen:
+    """What a Newton step sees of both signals on one grid, filtered.
+
+    Raises:
+        LogError: too few rows without a gap are left.
+    """
+    from scipy.signal import fftconvolve
+
+    rows = _far_from_gaps(there, taps[0].size // 2)
+    if rows.sum() < 4 * WINDOWS:
+        lie = f"{int(rows.sum())} rows of the overlap lie far enough from its ends and from gaps"
+        raise LogError(f"{lie}, {4 * WINDOWS} are needed", remedy="Give longer logs, or logs with fewer gaps")
+    period = float(grid[1] - grid[0])
+
+    def filtered(signal: Array, by: Array) -> Array:
+        whole: Array = fftconvolve(np.where(there, signal, 0.0), by, "same")
+        return whole[rows]
+
+    (fx, fy), (dx, dy) = ([filtered(signal, by) for signal in signals] for by in taps)
+    fx, fy = fx - fx.mean(), fy - fy.mean()  # each log has a mean of its own, which the filter lets through in part
+    gain = float(fx @ fy) / (float(fy @ fy) or 1.0)
+    correlation = float(fx @ fy) / (float(np.sqrt(float(fx @ fx) * float(fy @ fy))) or 1.0)
+    score, slope = gain * dy * (fx - gain * fy) / period, gain * dy * dx / period**2
+    return StepSeen(grid[rows], score, slope, gain, correlation)
+
+
+def _far_from_gaps(there: Mask, reach: int) -> Mask:
+    """Rows that a filter of such a reach can have without touching a gap."""
+    total = np.concatenate([np.zeros(reach + 1), np.cumsum(there), np.full(reach, there.sum())])
+    return np.asarray(total[2 * reach + 1 :] - total[: there.size] == 2 * reach + 1)
+
+
+def _taps(weights: Array) -> tuple[Array, Array]:
+    """A symmetric filter of such weights, shape (m / 2 + 1,), and the same with a derivative after the row."""
+    size = 2 * (weights.size - 1)
+    even = np.roll(np.fft.irfft(weights, size), size // 2) * np.hanning(size + 1)[:size]
+    padded = np.concatenate([np.zeros(size), even, np.zeros(size)])
+    turn = 1j * np.linspace(0.0, np.pi, padded.size // 2 + 1)
+    turn[-1] = 0.0
+    odd = np.fft.irfft(np.fft.rfft(padded) * turn, padded.size)
+    kept = slice(size - size // 8, 2 * size + size // 8 + 1)
+    return padded[kept], odd[kept]
+
+
+def flat(x: Array, y: Array, there: Mask) -> Array:
+    """All frequencies below 0.7 of the highest, without the mean."""
+    frequency = np.linspace(0.0, 1.0, 33)
+    return np.where(frequency > 0.0, np.clip((0.9 - frequency) / 0.2, 0.0, 1.0), 0.0)
+
+
+def by_agreement(x: Array, y: Array, there: Mask) -> Array:
+    """Square root of the weights of Hannan and Thomson: coherence over what is not coherent, each frequency alike."""
+    size = int(2 ** np.clip(np.floor(np.log2(max(there.sum() / 24, 1))), 5, np.log2(_SEGMENT)))
+    starts = np.arange(0, max(there.size - size, 0) + 1, size // 2)
+    total = np.concatenate([[0], np.cumsum(there)])
+    starts = starts[total[starts + size] - total[starts] == size]
+    if starts.size < 8:
+        return flat(x, y, there)
+    window = np.hanning(size)
+    rows = starts[:, None] + np.arange(size)
+    fx, fy = (np.fft.rfft((s[rows] - s[rows].mean(axis=1, keepdims=True)) * window) for s in (x, y))
+    cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))
+    powers = np.mean(np.abs(fx) ** 2, axis=0) * np.mean(np.abs(fy) ** 2, axis=0)
+    agreed = np.minimum(cross**2 / np.maximum(powers, 1e-300), 0.9999)
+    # Noise that agrees by chance would hold the line where it is: its coherence exceeds this once in ten thousand.
+    agreed[agreed < 10.0 / starts.size] = 0.0
+    weights = np.sqrt(agreed / (1.0 - agreed) / np.maximum(cross, 1e-300))
+    weights[0] = 0.0
+    return weights / weights.max() if weights.max() > 0.0 else flat(x, y, there)
