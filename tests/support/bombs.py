@@ -8,9 +8,8 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -157,9 +156,9 @@ def packed_columns(path: Path) -> None:
 
 def long_words(path: Path) -> None:
     """Parquet: one word of 64 kB in each of 100,000 rows, beside a column of numbers."""
+    import pyarrow as pa
     from pyarrow import parquet
 
-    pa: Any = import_module("pyarrow")
     words = pa.DictionaryArray.from_arrays(np.zeros(100_000, np.int32), ["x" * 65_536])
     parquet.write_table(pa.table({"t": np.arange(100_000) / 1e3, "word": words}), path, store_schema=False)
 

@@ -7,7 +7,6 @@ import re
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib import import_module
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -60,8 +59,10 @@ def read_parquet(source: LogSource) -> Table:
 
 def _numbers_and_times(file: Any) -> Any:
     """All columns, those of texts empty: one word of a small file may stand in a million rows."""
-    pyarrow: Any = import_module("pyarrow")
-    types, schema = pyarrow.types, file.schema_arrow
+    import pyarrow
+    from pyarrow import types
+
+    schema: pyarrow.Schema = file.schema_arrow
     texts = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
     left = {field.name for field in schema if any(is_kind(field.type) for is_kind in (*texts, types.is_dictionary))}
     kept = [field.name for field in schema if field.name not in left]

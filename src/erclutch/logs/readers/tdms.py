@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +46,7 @@ def _group(group: Any) -> Found | None:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work."""
-    TdmsFile: Any = import_module("nptdms").TdmsFile
+    from nptdms import TdmsFile
 
     budget = budget_of(Path(path))
     with TdmsFile.open(path) as heads:
