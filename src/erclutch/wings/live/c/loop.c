@@ -1,4 +1,4 @@
-/* erclutch-loop: sense, estimate, control, interlock, command, once a period, in a process of its own.
+/* erclutch-loop: sense, control, interlock, estimate, command, once a period, in a process of its own.
  *
  * Whatever ends it (signal, order, lost parent, its own crash) ends at zero field; if nothing of it is left to send that,
  * the rig's watchdog does it. Started by `erclutch live`; by hand:
