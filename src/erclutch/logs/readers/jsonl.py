@@ -17,9 +17,10 @@ import numpy as np
 from erclutch.errors import LogError, printable
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import dates, text
+from erclutch.logs.readers import dates
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import choose, names_by
+from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -205,4 +206,4 @@ def _short_names(labels: list[str]) -> list[str]:
     return [end if end and ends.count(end) == 1 else label for label, end in zip(labels, ends, strict=True)]
 
 
-READER = LogReader((".jsonl", ".ndjson", ".json"), _claims, _read, recordings=names_by(_read), tells_damage=text.DAMAGE)
+READER = LogReader((".jsonl", ".ndjson", ".json"), _claims, _read, recordings=names_by(_read), tells_damage=DAMAGE)

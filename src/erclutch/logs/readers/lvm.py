@@ -10,6 +10,7 @@ import numpy as np
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.signals import units
 
@@ -41,7 +42,7 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
 
 def _read(source: LogSource) -> Table:
     """The segments as one recording where their time goes on, else as several."""
-    first, *parts = _END.split(text.decode(source.data).replace("\r\n", "\n"))
+    first, *parts = _END.split(decode(source.data).replace("\r\n", "\n"))
     if len(parts) < 2:
         raise LogError("the file has no segment", remedy="Copy the file again, or export it as CSV")
     header, segments = parts[0], list[Table]()
@@ -65,4 +66,4 @@ def _claims(head: bytes) -> bool:
     return head.startswith(b"LabVIEW Measurement")
 
 
-READER = LogReader((".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)
+READER = LogReader((".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

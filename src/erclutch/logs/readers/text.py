@@ -6,12 +6,9 @@ double. What goes wrong there is looked up a second time, line by line, so that 
 
 from __future__ import annotations
 
-import gzip
 import io
 import re
-import zlib
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -26,70 +23,17 @@ from erclutch.logs.readers import dates, first_bytes
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, WORDS, Dialect, cells_of, is_comment, is_number, sniff
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
+from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, damage_named, decode, opened
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_BLOCK = 1 << 20
 _LONGEST_NUMBER = 400  # characters of a cell
 _CORRECT = "Correct or empty that cell, or delete the line"
-DAMAGE = "not seen: text has no checksums; as .gz it has"
 _BLANK = " \t\r\n"  # other white space makes a row
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
-_CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
-
-
-def decode(data: bytes) -> str:
-    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), else Latin-1.
-
-    Raises:
-        LogError: the bytes are no text.
-    """
-    if data[:2] == b"\x1f\x8b":
-        data = _unzip(data)
-    encoding = _encoding_of(data)
-    try:
-        return data.decode(encoding)
-    except UnicodeDecodeError:
-        if encoding != "utf-8-sig":
-            raise _not_text(data) from None
-        return data.decode("latin-1")
-
-
-def _encoding_of(data: bytes) -> str:
-    """UTF-16 where every other byte is zero or a mark says so, else UTF-8 with or without a mark.
-
-    Raises:
-        LogError: the bytes are no text.
-    """
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return "utf-16"
-    if len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
-        return "utf-16-le"
-    if len(data) > 3 and data[0:2000:2].count(0) > 0.8 * len(data[0:2000:2]) and data[1]:
-        return "utf-16-be"
-    head = data[:65536]
-    odd = len(head) - len(head.translate(None, _CONTROL))
-    if b"\0" in data or odd > 0.01 * len(head):
-        raise _not_text(data)
-    return "utf-8-sig"
-
-
-def _not_text(data: bytes) -> LogError:
-    name, remedy = first_bytes.named(data)
-    return LogError(f"the file holds {name}, not text", remedy=remedy)
-
-
-def _unzip(data: bytes) -> bytes:
-    budget = Budget(len(data))
-    text = bytearray()
-    with _damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-        while block := file.read(_BLOCK):
-            budget.take_text(len(block))
-            text += block
-    return bytes(text)
 
 
 def read_text(source: LogSource) -> Table:
@@ -306,7 +250,7 @@ def _long_rows(body: str, dialect: Dialect) -> list[str]:
 def _hidden(body: str, dialect: Dialect) -> list[str]:
     """A note on the first hidden character: at the edge of a cell it counts for nothing."""
     data = body.encode("utf-8", "replace")
-    if body.isascii() and len(data) == len(data.translate(None, _CONTROL + b"\f\v\x1a\x7f")):
+    if body.isascii() and len(data) == len(data.translate(None, CONTROL + b"\f\v\x1a\x7f")):
         return []
     found = _HIDDEN.search(body)
     if found is None:
@@ -383,7 +327,7 @@ def text_windows(
         LogError: see `read_text`; a time in words or numbers above the rows, which no later window has.
     """
     dialect, notes = _dialect_of(_head_of(source.path), source.decimal)
-    with _damage_named(), _opened(source.path) as text:
+    with damage_named(), opened(source.path) as text:
         for _ in range(dialect.first):
             next(text, "")
         lines = (line for line in text if line.strip(_BLANK) and not is_comment(line))
@@ -400,14 +344,6 @@ def text_windows(
             yield start, stop, _window_of(source, held[: stop + margin - held_from], held_from, dialect, notes)
             start, drop = stop, max(stop - margin - held_from, 0)
             held, held_from = held[drop:], held_from + drop
-
-
-@contextmanager
-def _damage_named() -> Generator[None]:
-    try:
-        yield
-    except (OSError, EOFError, zlib.error) as error:
-        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
 
 
 def _window_of(source: LogSource, lines: Sequence[str], first_row: int, dialect: Dialect, notes: list[str]) -> Table:
@@ -440,22 +376,8 @@ def text_extent(path: Path) -> tuple[int, int]:
 
 def _head_of(path: Path) -> str:
     """More characters than `sniff` looks at."""
-    with _opened(path) as text:
+    with opened(path) as text:
         return text.read(SAMPLE + 1)
-
-
-def _opened(path: Path) -> io.TextIOWrapper:
-    """A text log as a stream of characters, gzip undone.
-
-    Raises:
-        LogError: the bytes are no text.
-    """
-    with path.open("rb") as file:
-        packed = file.read(2) == b"\x1f\x8b"
-    open_bytes: Callable[[Path], Any] = gzip.open if packed else (lambda log: log.open("rb"))
-    with open_bytes(path) as stream:
-        encoding = _encoding_of(stream.read(SAMPLE))
-    return io.TextIOWrapper(open_bytes(path), encoding, "replace")
 
 
 READER = LogReader(

@@ -6,7 +6,8 @@ Both write tables under each other, one an interval of a test, with names, then 
 from __future__ import annotations
 
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
@@ -64,7 +65,7 @@ def _called(test: str, interval: str, before: int) -> str:
 
 
 def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(text.decode(source.data)), "test")
+    return chosen_table(source, _blocks(decode(source.data)), "test")
 
 
 def _claims(head: bytes) -> bool:
@@ -74,4 +75,4 @@ def _claims(head: bytes) -> bool:
     return any(mark in plain for mark in marks)
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

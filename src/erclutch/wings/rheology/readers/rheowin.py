@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
 
@@ -47,7 +48,7 @@ def _without_empty_columns(block: Block) -> Block:
 
 
 def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(text.decode(source.data)), "segment")
+    return chosen_table(source, _blocks(decode(source.data)), "segment")
 
 
 def _claims(head: bytes) -> bool:
@@ -55,4 +56,4 @@ def _claims(head: bytes) -> bool:
     return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.dialect import is_number
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
@@ -36,7 +37,7 @@ def _blocks(content: str) -> list[Block]:
 
 
 def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(text.decode(source.data)), "step")
+    return chosen_table(source, _blocks(decode(source.data)), "step")
 
 
 def _claims(head: bytes) -> bool:
@@ -44,4 +45,4 @@ def _claims(head: bytes) -> bool:
     return b"[step]" in plain or (b"[parameters]" in plain and b"trios" in plain)
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=text.DAMAGE)
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

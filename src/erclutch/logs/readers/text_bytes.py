@@ -1,0 +1,99 @@
+"""Bytes of a text log become characters: gzip is undone, and the encoding is told from the first bytes."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zlib
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import LogError
+from erclutch.logs.readers import first_bytes
+from erclutch.logs.readers.budget import Budget
+from erclutch.logs.readers.dialect import SAMPLE
+
+_BLOCK = 1 << 20
+#: Bytes that no text holds, besides zero.
+CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
+DAMAGE = "not seen: text has no checksums; as .gz it has"
+
+
+def decode(data: bytes) -> str:
+    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), else Latin-1.
+
+    Raises:
+        LogError: the bytes are no text.
+    """
+    if data[:2] == b"\x1f\x8b":
+        data = _unzip(data)
+    encoding = _encoding_of(data)
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError:
+        if encoding != "utf-8-sig":
+            raise _not_text(data) from None
+        return data.decode("latin-1")
+
+
+def _encoding_of(data: bytes) -> str:
+    """UTF-16 where every other byte is zero or a mark says so, else UTF-8 with or without a mark.
+
+    Raises:
+        LogError: the bytes are no text.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    if len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
+        return "utf-16-le"
+    if len(data) > 3 and data[0:2000:2].count(0) > 0.8 * len(data[0:2000:2]) and data[1]:
+        return "utf-16-be"
+    head = data[:65536]
+    odd = len(head) - len(head.translate(None, CONTROL))
+    if b"\0" in data or odd > 0.01 * len(head):
+        raise _not_text(data)
+    return "utf-8-sig"
+
+
+def _not_text(data: bytes) -> LogError:
+    name, remedy = first_bytes.named(data)
+    return LogError(f"the file holds {name}, not text", remedy=remedy)
+
+
+def _unzip(data: bytes) -> bytes:
+    budget = Budget(len(data))
+    text = bytearray()
+    with damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+        while block := file.read(_BLOCK):
+            budget.take_text(len(block))
+            text += block
+    return bytes(text)
+
+
+@contextmanager
+def damage_named() -> Generator[None]:
+    """Name damaged gzip data in one line.
+
+    Raises:
+        LogError: in place of what the unpacking raised.
+    """
+    try:
+        yield
+    except (OSError, EOFError, zlib.error) as error:
+        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
+
+
+def opened(path: Path) -> io.TextIOWrapper:
+    """A text log as a stream of characters, gzip undone.
+
+    Raises:
+        LogError: the bytes are no text.
+    """
+    with path.open("rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    open_bytes: Callable[[Path], Any] = gzip.open if packed else (lambda log: log.open("rb"))
+    with open_bytes(path) as stream:
+        encoding = _encoding_of(stream.read(SAMPLE))
+    return io.TextIOWrapper(open_bytes(path), encoding, "replace")
