@@ -359,7 +359,7 @@ WORDS = {
     "inspect": ("inspect", "log.csv", "--write-mapping"),
     "align": ("align", "logs/a.csv", "logs/b.csv", "--on", "torque", "--out"),
     "fit-many": ("fit-many", "logs", "--models", "bingham", "--lag", "none", "--out"),
-    "excite": ("excite", "--seconds", "1", "--out"),
+    "excite": ("excite", "--sequence", "paper", "--seconds", "1", "--out"),
     "simulate": ("simulate", "training", "--seconds", "5", "--out"),
     "reproduce": ("reproduce", "fig3", "--seconds", "5", "--out"),
 }

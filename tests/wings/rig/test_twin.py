@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -242,19 +241,16 @@ def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pyte
     from erclutch.cli.commands.table import table
     from erclutch.wings.live.commands.tune import tune
     from erclutch.wings.paper.commands.calibrate_twin import calibrate_twin
-    from erclutch.wings.rig.commands.excite import excite
     from erclutch.wings.rig.commands.simulate import simulate
 
     monkeypatch.chdir(tmp_path)
     mine = tmp_path / "control.toml"
     mine.write_text("mine")
-    commands = partial(simulate, "test"), partial(table, tmp_path), calibrate_twin, excite
+    commands = partial(simulate, "test"), partial(table, tmp_path), calibrate_twin
     for command in (*(partial(each, out=mine) for each in commands), partial(tune, tmp_path, out=tmp_path)):
         with pytest.raises(RunError, match="there is a file already"):
             command()
     assert mine.read_text() == "mine"
-    excite(out=mine.with_suffix(".csv"), seconds=1)
-    excite(out=mine.with_suffix(".csv"), seconds=1, force=True)
 
 
 @pytest.mark.slow
@@ -271,40 +267,3 @@ def test_the_command(tmp_path: Path) -> None:
         done = run("simulate", *bad, cwd=tmp_path)
         assert done.code == 2
         assert done.error.startswith("error: ")
-
-
-# --- excitation -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
-def test_a_command_sequence_is_what_section_3b_asks_for(tmp_path: Path, suffix: str) -> None:
-    from erclutch.wings.rig.commands.excite import excite
-
-    path = tmp_path / f"commands{suffix}"
-    excite(out=path, seconds=20.0, seed=4)
-    columns = erclutch.read_table(path).columns
-    first, second, motor = (columns[name] for name in ("E1", "E2", "motor_torque"))
-    assert first.size == 20_000
-    assert not np.any((first > 0) & (second > 0))
-    assert min(first.min(), second.min()) >= 0.0
-    assert max(first.max(), second.max()) <= 0.5
-    assert 0.04 <= motor.min() < motor.max() <= 0.15
-    # Half a period of the torque lasts 5 to 250 ms: 100 to 2 Hz.
-    held = np.diff(np.flatnonzero(np.diff(motor, prepend=np.nan, append=np.nan)))
-    assert held[:-1].min() >= 5
-    assert held.max() <= 250
-    again = tmp_path / f"again{suffix}"
-    excite(out=again, seconds=20.0, seed=4)
-    np.testing.assert_array_equal(erclutch.read_table(again).columns["E1"], first)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [{"seconds": 0.0}, {"seed": -1}, {"rate": 0.0}, {"torque": (0.2, 0.1)}, {"highest": 400.0}, {"lowest": 200.0}],
-)
-def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> None:
-    from erclutch.wings.rig.commands.excite import excite
-
-    with pytest.raises(SettingError):
-        excite(out=tmp_path / "c.csv", **options)
-    assert not list(tmp_path.iterdir())

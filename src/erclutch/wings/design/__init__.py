@@ -1,0 +1,1 @@
+"""Which field and motion to log next: sequences of commands within the limits of a rig."""

@@ -1,0 +1,259 @@
+"""Field and motion are counted in whole ticks, so that the limits hold exactly in the numbers that are written.
+
+A tick is a power of ten with nine digits for the largest number: what a CSV file holds is what was counted. Speed and
+field are ticks; the position is the sum of a speed and the next (trapezoid), so in units of half a tick and a period.
+
+A state is *safe* if the rig can still brake at its full acceleration within stroke, heat and time, and bring its field
+to zero in time. From a safe state the braking itself is safe, so a stretch that is cut after its last safe row can
+always be followed by another one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import SettingError
+from erclutch.signals.array import Array
+from erclutch.wings.design.limits import RigLimits, option_of
+
+Ticks = NDArray[np.int64]
+_DIGITS = 9
+_FAR = 1 << 61  # ticks: no limit
+#: A limit that lets the field or the speed reach less than this share of its own limit is refused.
+_LEAST_SHARE = 0.1
+
+
+def course(now: int, pieces: Iterable[tuple[int, int, int]]) -> Ticks:
+    """Ticks after ``now``: for each piece a straight line to its target by a step a row, then a hold of some rows.
+
+    Args:
+        now: where it starts; not part of the course.
+        pieces: target, step (above 0) and rows of the hold.
+    """
+    parts: list[Ticks] = [np.zeros(0, np.int64)]
+    for target, step, hold in pieces:
+        rows = -(-abs(target - now) // step)
+        line = now + (step if target > now else -step) * np.arange(1, rows + 1)
+        if rows:
+            line[-1] = target
+        parts += [line.astype(np.int64), np.full(hold, target, np.int64)]
+        now = target
+    return np.concatenate(parts)
+
+
+def _ticks_per_unit(largest: float) -> float:
+    return 10.0 ** (_DIGITS - 1 - math.floor(math.log10(largest)))
+
+
+def _below(limit: float) -> int:
+    """Whole ticks that stay below a limit by a tick, which is more than the rounding of a float can add."""
+    return _FAR if limit >= _FAR else math.floor(limit) - 1
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The limits of a rig in ticks, for a rate and a number of rows.
+
+    Attributes:
+        rows: of the whole sequence.
+        rest: rows of rest at the start and at the end.
+        field, field_step: largest field, and its largest change in a row.
+        speed, speed_step: the same of the speed.
+        half_stroke: from the middle, in half ticks times a period.
+        heat: sum of the speeds' sizes over the sequence.
+        field_ticks, speed_ticks, position_ticks: ticks in a unit.
+        notes: limits that another limit keeps from being reached.
+    """
+
+    rows: int
+    rest: int
+    field: int
+    field_step: int
+    speed: int
+    speed_step: int
+    half_stroke: int
+    heat: int
+    field_ticks: float
+    speed_ticks: float
+    position_ticks: float
+    notes: tuple[str, ...]
+
+    @staticmethod
+    def of(limits: RigLimits, rate: float, seconds: float) -> Bounds:
+        """The limits as ticks.
+
+        Raises:
+            SettingError: the limits leave no sequence; it names the limit that forbids.
+        """
+        rows = round(rate * seconds)
+        rest = math.ceil(limits.rest * rate)
+        moving = (rows - 2 * rest - 2) / rate  # s
+        if moving < 20 / rate:
+            raise SettingError(
+                f"--rest {limits.rest:g} at the start and at the end of {seconds:g} s leaves no time",
+                remedy="Give more --seconds or less --rest",
+            )
+        notes: list[str] = []
+        speeds = {
+            "acceleration": 0.5 * limits.acceleration * moving,
+            "stroke": math.sqrt(limits.acceleration * limits.stroke),
+        }
+        speed = _reached("speed", limits.speed, speeds, notes)
+        # A speed that is held for a single row still costs its braking: the heat of the way up and down.
+        heat = limits.heat / limits.effort * rows if limits.heat < math.inf else math.inf  # speed x rows
+        speed = _reached("speed", speed, {"heat": math.sqrt(heat * limits.acceleration / rate)}, notes)
+        field = _reached("field", limits.field, {"field_rate": 0.5 * limits.field_rate * moving}, notes)
+        field_ticks, speed_ticks = _ticks_per_unit(field), _ticks_per_unit(speed)
+        position_ticks = 2.0 * rate * speed_ticks
+        bounds = Bounds(
+            rows=rows,
+            rest=rest,
+            field=_below(field * field_ticks),
+            field_step=_below(limits.field_rate / rate * field_ticks),
+            speed=_below(speed * speed_ticks),
+            speed_step=_below(limits.acceleration / rate * speed_ticks),
+            half_stroke=_below(0.5 * limits.stroke * position_ticks * (1.0 - 1e-8)),
+            heat=_below(heat * speed_ticks * (1.0 - 1e-9)),
+            field_ticks=field_ticks,
+            speed_ticks=speed_ticks,
+            position_ticks=position_ticks,
+            notes=tuple(notes),
+        )
+        if bounds.half_stroke < 4 * bounds.speed_step:
+            raise SettingError(
+                f"--stroke {limits.stroke:g} is passed within two rows at {rate:g} rows a second",
+                remedy="Give a higher --rate, or less --acceleration",
+            )
+        return bounds
+
+
+def _reached(what: str, asked: float, allowed: dict[str, float], notes: list[str]) -> float:
+    """What of a limit the others let the rig reach.
+
+    Raises:
+        SettingError: less than a tenth.
+    """
+    name, most = min(allowed.items(), key=lambda pair: pair[1])
+    if most >= asked:
+        return asked
+    option = option_of(name)
+    if most < _LEAST_SHARE * asked:
+        raise SettingError(
+            f"{option} lets the {what} reach {most:.3g} of {asked:g}",
+            remedy=f"Give more {option}, more --seconds, or a smaller {option_of(what)}",
+        )
+    notes.append(f"the {what} reaches {most:.3g} of {asked:g}: {option} forbids more")
+    return most
+
+
+class GrowingSequence:
+    """A sequence that grows by stretches; each row of it is safe.
+
+    Attributes:
+        bounds: the limits.
+        rows: how many are there.
+        field, speed, position: at the last row, in ticks.
+    """
+
+    def __init__(self, bounds: Bounds) -> None:
+        self.bounds = bounds
+        self.rows = self.field = self.speed = self.position = self._heat = 0
+        self._fields: list[Ticks] = []
+        self._speeds: list[Ticks] = []
+        still = np.zeros(bounds.rest + 1, np.int64)
+        self.append(still, still)
+
+    @property
+    def left(self) -> int:
+        """Rows until the last rest, which begins with a row at zero."""
+        return self.bounds.rows - self.bounds.rest - self.rows
+
+    def safe(self, fields: Ticks, speeds: Ticks) -> int:
+        """How many of further rows are safe, from the first one on."""
+        bounds = self.bounds
+        number = min(fields.size, speeds.size, self.left)
+        field, speed = fields[:number], speeds[:number]
+        before = np.concatenate([[self.speed], speed[:-1]])
+        size = np.abs(speed)
+        step = bounds.speed_step
+        braking = size // step  # rows of full braking before the last
+        way = (braking + 1) * size - step * (braking * (braking + 1) // 2)  # sum of the speeds until rest
+        done = self.rows + np.arange(1, number + 1)
+        fine = (size <= bounds.speed) & (np.abs(speed - before) <= step)
+        field_before = np.concatenate([[self.field], field[:-1]])
+        fine &= (np.abs(field) <= bounds.field) & (np.abs(field - field_before) <= bounds.field_step)
+        if bounds.half_stroke < _FAR - 1:
+            position = self.position + np.cumsum(speed + before)
+            fine &= np.abs(position + np.sign(speed) * (2 * way - size)) <= bounds.half_stroke
+        if bounds.heat < _FAR - 1:
+            share = np.minimum(1.0, 0.15 + done / bounds.rows)  # not all of it at the start
+            fine &= self._heat + np.cumsum(size) + way <= np.floor(share * bounds.heat)
+        remaining = bounds.rows - bounds.rest - done
+        fine &= -(-size // step) <= remaining
+        fine &= -(-np.abs(field) // bounds.field_step) <= remaining
+        return int(np.argmin(fine)) if not fine.all() else number
+
+    def cost(self, speeds: Ticks) -> float:
+        """Share of the time that a stretch takes, and of the heat."""
+        return speeds.size / self.bounds.rows + float(np.abs(speeds).sum()) / self.bounds.heat
+
+    def stop(self, hold: int = 0) -> tuple[Ticks, Ticks]:
+        """Field and speed to zero as fast as may be, and some rows there; always safe, but for the rows of the hold."""
+        fields = course(self.field, [(0, min(self.bounds.field_step, self.bounds.field), hold)])
+        speeds = course(self.speed, [(0, self.bounds.speed_step, hold)])
+        rows = max(fields.size, speeds.size, 1)
+        return _held(fields, rows), _held(speeds, rows)
+
+    def append(self, fields: Ticks, speeds: Ticks) -> None:
+        """Add rows that are safe."""
+        if not speeds.size:
+            return
+        before = np.concatenate([[self.speed], speeds[:-1]])
+        self.position += int((speeds + before).sum())
+        self._heat += int(np.abs(speeds).sum())
+        self.field, self.speed = int(fields[-1]), int(speeds[-1])
+        self.rows += speeds.size
+        self._fields.append(fields)
+        self._speeds.append(speeds)
+
+    def end(self) -> Commands:
+        """The whole sequence: what is still moving stops, and rests to the end."""
+        if self.field or self.speed:
+            self.append(*self.stop())
+        still = np.zeros(self.bounds.rows - self.rows, np.int64)
+        self.append(still, still)
+        bounds = self.bounds
+        fields, speeds = np.concatenate(self._fields), np.concatenate(self._speeds)
+        positions = np.cumsum(speeds + np.concatenate([[0], speeds[:-1]]))
+        position: Array = positions / bounds.position_ticks
+        farthest = float(np.abs(position).max(initial=0.0))
+        if farthest > 0.0:
+            # Rounded to what a CSV file holds; the half stroke is smaller by more than this rounding.
+            tens = _ticks_per_unit(farthest)
+            position = np.rint(position * tens) / tens
+        return Commands(fields / bounds.field_ticks, speeds / bounds.speed_ticks, position)
+
+
+def _held(ticks: Ticks, rows: int) -> Ticks:
+    """A course to which its last value, zero, is added until it has so many rows."""
+    return np.concatenate([ticks, np.zeros(rows - ticks.size, np.int64)])
+
+
+@dataclass(frozen=True)
+class Commands:
+    """References for a rig, a row a period.
+
+    Attributes:
+        field: field; of a pair signed, positive for the first clutch; shape (n,).
+        speed: slip; of a pair the speed of the motor; shape (n,).
+        position: its integral from the middle, by trapezoids; shape (n,).
+    """
+
+    field: Array
+    speed: Array
+    position: Array

@@ -1,0 +1,186 @@
+"""A sequence without a model: it fills the space of field, slip and their rates as evenly as the limits allow.
+
+Of some stretches that may come next the one is taken that adds most to the sum of log(1 + rows) over the cells of that
+space, for what it takes of the time and of the heat. This is the D-optimal design, made greedily, of a model that has
+one number for each cell. Sources: Fedorov and Hackl 1997, doi:10.1007/978-1-4612-0703-0 (designs made by exchange);
+Pronzato and Mueller 2012, doi:10.1007/s11222-011-9242-3 (designs that fill a space).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, Ticks, course
+from erclutch.wings.design.limits import RigLimits
+from erclutch.wings.design.stretches import StretchMaker, pieces_of_paper
+
+#: Cells along the field and along the slip; of the field zero has one more, and a pair has them on both sides.
+FIELD_CELLS, SLIP_CELLS = 8, 8
+_STEADY = 0.02  # share of the fastest rate below which a field or a slip is steady
+_FAST = 2.0  # rates of a field that may step: from zero to the largest in so many milliseconds
+_CANDIDATES = 24
+
+Cells = NDArray[np.intp]
+
+
+class Worth(Protocol):
+    """What stretches are worth that may follow a sequence."""
+
+    def of(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> float:
+        """What a stretch adds."""
+        ...
+
+    def take(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> None:
+        """The stretch will be added."""
+        ...
+
+
+class CellCounts:
+    """Rows in the cells of field, slip, and whether each of the two rises, falls or is steady."""
+
+    def __init__(self, bounds: Bounds, rate: float, *, signed: bool, one_way: bool) -> None:
+        self._bounds, self._signed, self._one_way = bounds, signed, one_way
+        fastest = bounds.field * 1000.0 / (_FAST * rate)  # ticks a row
+        self._steady_field = max(1.0, _STEADY * min(bounds.field_step, fastest))
+        self._steady_speed = _STEADY * bounds.speed_step
+        self.counts = np.zeros((2 * FIELD_CELLS + 1) * SLIP_CELLS * 9, np.intp)
+
+    def of(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> float:
+        """Growth of the sum of log(1 + rows) over the cells."""
+        cells, added = np.unique(self.cells(sequence.field, sequence.speed, fields, speeds), return_counts=True)
+        return float(np.sum(np.log1p(added / (1.0 + self.counts[cells]))))
+
+    def take(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> None:
+        """Count the rows."""
+        np.add.at(self.counts, self.cells(sequence.field, sequence.speed, fields, speeds), 1)
+
+    def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
+        """The cell of each row, with the field and the speed before the first."""
+        bounds = self._bounds
+        size = np.minimum(np.abs(fields) * FIELD_CELLS // (bounds.field + 1), FIELD_CELLS - 1)
+        level = np.where(fields == 0, FIELD_CELLS, np.where(fields > 0, FIELD_CELLS + 1 + size, FIELD_CELLS - 1 - size))
+        span = bounds.speed if self._one_way else 2 * bounds.speed
+        above = speeds if self._one_way else speeds + bounds.speed
+        slip = np.clip(above * SLIP_CELLS // (span + 1), 0, SLIP_CELLS - 1)
+        rates = _direction(np.diff(fields, prepend=field), self._steady_field)
+        turns = _direction(np.diff(speeds, prepend=speed), self._steady_speed)
+        return ((level * SLIP_CELLS + slip) * 9 + rates * 3 + turns).astype(np.intp)
+
+    def share(self) -> float:
+        """Share of the cells that hold a row, of those that can."""
+        levels = 2 * FIELD_CELLS + 1 if self._signed else FIELD_CELLS + 1
+        return float(np.count_nonzero(self.counts)) / (levels * SLIP_CELLS * 9)
+
+
+def _direction(change: Ticks, steady: float) -> NDArray[np.int64]:
+    """0 falls, 1 is steady, 2 rises."""
+    return np.where(np.abs(change) <= steady, 1, np.where(change > 0, 2, 0))
+
+
+def chosen_sequence(
+    limits: RigLimits,
+    rate: float,
+    seconds: float,
+    rng: np.random.Generator,
+    worth: Worth | None = None,
+    *,
+    signed: bool = False,
+    one_way: bool = False,
+    candidates: int = _CANDIDATES,
+) -> Commands:
+    """A sequence within limits, of the stretches that are worth most.
+
+    Args:
+        limits: of the rig.
+        rate: rows a second.
+        seconds: length.
+        rng: random numbers; the same ones give the same sequence.
+        worth: of a stretch; None: how it fills the space.
+        signed: whether the field has two signs: that of a pair.
+        one_way: whether the motion has one direction.
+        candidates: how many stretches are compared each time.
+
+    Raises:
+        SettingError: the limits leave no sequence; it names the limit that forbids.
+    """
+    bounds = Bounds.of(limits, rate, seconds)
+    sequence = GrowingSequence(bounds)
+    maker = StretchMaker(sequence, rng, rate, signed=signed, one_way=one_way)
+    worth = worth or CellCounts(bounds, rate, signed=signed, one_way=one_way)
+    while sequence.left > 0:
+        offers: list[tuple[float, Ticks, Ticks]] = []
+        for _ in range(candidates):
+            fields, speeds = maker.draw()
+            rows = sequence.safe(fields, speeds)
+            if rows >= min(maker.rows // 4, sequence.left):
+                fields, speeds = fields[:rows], speeds[:rows]
+                gain = worth.of(sequence, fields, speeds) / sequence.cost(speeds)
+                offers.append((gain, fields, speeds))
+        if offers:
+            _, fields, speeds = max(offers, key=lambda offer: offer[0])
+        else:
+            # Near the end of the stroke, or when the heat is used up: brake, and rest for a while.
+            fields, speeds = sequence.stop(maker.rows // 4)
+            rows = sequence.safe(fields, speeds)
+            fields, speeds = fields[:rows], speeds[:rows]
+        worth.take(sequence, fields, speeds)
+        sequence.append(fields, speeds)
+    return sequence.end()
+
+
+def papers_sequence(
+    limits: RigLimits,
+    rate: float,
+    seconds: float,
+    rng: np.random.Generator,
+    *,
+    signed: bool = False,
+    one_way: bool = False,
+) -> Commands:
+    """The draws of section III-B within the same limits: random squares and sines of field, random squares of speed."""
+    from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence
+
+    bounds = Bounds.of(limits, rate, seconds)
+    sequence = GrowingSequence(bounds)
+    highest = min(100.0, rate / 4.0)
+    settings = FieldSettings(lowest=min(2.0, 0.5 * highest), highest=highest)
+    drawn = field_sequence(bounds.rows, rng, settings, rate) / settings.largest
+    wanted = np.rint(drawn * bounds.field).astype(np.int64)
+    if not signed:
+        wanted = np.abs(wanted)
+    while sequence.left > 0:
+        piece = pieces_of_paper(bounds, rng, rate, one_way=one_way, highest=highest, lowest=settings.lowest)
+        speeds = course(sequence.speed, [piece])[: sequence.left]
+        fields = _followed(sequence.field, wanted[sequence.rows : sequence.rows + speeds.size], bounds.field_step)
+        rows = sequence.safe(fields, speeds)
+        if not rows:
+            fields, speeds = sequence.stop()
+            rows = speeds.size
+        sequence.append(fields[:rows], speeds[:rows])
+    return sequence.end()
+
+
+def _followed(now: int, wanted: Ticks, step: int) -> Ticks:
+    """A wanted course as a supply of limited rate follows it."""
+    if wanted.size == 0 or np.abs(np.diff(wanted, prepend=now)).max() <= step:
+        return wanted
+    followed = np.empty_like(wanted)
+    for row, target in enumerate(wanted.tolist()):
+        now = min(max(target, now - step), now + step)
+        followed[row] = now
+    return followed
+
+
+def coverage_share(
+    commands: Commands, limits: RigLimits, rate: float, seconds: float, *, signed: bool, one_way: bool
+) -> float:
+    """Share of the cells of field, slip and their directions that a sequence visits."""
+    bounds = Bounds.of(limits, rate, seconds)
+    cells = CellCounts(bounds, rate, signed=signed, one_way=one_way)
+    fields = np.rint(commands.field * bounds.field_ticks).astype(np.int64)
+    speeds = np.rint(commands.speed * bounds.speed_ticks).astype(np.int64)
+    np.add.at(cells.counts, cells.cells(0, 0, fields, speeds), 1)
+    return cells.share()

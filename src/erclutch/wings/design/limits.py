@@ -1,0 +1,165 @@
+"""What a rig may do, given or read from a file or a log: field, speed, acceleration, stroke, rests and heat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.files import plain_words, toml_of
+
+if TYPE_CHECKING:
+    from erclutch.logs.dataset import Dataset
+
+DeviceKind = Literal["brake", "clutch", "damper", "pair"]
+#: The numbers of a limits file, in SI units, with the smallest and the largest that make sense.
+RANGES: Mapping[str, tuple[float, float]] = {
+    "field": (1e-6, 1e9),
+    "field_rate": (1e-6, math.inf),
+    "speed": (1e-6, 1e6),
+    "acceleration": (1e-6, 1e9),
+    "stroke": (1e-6, math.inf),
+    "rest": (0.0, 3600.0),
+    "heat": (1e-9, math.inf),
+    "effort": (1e-9, math.inf),
+}
+_OPTIONS = {"field": "--largest", "effort": "--largest-effort"}
+_NEEDED = ("field", "speed", "acceleration")
+#: Of the differences of a logged slip: sensor noise makes the largest ones.
+_SURE = 0.99
+_OVER = 0.01  # s, over which the acceleration of a log is taken
+
+
+def option_of(name: str) -> str:
+    """The option of the command line that sets a limit."""
+    return _OPTIONS.get(name, f"--{name.replace('_', '-')}")
+
+
+@dataclass(frozen=True)
+class RigLimits:
+    """Limits of a rig, in SI units.
+
+    Attributes:
+        field: largest field, in the unit of the log's field; the smallest is 0.
+        field_rate: how fast the field may change, field unit/s.
+        speed: largest slip to either side, rad/s or m/s; of a pair the speed of the motor.
+        acceleration: largest change of that speed, rad/s^2 or m/s^2.
+        stroke: from end to end, rad or m; the motion begins in the middle.
+        rest: time without field and motion at the start and at the end, s.
+        heat: largest mean power over the sequence, W: effort times slip.
+        effort: effort that the device never exceeds, N m or N; needed for the heat.
+    """
+
+    field: float
+    speed: float
+    acceleration: float
+    field_rate: float = math.inf
+    stroke: float = math.inf
+    rest: float = 0.5
+    heat: float = math.inf
+    effort: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in RANGES.items():
+            limit = getattr(self, name)
+            if not low <= limit <= high:
+                allowed = f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
+                raise SettingError(f"{option_of(name)} {limit:g}", remedy=f"Give {allowed}")
+        if self.heat < math.inf and self.effort == math.inf:
+            raise SettingError(f"--heat {self.heat:g} without an effort", remedy="Give --largest-effort")
+
+    def line(self, motion_unit: str, field_unit: str) -> str:
+        """The limits as one line for people."""
+        words = [
+            f"field 0 .. {self.field:g} {field_unit}".rstrip(),
+            f"speed +-{self.speed:g} {motion_unit}/s",
+            f"acceleration {self.acceleration:g} {motion_unit}/s^2",
+        ]
+        further = (
+            ("field rate", self.field_rate, f"{field_unit or 1}/s"),
+            ("stroke", self.stroke, motion_unit),
+            ("mean power", self.heat, "W"),
+        )
+        return ", ".join([*words, *(f"{name} {limit:g} {unit}" for name, limit, unit in further if limit < math.inf)])
+
+
+def limits_of(given: Mapping[str, float | None], known: Mapping[str, float]) -> RigLimits:
+    """Limits from options, over those of a file or a log.
+
+    Raises:
+        SettingError: the field, speed or acceleration is missing, or a limit is outside its range.
+    """
+    merged = {**known, **{name: limit for name, limit in given.items() if limit is not None}}
+    missing = [name for name in _NEEDED if name not in merged]
+    if missing:
+        options = " ".join(f"{option_of(name)} NUMBER" for name in missing)
+        raise SettingError(
+            f"the rig's {' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not known",
+            remedy=f"Give {options}, or --limits with a TOML file or a log",
+        )
+    return RigLimits(**merged)
+
+
+def limits_of_file(path: Path) -> dict[str, float]:
+    """The table ``[limits]`` of a TOML file: numbers named as the attributes of `RigLimits`.
+
+    Raises:
+        SettingError: no such file, no such table, or a name or a number that cannot be.
+    """
+    where = str(path)
+    try:
+        body = toml_of(path.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        raise SettingError(plain_words(error), where=where, remedy="Give a TOML file with a table [limits]") from error
+    table: Any = body.get("limits")
+    known = [field.name for field in fields(RigLimits)]
+    if not isinstance(table, dict):
+        raise SettingError("it has no table [limits]", where=where, remedy=f"Write one with {', '.join(known)}")
+    limits: dict[str, float] = {}
+    for name, limit in table.items():  # pyright: ignore[reportUnknownVariableType]
+        if name not in known:
+            raise SettingError(f"[limits] has {name!r}", where=where, remedy=f"Names are {', '.join(known)}")
+        if isinstance(limit, bool) or not isinstance(limit, int | float):
+            raise SettingError(f"{name} = {limit!r}", where=where, remedy="Give a number in SI units")
+        limits[name] = float(limit)
+    return limits
+
+
+def limits_of_log(data: Dataset) -> dict[str, float]:
+    """What the rig did in a log, it may do again: the largest field and its rate, speed, acceleration, stroke, power.
+
+    The stroke is taken where the motion keeps coming back: its way is less than half of what the speed would run.
+    """
+    slips = [element.slip for element in data.elements]
+    fields_of = [element.field for element in data.elements]
+    spans = data.clock.spans
+    period = data.period
+    over = max(1, round(_OVER / period))
+    changes: list[float] = []
+    rates: list[float] = []
+    ways: list[float] = []
+    for span in spans:
+        start, stop = span.start, span.stop
+        for slip in slips[:1]:
+            if stop - start > over:
+                difference = np.abs(slip[start + over : stop] - slip[start : stop - over]) / (over * period)
+                changes.append(float(np.quantile(difference, _SURE)))
+            ways.append(float(np.ptp(np.cumsum(slip[start:stop]) * period)))
+        rates += [float(np.abs(np.diff(field[start:stop])).max(initial=0.0)) / period for field in fields_of]
+    speed = max(float(np.abs(slip).max()) for slip in slips[:1])
+    limits = {
+        "field": max(float(field.max()) for field in fields_of),
+        "field_rate": max(rates),
+        "speed": speed,
+        "acceleration": max(changes, default=0.0),
+        "heat": float(np.mean(np.abs(data.effort * slips[0]))),
+        "effort": float(np.abs(data.effort).max()),
+    }
+    if max(ways) < 0.5 * float(np.mean(np.abs(slips[0]))) * data.duration:
+        limits["stroke"] = max(ways)
+    return {name: limit for name, limit in limits.items() if limit > 0.0}
