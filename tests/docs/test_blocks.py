@@ -2,7 +2,8 @@
 
 Before a block a Markdown comment may say ``% file: NAME`` (the block is written to that file). After a block of shell
 or Python a block of text is its output, where ``...`` stands for anything. On top of a page ``% needs: FOLDER/FILE``
-names the recording that it is about. The Python blocks of a page below ``notebooks`` are cells of one session.
+names the recording that it is about, ``% tools: NAME NAME`` the programs that its blocks run. The Python blocks of a
+page below ``notebooks`` are cells of one session.
 """
 
 from __future__ import annotations
@@ -86,6 +87,9 @@ def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_p
         if not recording.is_file():
             pytest.skip(f"needs the recording beside the project: {recording}")
         shutil.copy(recording, tmp_path)
+    tools = re.search(r"^% tools: (.+)$", text, re.MULTILINE)
+    if tools and not all(map(shutil.which, tools[1].split())):
+        pytest.skip(f"needs {tools[1]}")
     cells = [block.body for block in blocks_of(text) if block.language == "python"]
     session = iter(run_cells(cells, tmp_path) if page.parent.name == FOLDER else ())
     printed: str | None = None

@@ -108,3 +108,24 @@ def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> Non
     rows = np.column_stack([values for _, values in columns.values()])
     header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\n{header}"
     np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")
+
+
+def write_hysteretic_log(path: Path, seconds: float = 24.0, seed: int = 0) -> None:
+    """Write the log of a brake with hysteresis as CSV: a Dahl state that yields over 0.15 rad of travel.
+
+    The current stands still for a sixth of the time at each of its levels, and the slip is the sum of two sines.
+    """
+    rng, travel, period = np.random.default_rng(seed), 0.15, 1e-3
+    time = np.arange(round(seconds / period)) * period
+    levels = np.array([0.0, 0.5, 1.0, 1.5, 1.0, 0.5])
+    current = levels[np.minimum(levels.size * np.arange(time.size) // time.size, levels.size - 1)]  # [A]
+    slip = 4.0 * np.sin(9.0 * time) + 2.0 * np.sin(2.3 * time)  # [rad/s]
+    state, strained = 0.0, np.zeros_like(time)
+    for row, w in enumerate(slip):
+        aim = float(np.sign(w))
+        state = aim + (state - aim) * float(np.exp(-abs(w) * period / travel))
+        strained[row] = state
+    torque = (0.05 + 0.4 * current) * strained + 0.01 * slip + 0.005 * rng.standard_normal(time.size)  # [N m]
+    header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\ntime [s],current [A],slip [rad/s],torque [N*m]"
+    rows = np.column_stack([time, current, slip, torque])
+    np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")
