@@ -20,12 +20,14 @@ from tests.support.command import good, refused, run
 from tests.support.installed_plugin import Install
 
 #: Their unit is that of a rig's field, which no option knows; or they are shares of one, such as field per rad.
-PLAIN = {"--k-p", "--k-d", "--torque-p", "--torque-i", "--field-limit", "--largest"}
+PLAIN = {"--k-p", "--k-d", "--torque-p", "--torque-i", "--field-limit", "--largest", "--field-rate"}
+#: Of a rig's motion: in rad of a brake, in m of a damper.
+PLAIN |= {"--speed", "--acceleration", "--stroke", "--largest-effort"}
 #: A name may be one of several, or a choice of few.
 SAME = {
     "--as": "a format of what is written",
     "--derivative": "a filter; only causal ones run in an export",
-    "--device": "single or coaxial",
+    "--device": "single or coaxial; excite asks whether a brake, a clutch or a damper",
     "--rate": "a rate in Hz; align takes those of two logs",
     "--time": "a column; align takes those of two logs",
     "--seconds": "a time, with a default or without",

@@ -160,14 +160,14 @@ def test_limits_come_from_a_file_or_a_log_and_options_go_first(tmp_path: Path) -
     file = tmp_path / "rig.toml"
     file.write_text("[limits]\nfield = 2\nspeed = 9.5\nacceleration = 300\nrest = 0.1\n")
     assert limits_of_file(file) == {"field": 2.0, "speed": 9.5, "acceleration": 300.0, "rest": 0.1}
-    excite(out=tmp_path / "first.csv", seconds=3, limits=file, speed=4.0)
+    excite(out=tmp_path / "first.csv", seconds=3, rig_limits=file, speed=4.0)
     slip = erclutch.read_table(tmp_path / "first.csv").columns["slip"]
     assert 3.0 < np.abs(slip).max() <= 4.0
     from erclutch.logs.synthetic import write_synthetic_log
 
     write_synthetic_log(tmp_path / "log.csv", 4.0)
     log = erclutch.read_table(tmp_path / "log.csv").columns
-    excite(out=tmp_path / "second.csv", seconds=10, limits=tmp_path / "log.csv")
+    excite(out=tmp_path / "second.csv", seconds=10, rig_limits=tmp_path / "log.csv")
     again = erclutch.read_table(tmp_path / "second.csv").columns
     largest = max(float(column.max()) for name, column in log.items() if name.startswith(("field", "E", "current")))
     assert 0.99 * largest < again["field"].max() <= largest

@@ -100,7 +100,7 @@ def limits_of(given: Mapping[str, float | None], known: Mapping[str, float]) -> 
         options = " ".join(f"{option_of(name)} NUMBER" for name in missing)
         raise SettingError(
             f"the rig's {' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not known",
-            remedy=f"Give {options}, or --limits with a TOML file or a log",
+            remedy=f"Give {options}, or --rig-limits with a TOML file or a log",
         )
     return RigLimits(**merged)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE
+from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE, quantity
 from erclutch.errors import SettingError, require
 from erclutch.files import may_write_file
 
@@ -38,14 +38,14 @@ def excite(
     seed: int = 0,
     sequence: Literal["fill", "paper"] = "fill",
     force: Annotated[bool, Parameter(negative=())] = False,
-    limits: Annotated[Path | None, Parameter(group=_LIMITS)] = None,
+    rig_limits: Annotated[Path | None, Parameter(group=_LIMITS)] = None,
     largest: _Number = None,
     field_rate: _Number = None,
     speed: _Number = None,
     acceleration: _Number = None,
     stroke: _Number = None,
     rest: Annotated[float | None, SECONDS, Parameter(group=_LIMITS)] = None,
-    heat: _Number = None,
+    heat: Annotated[float | None, quantity("W"), Parameter(group=_LIMITS)] = None,
     largest_effort: _Number = None,
     one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False,
     field_unit: Annotated[str, Parameter(group=_LIMITS)] = "",
@@ -67,7 +67,7 @@ def excite(
         seed: Seed of the sequence; the same seed gives the same sequence.
         sequence: fill, or paper: pseudorandom squares and sines of field and motor torque for a pair (section III-B).
         force: Replace a file that is there.
-        limits: TOML file with a table named limits, or a log of the rig: what it did there it may do again.
+        rig_limits: TOML file with a table named limits, or a log of the rig: what it did there it may do again.
         largest: Largest field. Of the paper: 0.5, which is 2000 V.
         field_rate: How fast the field may change, in a second. Default: it may step.
         speed: Largest slip to either side; of a pair the motor's speed.
@@ -98,7 +98,7 @@ def excite(
     options |= {"stroke": stroke, "rest": rest, "heat": heat, "effort": largest_effort}
     if sequence == "paper":
         unused = [name for name, limit in options.items() if limit is not None and name != "field"]
-        if unused or limits is not None:
+        if unused or rig_limits is not None:
             raise SettingError(
                 "--sequence paper looks at no limits but --largest", remedy="Leave the others out, or take fill"
             )
@@ -108,7 +108,7 @@ def excite(
         return
     signed = device == "pair"
     turning = one_way or signed
-    known = limits_of(options, {} if limits is None else _known(limits, signed))
+    known = limits_of(options, {} if rig_limits is None else _known(rig_limits, signed))
     if turning and known.stroke < float("inf"):
         raise SettingError(
             f"--stroke {known.stroke:g} of a motion that never turns back",
