@@ -78,6 +78,7 @@ def frames(seconds: float) -> dict[str, Any]:
         page.wait_for_timeout(3000)
         bare = page.evaluate("painted") / 3
         page.goto(watched.url)
+        page.wait_for_url("**-*/")
         page.wait_for_timeout(5000)
         assert watched.page is not None
         pids = {"server": watched.page.pid, "recorder": watched.recordings.pid or 0, "session": os.getpid()}
@@ -153,6 +154,7 @@ def page_kills(times: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as (live, watched), sync_playwright() as pw:
         browser, page = window(pw)
         page.goto(watched.url)
+        page.wait_for_url("**-*/")
         assert watched.page is not None
         for _ in range(times):
             page.wait_for_timeout(float(random.uniform(0.0, 500.0)))

@@ -78,6 +78,7 @@ def draw_app(log: Path, folder: Path) -> None:
     try:
         with page(1180, 1000) as seen:
             seen.goto(_address(session))
+            seen.wait_for_url("**-*/")
             seen.set_input_files("#file", str(log))
             seen.wait_for_url("**/log/**")
             for signal, column, unit in (

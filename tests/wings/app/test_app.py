@@ -9,14 +9,17 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 from urllib.parse import parse_qsl
 
 import numpy as np
@@ -27,6 +30,7 @@ from hypothesis import strategies as st
 from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.workspace import Workspace, WorkspaceError, plain_name
+from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 
 CHROMIUM = Path("/usr/bin/chromium")
 NEES = Path(__file__).parents[4] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
@@ -144,6 +148,40 @@ def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:
             space.path(name)
 
 
+def test_a_link_in_a_folder_is_not_followed(tmp_path: Path) -> None:
+    space = Workspace(tmp_path)
+    run = tmp_path / "run"
+    (run / "models").mkdir(parents=True)
+    (run / "run.json").write_text("{}")
+    (run / "rows.parquet").write_text("1")
+    assert space.run("run") == run
+    (run / "models" / "bingham.json").symlink_to(run / "rows.parquet")
+    for ask in (space.path, space.run):
+        with pytest.raises(WorkspaceError, match=r"holds the link models/bingham\.json, and links in a folder"):
+            ask("run")
+    assert space.body("run") is None
+    (run / "models" / "bingham.json").unlink()
+    (run / "more").symlink_to("/etc")
+    with pytest.raises(WorkspaceError, match="holds the link more"):
+        space.path("run")
+
+
+def test_looks_at_logs_are_counted(tmp_path: Path) -> None:
+    jobs = Jobs(tmp_path)
+    words = ["simulate", "training", "--seconds", "3000", "--out"]
+    try:
+        looks = [jobs.look("look", [*words, f"{place}.csv"], place, "/") for place in range(4)]
+        with pytest.raises(WorkspaceError, match="four logs are being looked at"):
+            jobs.look("look", [*words, "4.csv"], 4, "/")
+        assert jobs.look("look", [*words, "0.csv"], 0, "/") is looks[0]
+        assert not jobs.full
+        looks[1].cancel()
+        looks[1].join(20.0)
+        jobs.look("look", [*words, "4.csv"], 4, "/")
+    finally:
+        jobs.close()
+
+
 def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
     job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
     while not job.lines and job.code is None and job.seconds < 3.0:
@@ -186,15 +224,18 @@ class Served:
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         self.url = self.process.stdout.readline().strip()
-        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=(\S+)", self.url)
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#token=(\S+)", self.url)
         assert found
-        self.port, token = int(found[1]), found[2]
-        self.cookie = f"erclutch-{self.port}={token}"
+        self.access = Access(int(found[1]), found[2])
+        self.port, self.base = self.access.port, self.access.base
+        self.cookie = self.access.set_cookie().partition(";")[0]
 
-    def ask(self, method: str, path: str, body: bytes = b"", **headers: str) -> tuple[int, str]:
+    def ask(self, method: str, path: str, body: bytes = b"", *, bare: bool = False, **headers: str) -> tuple[int, str]:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         origin = {} if method == "GET" else {"Origin": f"http://127.0.0.1:{self.port}"}
-        connection.request(method, path, body, {"Cookie": self.cookie, **origin, **headers})
+        connection.request(
+            method, path if bare else self.base + path, body, {"Cookie": self.cookie, **origin, **headers}
+        )
         with closing(connection), connection.getresponse() as answer:
             return answer.status, answer.read().decode("utf-8", "replace")
 
@@ -216,11 +257,30 @@ def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served
     assert served.ask("GET", "/")[0] == 200
     assert served.ask("GET", "/", Cookie="")[0] == 403
     assert served.ask("GET", "/", Cookie=f"erclutch-{served.port}=x")[0] == 403
+    assert served.ask("GET", "/static/app.js", bare=True)[0] == 403
+    other_pages: list[dict[str, Any]] = [{"Sec-Fetch-Site": site} for site in ("same-site", "cross-site")]
+    for headers in other_pages:
+        assert served.ask("GET", "/", b"", **headers)[0] == 403
+        assert served.ask("POST", "/twin", b"what=log", **headers)[0] == 403
+    tokens: list[dict[str, Any]] = [
+        {TOKEN_HEADER: text} for text in (served.access.token, served.cookie.partition("=")[2])
+    ]
+    assert [served.ask("POST", "/enter", b"", bare=True, **headers)[0] for headers in tokens] == [200, 403]
     assert served.ask("GET", "/", Host="evil.example")[0] == 403
     assert served.ask("POST", "/twin", b"what=log", Origin="http://evil.example")[0] == 403
     assert served.ask("POST", "/twin", b"what=log", Origin="null")[0] == 403
     assert served.ask("PUT", "/upload/a.csv", b"1", Origin="http://evil.example")[0] == 403
     assert list(served.folder.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_idle_connections_do_not_shut_the_owner_out(served: Served) -> None:
+    with ExitStack() as stack:
+        for place in range(100):
+            raw = stack.enter_context(socket.create_connection(("127.0.0.1", served.port), timeout=5))
+            with suppress(OSError):
+                raw.sendall(b"GET / HTTP/1.1\r\nHost: " if place % 2 else b"")
+        assert [served.ask("GET", "/")[0] for _ in range(3)] == [200, 200, 200]
 
 
 @pytest.mark.slow
@@ -314,15 +374,83 @@ def open_page(served: Served) -> Iterator[Callable[..., Any]]:
                 wrong.append(message.text)
 
         def opened(width: int = 1440, scheme: str = "light") -> Any:
-            page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page = context.new_page()
             page.on("pageerror", lambda error: wrong.append(str(error)))
             page.on("console", hear)
             page.goto(served.url)
+            page.wait_for_url(f"**{served.base}/")
             return page
 
         yield opened
         browser.close()
     assert wrong == []
+
+
+class _Foreign(BaseHTTPRequestHandler):
+    """Another server of this machine. It keeps what a browser sends, and its page asks for whatever it can."""
+
+    seen: ClassVar[list[str]] = []
+    page = ""
+
+    def do_GET(self) -> None:
+        self.seen.append(f"{self.path} {self.headers}")
+        self.send_response(200)
+        self.send_header("content-type", "text/html")
+        self.end_headers()
+        self.wfile.write(self.page.encode())
+
+    do_POST = do_GET
+
+    def log_message(self, format: str, *args: object) -> None: ...
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_page_of_another_port_gets_no_token_and_starts_nothing(
+    host: str, served: Served, open_page: Callable[..., Any]
+) -> None:
+    """The owner has the app open, and visits a page of another port (the same site), or of another origin."""
+    page = open_page()
+    page.wait_for_selector("#drop")
+    assert page.url == f"http://127.0.0.1:{served.port}{served.base}/"
+    before = served.ask("GET", "/")[1].count("/job/")
+    target = f"http://127.0.0.1:{served.port}"
+    log = german(served.folder / "stolen.csv").name
+    asked = [f"{target}/", f"{target}/log/{log}", f"{target}{served.base}/log/{log}", f"{target}{served.base}/job/1"]
+    forms = "".join(
+        f'<form id="f{n}" method="post" action="{target}{path}" target="i{n}"><input name="what" value="log"></form>'
+        f'<iframe name="i{n}"></iframe>'
+        for n, path in enumerate(("/twin", f"{served.base}/twin"))
+    )
+    script = (
+        f"const asked = {json.dumps(asked)}; const answers = [];"
+        "for (const form of document.forms) form.submit();"
+        "const ask = (to, how) => fetch(to, how).then(a => a.text()).then(t => answers.push(t), () => 0);"
+        f"const enter = ask('{target}/enter', {{method: 'POST', credentials: 'include'}});"
+        "const all = asked.map(to => ask(to, {credentials: 'include'}));"
+        "Promise.all([enter, ...all]).then(() => document.title = 'done ' + answers.length);"
+    )
+    _Foreign.page = "".join(f'<img src="{to}"><script src="{to}"></script>' for to in asked) + forms
+    _Foreign.page += f"<script>{script}</script>"
+    _Foreign.seen.clear()
+    with ThreadingHTTPServer(("127.0.0.1", 0), _Foreign) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        visit = page.context.new_page()
+        visit.goto(f"http://{host}:{other.server_port}/")
+        visit.wait_for_function("document.title.startsWith('done')")
+        visit.wait_for_timeout(500)
+        assert visit.title() == "done 0"  # not one answer could be read
+        page.reload()
+        visit.close()
+        other.shutdown()
+    secrets = (served.access.token, served.cookie.partition("=")[2])
+    assert _Foreign.seen
+    assert not any(secret in request for secret in secrets for request in _Foreign.seen)
+    assert served.ask("GET", "/")[1].count("/job/") == before
+    assert not list(served.folder.glob("twin-log*"))
+    (served.folder / log).unlink()
+    page.close()
 
 
 def german(path: Path) -> Path:
@@ -405,7 +533,7 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
     page.wait_for_url("**/log/**")
     assert "broken.parquet" in page.locator("[role=alert]").inner_text()
     for tab, log in ((page, "one.csv"), (other, "two.csv")):
-        tab.goto(f"http://127.0.0.1:{served.port}/")
+        tab.goto(f"http://127.0.0.1:{served.port}{served.base}/")
         tab.set_input_files("#file", str(german(tmp_path / log)))
         tab.wait_for_url("**/log/**")
         tab.fill("[name=run]", f"run-{log}")
@@ -425,7 +553,7 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
     for width in (1440, 390):
         page.set_viewport_size({"width": width, "height": 900})
         for place in ("", "log/two.csv", "job/1"):
-            page.goto(f"http://127.0.0.1:{served.port}/{place}")
+            page.goto(f"http://127.0.0.1:{served.port}{served.base}/{place}")
             assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
@@ -438,5 +566,5 @@ def test_accessible(width: int, scheme: str, served: Served, open_page: Callable
     page.wait_for_url("**/log/**")
     page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
     accessible(page)
-    page.goto(f"http://127.0.0.1:{served.port}/log/none.csv")
+    page.goto(f"http://127.0.0.1:{served.port}{served.base}/log/none.csv")
     accessible(page)

@@ -20,9 +20,11 @@ from pathlib import Path
 from typing import IO, Any
 
 from erclutch.cli.terminal import PROGRESS
+from erclutch.wings.app.workspace import WorkspaceError
 
 _MOST_LINES = 2000
 _MOST_RUNNING = 4
+_MOST_LOOKING = 4
 _MOST_KEPT = 200
 _MOST_LOOKS = 20
 _PATIENCE = 10.0  # s that an interrupted command has to end
@@ -157,10 +159,16 @@ class Jobs:
         return job
 
     def look(self, title: str, words: Sequence[str], state: object, back: str) -> Job:
-        """The job that looks at a log so: one that did while the files were in this state, or a new one."""
+        """The job that looks at a log so: one that did while the files were in this state, or a new one.
+
+        Raises:
+            WorkspaceError: as many look already as may.
+        """
         key = (tuple(words), state)
         found = self._looks.get(key)
         if found is None or found.state in ("cancelled", "failed"):
+            if sum(job.code is None and job.whole for job in self) >= _MOST_LOOKING:
+                raise WorkspaceError("four logs are being looked at", remedy="Wait for one of them, then reload")
             found = self._looks[key] = self.begin(title, words, back=back, whole=True)
         for old in list(self._looks)[:-_MOST_LOOKS]:
             del self._looks[old]

@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl, quote, urlencode
+from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 import jinja2
 from starlette.applications import Starlette
@@ -29,6 +29,7 @@ from erclutch.wings.live.page.page_server import Guard
 
 _LONGEST_FORM = 100_000
 _PATIENCE = 120.0  # s for a report
+_MOST_ASKED = 2  # reports that are written at a time
 _SHORT = 3.0  # s: a look at a log that takes longer shows its progress
 _STATIC = {"app.css": "text/css", "app.js": "text/javascript"}
 _OWN = {
@@ -59,8 +60,8 @@ class Workbench:
     """
 
     def __init__(self, folder: Path, access: Access, scratch: Path) -> None:
-        self._space, self._scratch = Workspace(folder), scratch
-        self.jobs = Jobs(self._space.folder)
+        self._space, self._scratch, self._access = Workspace(folder), scratch, access
+        self.jobs, self._turns = Jobs(self._space.folder), asyncio.Semaphore(_MOST_ASKED)
         templates = files("erclutch") / "wings/app/templates"
         self._pages: Any = jinja2.Environment(
             loader=jinja2.FileSystemLoader(str(templates)),
@@ -70,7 +71,10 @@ class Workbench:
             lstrip_blocks=True,
         )
         self._pages.filters["quoted"] = _quoted
-        self._pages.globals.update(version=__version__, size=workspace.said_size, folder=str(self._space.folder))
+        self._pages.filters["alone"] = self._alone_address
+        self._pages.globals.update(
+            base=access.base, version=__version__, size=workspace.said_size, folder=str(self._space.folder)
+        )
         get: dict[str, _Answer] = {
             "/": self._home,
             "/log/{name}": self._log,
@@ -99,6 +103,10 @@ class Workbench:
         routes += [Route(path, self._told(self._with_form(a)), methods=["POST"]) for path, a in post.items()]
         routes.append(Route("/upload/{name}", self._told(self._upload), methods=["PUT"]))
         self.app = Guard(Starlette(routes=routes), access, headers=_OWN, command="erclutch app")
+
+    def _alone_address(self, address: str) -> str:
+        """The address of a page that gets by without this page's cookie."""
+        return self._access.alone_place(unquote(address)) + address
 
     # --- what all answers share ---------------------------------------------------------------------------------------
 
@@ -139,7 +147,11 @@ class Workbench:
         return RedirectResponse(f"/job/{job.number}", 303)
 
     async def _asked(self, *words: str) -> tuple[int, bytes, str]:
-        """Exit code, output and last error line of a short command; it ends with the request."""
+        """Exit code, output and last error line of a short command; it ends with the request. Few run at a time."""
+        async with self._turns:
+            return await self._in_turn(words)
+
+    async def _in_turn(self, words: tuple[str, ...]) -> tuple[int, bytes, str]:
         process = await asyncio.to_thread(jobs.start, words, self._space.folder)
         try:
             out, errors = await asyncio.to_thread(_communicate, process)
@@ -298,7 +310,8 @@ class Workbench:
     async def _fit(self, request: Request, form: _Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
         known = [entry.name for entry in self._space.logs()]
-        logs = [name, *(other for other in known if f"log.{other}" in form and other != name)]
+        others = [other for other in known if f"log.{other}" in form and other != name]
+        logs = [name, *(self._space.path(other).name for other in others)]
         run = plain_name(form.get("run", "").strip())
         if (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs):
             raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
@@ -346,6 +359,7 @@ class Workbench:
 
     async def _compare(self, request: Request, form: _Form) -> Response:
         chosen = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
+        chosen = [self._space.path(run).name for run in chosen]
         if len(chosen) < 2:
             raise WorkspaceError("fewer than two runs are chosen", remedy="Tick two runs or more, then compare")
         out = self._space.free("comparison.html")
@@ -499,7 +513,7 @@ def _address(job: Job) -> str | None:
     if job.code is not None:
         return None
     for line in reversed(job.lines):
-        found = re.search(r"http://127\.0\.0\.1:\d{2,5}/\?token=[A-Za-z0-9_-]+", line)
+        found = re.search(r"http://127\.0\.0\.1:\d{2,5}/#token=[A-Za-z0-9_-]+", line)
         if found:
             return found[0]
     return None

@@ -21,6 +21,7 @@ ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")
 #: Of an upload, bytes; as large as the largest log that `erclutch.read` takes.
 LARGEST = 4 << 30
 _LONGEST_NAME = 120
+_MOST_INSIDE = 20_000  # files of a folder
 _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
 
@@ -104,14 +105,19 @@ class Workspace:
         """A file or folder that is in the workspace.
 
         Raises:
-            WorkspaceError: no such name.
+            WorkspaceError: no such name, or a folder that holds a link: it could lead to any file of this machine.
         """
         path = self.folder / plain_name(name)
         try:
-            if path.exists() and self._holds(path):
-                return path
+            there = path.exists() and self._holds(path)
+            link = _link_in(path) if there else None
         except OSError:
-            pass
+            there, link = False, None
+        if link is not None:
+            problem = f"the folder holds {link}, and links in a folder are not followed"
+            raise NotThereError(problem, where=name, remedy="Put the file itself in the place of the link")
+        if there:
+            return path
         raise NotThereError("the workspace has no such file or folder", where=name, remedy="Go back to the overview")
 
     def run(self, name: str) -> Path:
@@ -225,6 +231,19 @@ def plain_name(name: str) -> str:
     if len(name.encode()) > _LONGEST_NAME:
         raise WorkspaceError(f"the name has more than {_LONGEST_NAME} bytes", where=name[:40], remedy="Shorten it")
     return name
+
+
+def _link_in(folder: Path) -> str | None:
+    """The first link below a folder, or what stands for it where there is too much to look at."""
+    looked = 0
+    for place, folders, names in os.walk(folder):
+        for name in (*folders, *names):
+            path, looked = Path(place) / name, looked + 1
+            if path.is_symlink():
+                return f"the link {path.relative_to(folder).as_posix()[:80]}"
+            if looked > _MOST_INSIDE:
+                return f"more than {_MOST_INSIDE} files"
+    return None
 
 
 def _is_run(path: Path) -> bool:

@@ -26,7 +26,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from erclutch.wings.live.companions import Observers
 from erclutch.wings.live.layout import EVENT_BITS
-from erclutch.wings.live.page.access import Access
+from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 from erclutch.wings.live.page.page_process import PageError, PageProcess
 from erclutch.wings.live.page.wire import pack, wire_of
 from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimits, PageCommand, parse
@@ -148,8 +148,9 @@ def test_host_and_origin(headers: list[tuple[str, str]], file: bool, socket_: bo
 @given(st.text(max_size=60))
 def test_only_the_token_is_the_token(text: str) -> None:
     access = Access(80, "the token")
-    assert access.by_query(f"token={text}") is (text in ("the token", "the+token", "the%20token"))
+    assert access.by_token([("x-erclutch-token", text)]) is (text == "the token")
     assert access.by_cookie([("cookie", f"erclutch-80={text}; other=1")]) is False
+    assert access.alone_path(f"/{text}") is None
 
 
 # --- the server -------------------------------------------------------------------------------------------------------
@@ -167,23 +168,26 @@ class Site:
         assert self.observers.page is not None
         self.page = self.observers.page
         self.access = self.page.access
+        self.cookie = self.access.set_cookie().partition(";")[0]
 
-    def get(self, path: str, *, token: bool = True, method: str = "GET", **headers: str) -> tuple[int, bytes, Any]:
+    def get(
+        self, path: str, *, token: bool = True, method: str = "GET", bare: bool = False, **headers: Any
+    ) -> tuple[int, bytes, Any]:
         connection = http.client.HTTPConnection("127.0.0.1", self.access.port, timeout=10)
-        own = {"Cookie": f"{self.access.cookie}={self.access.token}"} if token else {}
+        own = {"Cookie": self.cookie} if token else {}
         try:
-            connection.request(method, path, headers={**own, **headers})
+            connection.request(method, path if bare else self.access.base + path, headers={**own, **headers})
             answer = connection.getresponse()
             return answer.status, answer.read(), answer.headers
         finally:
             connection.close()
 
-    def connect(self, *, token: str | None = None, host: str = "", origin: str | None = "own") -> ClientConnection:
+    def connect(self, *, cookie: str | None = None, host: str = "", origin: str | None = "own") -> ClientConnection:
         address = f"127.0.0.1:{self.access.port}"
-        headers = {"Cookie": f"{self.access.cookie}={token or self.access.token}"}
+        headers = {"Cookie": self.cookie if cookie is None else f"{self.access.cookie}={cookie}"}
         with socket.create_connection(("127.0.0.1", self.access.port)) as raw:
             return connect(
-                f"ws://{host or address}/frames",
+                f"ws://{host or address}{self.access.base}/frames",
                 sock=raw.dup(),
                 origin=f"http://{address}" if origin == "own" else origin,  # type: ignore[arg-type]
                 additional_headers=headers,
@@ -227,26 +231,53 @@ def texts(socket_: ClientConnection, kind: str, count: int = 1, seconds: float =
 
 def test_no_answer_without_the_token(site: Site) -> None:
     for path in ("/", "/live.js", "/uPlot.js", "/frames", "/none"):
-        status, body, _ = site.get(path, token=False)
-        assert (status, b"erclutch live printed" in body) == (403, True), path
-    assert site.get("/?token=wrong", token=False)[0] == 403
-    for token in ("wrong", site.access.token[:-1], site.access.token + "x"):
+        for bare in (False, True) if path != "/" else (False,):
+            status, body, _ = site.get(path, token=bare, bare=bare)
+            assert (status, b"erclutch live printed" in body) == (403, True), path
+    own: dict[str, Any] = {"Origin": f"http://127.0.0.1:{site.access.port}"}
+    right = site.access.token
+    right_header: dict[str, Any] = {TOKEN_HEADER: right}
+    for wrong in ("wrong", right[:-1], right + "x", ""):
+        assert site.get("/enter", method="POST", bare=True, token=False, **{**own, TOKEN_HEADER: wrong})[0] == 403
+    assert site.get("/enter", method="POST", bare=True, token=False, **right_header)[0] == 403  # no Origin
+    good = site.cookie.partition("=")[2]
+    for cookie in ("wrong", good[:-1], good + "x", right):
         with pytest.raises(InvalidStatus, match="403"):
-            site.connect(token=token)
+            site.connect(cookie=cookie)
 
 
-def test_the_printed_address_gives_a_cookie_and_hides_the_token(site: Site) -> None:
-    status, _, headers = site.get(f"/?token={site.access.token}", token=False)
-    assert (status, headers["location"]) == (303, "/")
+def test_the_token_gives_a_cookie_for_one_path_alone(site: Site) -> None:
+    """A browser sends a cookie to all ports of a host; to a path that no other server knows, it is never asked for."""
+    own: dict[str, Any] = {"Origin": f"http://127.0.0.1:{site.access.port}", TOKEN_HEADER: site.access.token}
+    status, body, headers = site.get("/enter", method="POST", bare=True, token=False, **own)
+    assert (status, json.loads(body)) == (200, {"to": f"{site.access.base}/"})
     cookie = headers["set-cookie"]
-    assert cookie.startswith(f"{site.access.cookie}={site.access.token};")
-    assert {"HttpOnly", "SameSite=Strict", "Path=/"} <= {part.strip() for part in cookie.split(";")}
-    status, body, headers = site.get("/")
-    assert status == 200
-    assert site.access.token.encode() not in body
-    assert "default-src 'none'" in headers["content-security-policy"]
-    assert "frame-ancestors 'none'" in headers["content-security-policy"]
-    assert headers["x-content-type-options"] == "nosniff"
+    assert {"HttpOnly", "SameSite=Strict", f"Path={site.access.base}/"} <= {part.strip() for part in cookie.split(";")}
+    assert cookie.startswith(f"erclutch-{site.access.port}=")
+    secrets = [cookie.partition("=")[2].partition(";")[0], site.access.base.partition("-")[2], site.access.token]
+    assert len(set(secrets)) == 3
+    for path, bare in (("/", True), ("/enter.js", True), ("/", False)):
+        status, body, headers = site.get(path, bare=bare)
+        assert status == 200
+        assert not any(secret.encode() in body for secret in secrets)
+        assert "default-src 'none'" in headers["content-security-policy"]
+        assert "frame-ancestors 'none'" in headers["content-security-policy"]
+        assert headers["x-content-type-options"] == "nosniff"
+
+
+def fetched(site_of: str) -> dict[str, Any]:
+    """The header by which a browser says whose page asks."""
+    return {"Sec-Fetch-Site": site_of}
+
+
+@pytest.mark.parametrize("site_of", ["same-site", "cross-site"])
+def test_nothing_for_a_page_of_another_port(site: Site, site_of: str) -> None:
+    """A page of another port of this machine is of the same site: its cookie and its Origin may be ours."""
+    assert site.get("/", **fetched("same-origin"))[0] == 200
+    assert site.get("/", **fetched("none"))[0] == 200
+    assert site.get("/", **fetched(site_of))[0] == 403
+    own: dict[str, Any] = {"Origin": f"http://127.0.0.1:{site.access.port}", TOKEN_HEADER: site.access.token}
+    assert site.get("/enter", method="POST", bare=True, **own, **fetched(site_of))[0] == 403
 
 
 def test_nothing_for_a_foreign_host_or_origin(site: Site) -> None:

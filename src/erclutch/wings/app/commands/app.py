@@ -40,6 +40,7 @@ def app(
         import uvicorn
 
         from erclutch.wings.app.workbench_server import Workbench
+        from erclutch.wings.live.page.page_server import counted_connection
     except ImportError as error:
         raise SettingError(f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"') from error
     from erclutch.cli import terminal
@@ -57,6 +58,7 @@ def app(
     with listening, tempfile.TemporaryDirectory(prefix="erclutch-") as scratch:
         bench = Workbench(folder, access, Path(scratch))
         settings: dict[str, Any] = {"lifespan": "off", "log_config": None, "access_log": False, "server_header": False}
+        settings |= {"http": counted_connection(bench.app.strangers), "h11_max_incomplete_event_size": 16384}
         config = uvicorn.Config(bench.app, ws="none", timeout_graceful_shutdown=1, limit_concurrency=64, **settings)
         terminal.say(f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it.")
         if open_:

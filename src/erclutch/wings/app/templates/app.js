@@ -1,13 +1,14 @@
 "use strict";
 // What a page cannot do alone: send a dropped file, follow a form while it is filled in and a command while it runs.
 
+const base = document.body.dataset.base; // the session's own path
 const drop = document.getElementById("drop");
 if (drop) {
   const said = document.getElementById("upload");
   const send = file => {
     const request = new XMLHttpRequest();
     const failed = text => { said.textContent = text; said.className = "problem"; };
-    request.open("PUT", `/upload/${encodeURIComponent(file.name)}`);
+    request.open("PUT", `${base}/upload/${encodeURIComponent(file.name)}`);
     request.upload.onprogress = event => {
       said.className = "";
       said.textContent = `Copying ${file.name}: ${Math.floor(100 * event.loaded / Math.max(event.total, 1))} %`;
@@ -16,7 +17,7 @@ if (drop) {
     request.onload = () => {
       let answer = {};
       try { answer = JSON.parse(request.responseText); } catch { /* told below */ }
-      if (request.status === 200 && answer.log) location.href = answer.log;
+      if (request.status === 200 && answer.log) location.href = base + answer.log;
       else failed(answer.problem || "The file was not taken.");
     };
     request.send(file);
@@ -62,7 +63,7 @@ if (job && job.dataset.state === "running") {
   const look = async () => {
     let told;
     try {
-      const answer = await fetch(`/job/${job.dataset.number}.json`);
+      const answer = await fetch(`${base}/job/${job.dataset.number}.json`);
       if (!answer.ok) throw new Error(answer.statusText);
       told = await answer.json();
     } catch {

@@ -128,26 +128,20 @@ def _say(body: dict[str, Any]) -> None:
 
 async def _serve(setting: dict[str, Any]) -> int:
     import uvicorn
-    from uvicorn.protocols.http.h11_impl import H11Protocol
 
-    from erclutch.wings.live.page.page_server import LONGEST_MESSAGE, Page
+    from erclutch.wings.live.page.page_server import LONGEST_MESSAGE, Page, counted_connection
 
     limits = CommandLimits(tuple(setting["limits"]["programs"]), setting["limits"]["motor"])
     listening = socket.create_server(("127.0.0.1", int(setting["port"])), backlog=64)
     access = Access(listening.getsockname()[1], setting["token"])
     page = Page(setting["ring"], limits, access, _hand_over, setting["shown"])
 
-    class Connection(H11Protocol):
-        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-            super().connection_made(transport)
-            page.app.strangers.add(self.client, transport)
-
     config = uvicorn.Config(
         page.app,
         lifespan="off",
         log_config=None,
         access_log=False,
-        http=Connection,
+        http=counted_connection(page.app.strangers),
         ws="websockets-sansio",
         ws_max_size=LONGEST_MESSAGE,
         ws_per_message_deflate=False,

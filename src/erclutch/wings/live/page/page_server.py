@@ -12,7 +12,7 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -44,6 +44,18 @@ _FILES = {
     "/uPlot.css": "report/assets/uplot/uPlot.min.css",
     "/uPlot.js": "report/assets/uplot/uPlot.iife.min.js",
 }
+
+_STATIC_FILES = files("erclutch") / "wings/live/page/static"
+#: What a browser gets before it has shown the token.
+_ENTRANCE: Mapping[str, tuple[str, str]] = {
+    "/": ("enter.html", "text/html"),
+    "/enter.js": ("enter.js", "text/javascript"),
+}
+
+_ENTRANCE_POLICY = (
+    "default-src 'none'; script-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
+)
 
 
 class Page:
@@ -229,42 +241,75 @@ class Guard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or socket (ASGI)."""
         if scope["type"] == "http":
-            await self._http(scope, receive, _with_headers(send, self._headers))
+            await self._http(scope, receive, _with_headers(send, self._headers, self._access.base))
         elif scope["type"] == "websocket":
-            if self._access.from_here(_headers(scope), socket=True) and self._access.by_cookie(_headers(scope)):
+            headers, path = _headers(scope), self._below(scope)
+            if path is not None and self._access.from_here(headers, socket=True) and self._may(headers):
                 self.strangers.shown(scope["client"])
-                await self._app(scope, receive, send)
+                await self._app({**scope, "path": path}, receive, send)
             else:
                 await receive()
                 await send({"type": "websocket.close", "code": 1008})
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
-        headers = _headers(scope)
-        changes = scope["method"] not in ("GET", "HEAD")
+        headers, method, path = _headers(scope), str(scope["method"]), str(scope["path"])
+        changes = method not in ("GET", "HEAD")
+        below, alone = self._below(scope), None if changes else self._access.alone_path(path)
         if not self._access.from_here(headers, socket=changes):
-            await PlainTextResponse("Only for this machine.\n", 403)(scope, receive, send)
-        elif scope["path"] == "/" and self._access.by_query(scope["query_string"].decode("latin-1")):
+            answer: Response = PlainTextResponse("Only for this machine.\n", 403)
+        elif not changes and path in _ENTRANCE:  # for everybody: it holds no secret, and its script brings the token
+            name, kind = _ENTRANCE[path]
+            own = {**HEADERS, "content-security-policy": _ENTRANCE_POLICY}
+            answer = Response((_STATIC_FILES / name).read_bytes(), headers=own, media_type=kind)
+        elif method == "POST" and path == "/enter" and self._enters(headers):
             self.strangers.shown(scope["client"])
-            answer = RedirectResponse("/", 303, {"set-cookie": self._access.set_cookie()})
-            await answer(scope, receive, send)
-        elif self._access.by_cookie(headers):
+            answer = JSONResponse({"to": f"{self._access.base}/"}, headers={"set-cookie": self._access.set_cookie()})
+        elif alone is not None or (below is not None and self._may(headers)):
             self.strangers.shown(scope["client"])
-            await self._app(scope, receive, send)
+            await self._app({**scope, "path": below or alone}, receive, send)
+            return
         else:
-            text = f"Open the address that {self._command} printed; it holds a token.\n"
-            await PlainTextResponse(text, 403)(scope, receive, send)
+            answer = PlainTextResponse(f"Open the address that {self._command} printed; it holds a token.\n", 403)
+        await answer(scope, receive, send)
+
+    def _below(self, scope: Scope) -> str | None:
+        """The path below the session's own; None for any other."""
+        path = str(scope["path"])
+        return path.removeprefix(self._access.base) if path.startswith(f"{self._access.base}/") else None
+
+    def _may(self, headers: list[tuple[str, str]]) -> bool:
+        return self._access.by_own_page(headers) and self._access.by_cookie(headers)
+
+    def _enters(self, headers: list[tuple[str, str]]) -> bool:
+        return self._access.by_own_page(headers) and self._access.by_token(headers)
 
 
 def _headers(scope: Scope) -> list[tuple[str, str]]:
     return [(name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in scope["headers"]]
 
 
-def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
+def _with_headers(send: Send, headers: Mapping[str, str], base: str) -> Send:
+    """Sends each answer with these headers where it has none of the name; it stays below the session's path."""
+
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
             given = MutableHeaders(scope=message)
             for name, value in headers.items():
                 given.setdefault(name, value)
+            if given.get("location", "").startswith("/"):
+                given["location"] = base + given["location"]
         await send(message)
 
     return sent
+
+
+def counted_connection(strangers: Strangers) -> Any:
+    """Uvicorn's class of a connection, each of which is a stranger until it shows the token."""
+    from uvicorn.protocols.http.h11_impl import H11Protocol
+
+    class Connection(H11Protocol):
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            super().connection_made(transport)
+            strangers.add(self.client, transport)
+
+    return Connection

@@ -36,7 +36,7 @@ const clock = {
 // --- connection ------------------------------------------------------------------------------------------------------
 
 function connect() {
-  socket = new WebSocket(`ws://${location.host}/frames`);
+  socket = new WebSocket(`ws://${location.host}${location.pathname}frames`);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => { pause = 250; failures = 0; over = false; tally.connections += 1; };
   socket.onmessage = event => typeof event.data === "string" ? heard(JSON.parse(event.data)) : frames(event.data);
@@ -53,7 +53,7 @@ async function lost(ended) {
   banner(over ? "The session has ended." : "The connection to the session is lost. Trying again …");
   if (failures < 3) return;
   try {
-    const answer = await fetch("/live.css", { cache: "no-store" });
+    const answer = await fetch("live.css", { cache: "no-store" });
     if (answer.status === 403) banner("This is another session. Open the address that erclutch live printed.");
   } catch { /* nobody answers: the session is over, or its server starts again */ }
 }
