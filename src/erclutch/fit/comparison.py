@@ -114,10 +114,11 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
     findings += seen
 
     folds = [cross_validated(train, each, settings.blocks) for each in fitted]
-    entries = with_bands(data, test, scored(data, train, test, outcomes, settings, folds))
+    entries = scored(data, train, test, outcomes, settings, folds)
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = judged_by_training(entries)
     choice = chosen(train, fitted, [e.name for e in entries if e.sound], settings.seed)
+    entries = with_bands(data, test, entries, None if choice is None else choice.at_new_fields)
     best, recommended = recommend(
         {e.name: e.test for e in entries},
         {e.name: e.excess for e in entries},

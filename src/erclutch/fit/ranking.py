@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.fit_settings import Settings
+from erclutch.fit.new_fields import wider_at_new_fields
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
@@ -112,15 +113,35 @@ def scored(
     return sorted(entries, key=lambda e: e.test.rmse.value)
 
 
-def with_bands(data: Dataset, test: NDArray[np.bool_], entries: Sequence[RankedModel]) -> list[RankedModel]:
-    """The models with bands that are calibrated on the training rows and judged on those held out."""
+def with_bands(
+    data: Dataset,
+    test: NDArray[np.bool_],
+    entries: Sequence[RankedModel],
+    at_new_fields: Mapping[str, Array] | None = None,
+) -> list[RankedModel]:
+    """The models with bands that are calibrated on the training rows and judged on those held out.
+
+    Args:
+        data: all rows.
+        test: mask of the rows held out, shape (n,).
+        entries: the models.
+        at_new_fields: by name, errors on the training rows by fits without the field of a row, each (m,); the bands of
+            these models then have widths of their own at fields between and beyond those of the training rows.
+    """
     errors = [data.effort - entry.predicted for entry in entries]
     outcomes = [entry.outcome for entry in entries]
     found = calibrated(data, ~test, errors, [o.parameters for o in outcomes], [o.unseen for o in outcomes])
-    return [
-        entry if pair is None else _with_band(data, test, entry, pair[0], judged(data, test, entry.predicted, *pair))
-        for entry, pair in zip(entries, found, strict=True)
-    ]
+    train, new = data.take(~test), at_new_fields or {}
+    banded: list[RankedModel] = []
+    for entry, pair in zip(entries, found, strict=True):
+        if pair is None:
+            banded.append(entry)
+            continue
+        band, plain = pair
+        if entry.name in new:
+            band = wider_at_new_fields(band, train, new[entry.name])
+        banded.append(_with_band(data, test, entry, band, judged(data, test, entry.predicted, band, plain)))
+    return banded
 
 
 def _with_band(

@@ -31,17 +31,19 @@ _NEAR, _MOST = 1.4, 3
 
 @dataclass(frozen=True)
 class LeftOut:
-    """LeftOut of the training rows that are left out in turn.
+    """Parts of the training rows that are left out in turn.
 
     Attributes:
         words: what they are, for people.
         masks: one a part, over the training rows.
         further: whether they go beyond the rows that are left: other fields, other motions.
+        fields: how many of the parts, the first ones, are whole fields.
     """
 
     words: str
     masks: Sequence[Mask]
     further: bool
+    fields: int = 0
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,14 @@ class Choice:
         recommended: its name.
         words: on what it was chosen, for people.
         errors: RMSE of each model in question on parts that it was not fitted to.
+        at_new_fields: measured less estimated effort of each model in question on all training rows, shape (n,), by
+            fits without the field of a row; none where no whole fields were left out.
     """
 
     recommended: str
     words: str
     errors: Mapping[str, BandedFigure]
+    at_new_fields: Mapping[str, Array]
 
 
 def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float, ...]:
@@ -74,12 +79,14 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     logs = groups_of(train)
     masks: list[Mask] = []
     words: list[str] = []
+    fields = 0
     for name, numbers in (("field", logs.field), ("motion", logs.motion)):
         if len(set(numbers)) >= _FEWEST_GROUPS:
             masks += _masks(train, logs.rows, numbers)
             words.append(f"whole {name}s")
+            fields = len(masks) if name == "field" else fields
     if masks:
-        return LeftOut(" and ".join(words), masks, further=True)
+        return LeftOut(" and ".join(words), masks, further=True, fields=fields)
     if len(logs.rows) >= _FEWEST_GROUPS:
         return LeftOut("whole logs", list(_masks(train, logs.rows, range(len(logs.rows)))), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
@@ -107,11 +114,12 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
         seed: of the bands.
 
     Returns:
-        None where there is no choice, or the rows are too few to leave any out.
+        None where there is no choice, or the rows are too few to leave any out. A single model is refitted only where
+        whole fields can be left out, for its errors at new fields; it was chosen by nothing.
     """
     parts = parts_of_training(train)
     allowed = [f for f in fitted if f.outcome.model.name in sound] or list(fitted)
-    if parts is None or len(allowed) < 2:
+    if parts is None or (len(allowed) < 2 and not parts.fields):
         return None
     contenders = list(_in_question(allowed, further=parts.further))
     errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in contenders}
@@ -136,7 +144,14 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
         {name: outcomes[name].parameters for name in usable},
         freedom={name: outcomes[name].freedom for name in usable},
     )
-    return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()})
+    rows = [np.flatnonzero(mask) for mask in parts.masks[: parts.fields]]
+    at_new_fields: dict[str, Array] = {}
+    for each in usable if rows else ():
+        at_new_fields[each] = np.empty(train.rows)
+        at_new_fields[each][np.concatenate(rows)] = np.concatenate(errors[each][: parts.fields])
+    if len(allowed) < 2:
+        return Choice(name, "", {}, at_new_fields)
+    return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()}, at_new_fields)
 
 
 def _refitted(contenders: Sequence[Fitted], rows: Dataset, train: Dataset) -> dict[str, Array]:

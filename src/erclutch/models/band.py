@@ -28,8 +28,9 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
 
-#: Edges of the field, and edges of the slip, that a band may have.
-MOST_EDGES = 3
+#: Edges of the field, and edges of the slip, that a band may have; and edges of the field with those around fields that
+#: no log had.
+MOST_EDGES, MOST_FIELD_EDGES = 3, 15
 #: Cells of the band's grid along a side of a cell of `Range.near`.
 _FINER = 2
 #: What follows the field.

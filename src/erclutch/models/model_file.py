@@ -17,7 +17,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, PluginError, RunError
-from erclutch.models.band import MOST_EDGES, Band
+from erclutch.models.band import MOST_EDGES, MOST_FIELD_EDGES, Band
 from erclutch.models.model import CELLS, Pair, Range
 from erclutch.registry import require
 from erclutch.signals.array import Array
@@ -225,7 +225,8 @@ def band_of(body: Mapping[str, Any]) -> Band:
         raise ValueError(f"level is {level:g}, not below 1")
     settling, threshold = (number_of(body[key], key, positive=True) for key in ("settling_s", "threshold"))
     over_fields, over_slips = (pair_of(body[key], f"the band's {key}") for key in ("field", "slip"))
-    fields, slips = (_edges_of(body[key], key) for key in ("field_edges", "slip_edges"))
+    fields = _edges_of(body["field_edges"], "field_edges", MOST_FIELD_EDGES)
+    slips = _edges_of(body["slip_edges"], "slip_edges")
     cells = 2 * (len(fields) + 1) * (len(slips) + 1)
     behind, ahead = (tuple(table_of(body[key], key, cells).tolist()) for key in ("behind", "ahead"))
     if min(*behind, *ahead) < 0.0:
@@ -233,10 +234,10 @@ def band_of(body: Mapping[str, Any]) -> Band:
     return Band(level, settling, threshold, over_fields, over_slips, fields, slips, behind, ahead)
 
 
-def _edges_of(value: Any, name: str) -> tuple[float, ...]:
+def _edges_of(value: Any, name: str, most: int = MOST_EDGES) -> tuple[float, ...]:
     """Saved edges of a band: few, positive and ascending."""
-    if not isinstance(value, list) or len(cast(list[Any], value)) > MOST_EDGES:
-        raise ValueError(f"{name} is {value!r:.40}, not a table of up to {MOST_EDGES}")
+    if not isinstance(value, list) or len(cast(list[Any], value)) > most:
+        raise ValueError(f"{name} is {value!r:.40}, not a table of up to {most}")
     edges = tuple(number_of(edge, name, positive=True) for edge in cast(list[Any], value))
     if list(edges) != sorted(set(edges)):
         raise ValueError(f"{name} are {edges!r:.60}, not ascending")

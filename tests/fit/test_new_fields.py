@@ -1,0 +1,125 @@
+"""A band is wider at fields that no log has, as far as fits without the field of a row err (SYNTHETIC, truth known)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import RunError
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.new_fields import wider_at_new_fields
+from erclutch.fit.prediction_bands import LEVEL, calibrated
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.models.band import MOST_FIELD_EDGES, Band
+from erclutch.models.load import load_model
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element
+
+PERIOD, ROWS = 5e-3, 900
+FIELDS = (0.0, 0.4, 0.7, 1.0)
+UNITS = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+
+
+def device(fields: Sequence[float]) -> Dataset:
+    """A log for each field, with a yield effort in proportion to it."""
+    rng = np.random.default_rng(0)
+    slip = 2.0 * np.sin(2.0 * np.pi * 0.7 * PERIOD * np.arange(ROWS))
+    logs: list[Dataset] = []
+    for field in fields:
+        effort = field * np.tanh(slip / 0.1) + 0.1 * slip + 0.01 * rng.standard_normal(ROWS)
+        signals = {"field": np.full(ROWS, field), "slip": slip, "effort": effort}
+        data = build_dataset(recording_from_arrays(signals, UNITS, rate=1.0 / PERIOD))
+        logs.append(replace(data, sources=(f"log at {field:g} A",)))
+    return joined(logs)
+
+
+def calibrated_on(data: Dataset, error: Array) -> Band:
+    made = calibrated(data, np.ones(data.rows, np.bool_), [error], [4])[0]
+    assert made is not None
+    return made[0]
+
+
+def width_at(band: Band, field: float, slip: float = 1.0) -> float:
+    clock = Clock(np.zeros(1), (Span(0, 1, PERIOD),))
+    low, high = band.around(np.zeros(1), (Element(np.array([field]), np.array([slip])),), clock)
+    return float((high - low)[0])
+
+
+def test_known_fields_keep_their_band_and_new_fields_have_their_own() -> None:
+    data = device(FIELDS)
+    rng = np.random.default_rng(1)
+    seen, new = 0.1 * rng.standard_normal(data.rows), 0.5 * rng.standard_normal(data.rows)
+    band = calibrated_on(data, seen)
+    wider = wider_at_new_fields(band, data, new)
+    for field in FIELDS:
+        assert width_at(wider, field) == width_at(band, field)
+        assert width_at(wider, field + 0.03) == width_at(band, field)
+    for field in (0.2, 0.55, 0.85, 1.1, 1.5, 100.0):
+        assert 2.0 * 1.96 * 0.5 < width_at(wider, field) < 2.0 * 2.8 * 0.5
+    fresh = 0.5 * rng.standard_normal(10_000)
+    assert np.mean(np.abs(fresh) < 0.5 * width_at(wider, 0.55)) > LEVEL
+
+
+def test_each_log_counts_the_same_and_the_worst_slip_decides() -> None:
+    """A short log that errs at large slips alone is a sixth of its field's logs, so the band holds it."""
+    data = device((*FIELDS, 0.4, 0.4))
+    slip = np.abs(data.elements[0].slip)
+    short = np.arange(data.rows) < data.rows - ROWS + 200
+    cut = data.take(short)
+    errors = np.where((np.arange(data.rows) >= 5 * ROWS) & (slip > 1.8), 7.0, 0.1)[short]
+    wider = wider_at_new_fields(calibrated_on(cut, 0.1 * np.ones(cut.rows)), cut, errors)
+    assert width_at(wider, 0.55, 0.2) == 14.0
+
+
+def test_small_errors_at_new_fields_narrow_no_band() -> None:
+    data = device(FIELDS)
+    band = calibrated_on(data, np.random.default_rng(1).standard_normal(data.rows))
+    wider = wider_at_new_fields(band, data, np.zeros(data.rows))
+    assert width_at(wider, 0.55) >= max(width_at(band, field) for field in FIELDS)
+
+
+def test_fields_near_to_each_other_or_too_many_have_nothing_new_between() -> None:
+    near = device((0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8))
+    band = wider_at_new_fields(calibrated_on(near, near.effort), near, 9.0 * np.ones(near.rows))
+    assert width_at(band, 0.63) < 18.0 <= width_at(band, 1.0)
+    one = device((0.5, 0.5))
+    band = calibrated_on(one, one.effort)
+    assert wider_at_new_fields(band, one, 9.0 * np.ones(one.rows)) == band
+
+
+def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
+    """A square of the field, where the truth is in proportion to it: the errors grow beyond the fields of the fit."""
+    data = device((*FIELDS, 1.2))
+    compared = compare(data, Settings(("bingham/square",), "none", ("log at 1.2 A",)))
+    entry = compared.entries[0]
+    assert compared.chosen_by == ""
+    assert entry.band is not None
+    assert entry.band.held.share > 0.95
+    plain = calibrated(data, ~compared.test, [data.effort - entry.predicted], [4])[0]
+    assert plain is not None
+    low, high = plain[0].around(entry.predicted, data.elements, data.clock)
+    assert np.mean(((low <= data.effort) & (data.effort <= high))[compared.test]) < 0.6
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_the_file_of_a_model_holds_the_edges(more: int, tmp_path: Path) -> None:
+    data = device((*FIELDS, 1.2))
+    found = compare(data, Settings(("bingham/power",), "none", ("log at 1.2 A",))).entries[0].outcome.model
+    count = MOST_FIELD_EDGES + more
+    edges = tuple(0.1 * (k + 1) for k in range(count))
+    widths = tuple(0.1 + 0.01 * k for k in range(2 * (count + 1)))
+    band = replace(found.band, field_edges=edges, slip_edges=(), behind=widths, ahead=widths)
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(replace(found, band=band).to_dict()), encoding="utf-8")
+    if more:
+        with pytest.raises(RunError, match="field_edges"):
+            load_model(path)
+    else:
+        assert load_model(path).band == band
