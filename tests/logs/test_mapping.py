@@ -43,6 +43,7 @@ def test_labels_choose_convert_and_say_so(log: Callable[..., Path], rows: Rows) 
 
 
 def test_units_and_names_are_guessed_where_they_allow(log: Callable[..., Path], rows: Rows) -> None:
+    rows["Y"] = np.arange(200) // 50 % 2
     recording = read(log(rows, "time [ms],Y [V],V [cm/s],F [kN]"))
     assert recording.units == {"field": "V", "slip": "m/s", "effort": "N"}
     assert recording.period == pytest.approx(1e-6)
@@ -259,7 +260,7 @@ def test_speed_and_position_are_both_delivered() -> None:
 
 
 def test_a_coaxial_file_is_guessed_by_its_names(log: Callable[..., Path]) -> None:
-    columns = {"t": np.arange(20.0), **coaxial(alpha_raw=None, alpha_dot=[1.0, 2.0])}
+    columns = {"t": np.arange(20) / 100, **coaxial(alpha_raw=None, alpha_dot=[1.0, 2.0])}
     recording = read(log(columns, "Time,E1,E2,theta [deg],T [mNm],alpha_dot [rpm]"), device="coaxial")
     assert set(recording.signals) == {"E1", "E2", "theta", "T", "alpha_dot"}
     np.testing.assert_allclose(recording.signals["alpha_dot"][1], 4 * pi / 60)
@@ -331,7 +332,7 @@ def test_a_given_column_stays_where_another_would_be_guessed(log: Callable[..., 
 
 
 def test_a_signed_field_that_is_given_stands_for_both_fields(log: Callable[..., Path]) -> None:
-    columns = {"t": np.arange(20.0), **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E=[0.5, -0.5])}
+    columns = {"t": np.arange(20) / 100, **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E=[0.5, -0.5])}
     recording = read(log(columns), {"E": "E"}, device="coaxial")
     assert np.array_equal(recording.signals["E"], columns["E"])
     assert not {"E1", "E2"} & set(recording.signals)
@@ -341,7 +342,7 @@ def test_a_signed_field_that_is_given_stands_for_both_fields(log: Callable[..., 
 def test_a_constant_field_of_a_pair_is_a_plain_number_or_unknown(
     log: Callable[..., Path], number: str, unit: str
 ) -> None:
-    columns = {"t": np.arange(20.0), **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E1=None, E2=None)}
+    columns = {"t": np.arange(20) / 100, **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E1=None, E2=None)}
     recording = read(log(columns), {"constants": {"E1": number, "E2": "0"}}, device="coaxial")
     assert recording.units["E1"] == unit
     assert np.array_equal(recording.signals["E1"], np.full(20, float(number)))

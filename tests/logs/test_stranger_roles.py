@@ -73,3 +73,41 @@ def test_a_slip_by_its_unit_alone_that_never_rests_or_turns_back_is_in_doubt() -
     assert [doubt.partition(" is ")[0] for doubt in plan.doubts] == ["slip"]
     assert planned({**without("speed [rad/s]"), "q7 [rad/s]": TURN}).doubts == ()
     assert planned({**without("speed [rad/s]"), "speed [rad/s]": 50.0 + TURN}).doubts == ()
+
+
+def test_what_is_in_doubt_stops_the_reading_with_the_option_that_settles_it() -> None:
+    columns = {**without("current [A]"), "q7 [V]": 2.0 + ROWS / 100}
+    with pytest.raises(MappingError, match=r'field is column q7 by its unit alone.*say so: --field "q7 \[V\]"'):
+        planned(columns).require_sureness()
+    planned(columns, field="q7 [V]").require_sureness()
+
+
+@pytest.mark.parametrize("voltage", ["U_DC [V]", "voltage [mV]", "Spannung [V]"])
+@pytest.mark.parametrize("current", ["I_DC [A]", "Iq_meas [A]", "PA1_IRMS_1 [mA]"])
+def test_a_voltage_beside_a_current_may_not_be_the_field(voltage: str, current: str) -> None:
+    columns = {**without("current [A]"), voltage: LEVELS + 5.0, current: LEVELS}
+    (question,) = planned(columns).questions
+    assert question.signal == "field"
+    assert all(label.partition(" [")[0] in question.problem for label in (voltage, current))
+
+
+@pytest.mark.parametrize("current", ["I_set [A]", "fan temperature current [A]"])
+def test_a_voltage_beside_the_target_of_a_current_is_the_field(current: str) -> None:
+    chosen = planned({**without("current [A]"), "voltage [V]": LEVELS, current: LEVELS}).signal("field")
+    assert chosen is not None
+    assert chosen.column == "voltage"
+
+
+@pytest.mark.parametrize(("name", "gap"), [("h [mm]", TURN), ("q9 [mm]", 1.5 + 1e-3 * TURN)])
+def test_a_gap_is_no_position(name: str, gap: Array) -> None:
+    plan = planned({**without("speed [rad/s]"), name: gap})
+    assert plan.signal("position") is None or plan.doubts
+    assert planned({**without("speed [rad/s]"), "q9 [mm]": 1.5 + TURN}).doubts == ()
+
+
+@pytest.mark.parametrize("name", ["F' [N]", 'G" [N]', "E' [N]", "T′ [N*m]"])
+def test_a_name_with_a_prime_is_another_quantity(name: str) -> None:
+    chosen = planned({**PLAIN, name: TURN}).signal("effort")
+    assert chosen is not None
+    assert chosen.column == "torque"
+    assert planned({**without("torque [N*m]"), name: TURN}).signal("field") is not None

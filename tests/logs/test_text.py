@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from erclutch import registry
-from erclutch.errors import ErclutchError, LogError
+from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
@@ -321,8 +321,33 @@ def test_a_time_since_1970_is_known_by_its_size(tmp_path: Path, unit: str, facto
 
 
 def test_rows_far_apart_in_a_time_without_a_unit_are_doubted(tmp_path: Path) -> None:
-    (tmp_path / "log.csv").write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(200)))
-    assert any('give --time "time [ms]"' in note for note in read(tmp_path / "log.csv").notes)
+    log = tmp_path / "log.csv"
+    log.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(200)))
+    with pytest.raises(MappingError, match=r'grows by 1 a row.*--time "time \[s\]", or --time "time \[ms\]"'):
+        read(log)
+    assert read(log, time="time [ms]").period == pytest.approx(1e-3)
+    assert any('give --time "time [ms]"' in note for note in read(log, time="time").notes)
+
+
+@pytest.mark.parametrize(("first", "step"), [(0.0, 0.4), (1.7e9, 2.0), (1.7e12, 20.0)])
+def test_rows_that_are_near_each_other_or_stamped_since_1970_are_not(tmp_path: Path, first: float, step: float) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(first + step * k for k in range(200)))
+    assert read(log).period == pytest.approx(step * (1e-3 if first > 1e12 else 1.0))
+
+
+def test_names_one_short_are_those_of_all_columns_but_of_the_row_names(tmp_path: Path) -> None:
+    log, names = tmp_path / "log.csv", "time [s],field [V],slip [rad/s],effort [N*m]\n"
+    rows = _signals(k / 100 for k in range(200)).splitlines()
+    counted, called = ([f"{name(k)},{row}" for k, row in enumerate(rows)] for name in ("{}".format, '"run {}"'.format))
+    for named in (counted, called):
+        log.write_text(names + "\n".join(named) + "\n")
+        assert read(log).period == pytest.approx(0.01)
+    behind, before = [f"{row},{k / 7:.3f}" for k, row in enumerate(rows)], [f"{k / 50},{r}" for k, r in enumerate(rows)]
+    for told_of_nowhere in (behind, before):
+        log.write_text(names + "\n".join(told_of_nowhere) + "\n")
+        with pytest.raises(LogError, match=r"line 1 names 4 columns but the rows have 5 cells"):
+            read(log)
 
 
 def _signals(stamps: Iterable[object]) -> str:

@@ -100,7 +100,9 @@ def read(
     else:
         told = map_over(given, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
         table = table_of(path)
-    log = apply(plan_of(table, told, device=device, invalid=invalid), table)
+    plan = plan_of(table, told, device=device, invalid=invalid)
+    plan.require_sureness()
+    log = apply(plan, table)
     return finished(log, window_of(said), new_rate(said))
 
 
@@ -139,6 +141,7 @@ def read_all(
         if others and not logs:
             left = f"{', '.join(others)} left out: no column in there is called like a signal"
             plan = replace(plan, notes=(*plan.notes, left))
+        plan.require_sureness()
         log = apply(plan, table)
         digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
         logs.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
@@ -177,7 +180,9 @@ def read_batches(
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
     table = read_table(file, variable=variable or told.variable, decimal=told.decimal)
-    yield one_batch(apply(plan_of(table, told, device=device, invalid=invalid), table))
+    plan = plan_of(table, told, device=device, invalid=invalid)
+    plan.require_sureness()
+    yield one_batch(apply(plan, table))
 
 
 def extent_of(path: str | Path) -> tuple[int, int] | None:

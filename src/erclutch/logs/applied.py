@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, TimingError, placed, shell_word
 from erclutch.logs import timing
+from erclutch.logs.clock_planning import SLOW
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
 from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
@@ -21,7 +22,6 @@ from erclutch.signals.recording import TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
 _LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
-_SLOW = 0.5  # s between rows from which on a time without a unit is doubted
 
 
 def apply(plan: Plan, table: Table) -> Recording:
@@ -146,7 +146,7 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
         remedy = f"Check its unit: --time {shell_word(f'{plan.column} [ms]')}, or give --rate"
         raise TimingError(f"column {plan.column} goes up to {latest:.3g} s", remedy=remedy)
     clock = timing.from_stamps(stamps, _same_as_before(table, plan, rows), column=plan.column, hint=period)
-    if plan.kind == "column" and not plan.unit and clock.period >= _SLOW:
+    if plan.kind == "column" and not plan.unit and clock.period >= SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
         notes.append(f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")
     return clock

@@ -85,7 +85,9 @@ def windowed_batches(
     for start, stop, table in windows(source, rows, MARGIN, part.first, part.stop):
         table = replace(table, digest=source.digest, sample_period=period, path=str(source.path))
         try:
-            plan = plan_of(table, chosen, device=device, invalid=invalid) if plan is None else plan
+            if plan is None:
+                plan = plan_of(table, chosen, device=device, invalid=invalid)
+                plan.require_sureness()
             recording, kept = apply_rows(plan, table)
         except ShortLogError as error:
             if (invalid or chosen.invalid) != "drop":

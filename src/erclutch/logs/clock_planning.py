@@ -15,6 +15,9 @@ from erclutch.signals import units
 from erclutch.signals.array import Array
 
 _COUNTER = "samplenumber"
+#: s between rows from which on stamps without a unit may be ms or counts.
+SLOW = 0.5
+_FEW_STEPS = 9  # in fewer nothing of the rate is seen
 
 
 def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan:
@@ -46,7 +49,10 @@ def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan
         factor, zero, how = _as_seconds(name, unit, stamps[np.isfinite(stamps)])
         said = f"time <- column {name}{how} ({choice.source})"
         not_signals = (*counted, name)
-        return ClockPlan("column", name, unit, scale, scale * factor, zero, header, not_signals, choice.source, said)
+        guessed = told.time is None and not unit and factor == 1.0
+        doubt = _doubt(name, stamps[np.isfinite(stamps)]) if guessed else ""
+        scales = (scale, scale * factor, zero, header)
+        return ClockPlan("column", name, unit, *scales, not_signals, choice.source, said, doubt)
 
     if table.clock is not None:
         said = f"time <- date and time in column {table.clock_name}"
@@ -98,6 +104,9 @@ def _as_seconds(name: str, unit: str | None, stamps: Array) -> tuple[float, floa
 
     Stamps without a unit may be dates as spreadsheets number them (1954 to 2119, at 1 Hz or faster) or a time since
     1970 (2001 to 2100).
+
+    Raises:
+        UnitError: a unit that is none of time.
     """
     if unit is not None:
         seconds = units.fits(unit, ("s",)) if units.is_unit(unit) else None
@@ -114,6 +123,17 @@ def _as_seconds(name: str, unit: str | None, stamps: Array) -> tuple[float, floa
         if stamps.size and np.all((stamps * factor > 1e9) & (stamps * factor < 4.1e9)):
             return factor, float(stamps[0]), f", no unit: a time since 1970, taken as {short}"
     return 1.0, 0.0, ", no unit: taken as s"
+
+
+def _doubt(name: str, stamps: Array) -> str:
+    """Why stamps without a unit may be no seconds; "" where they look like seconds."""
+    steps = np.abs(np.diff(stamps))
+    if steps.size < _FEW_STEPS or bool(np.all((stamps > 1e9) & (stamps < 4.1e9))):  # seconds since 1970
+        return ""
+    step = float(np.median(steps))
+    if step < SLOW:
+        return ""
+    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
 
 
 def counters(table: Table) -> list[str]:

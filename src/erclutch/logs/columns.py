@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -51,14 +51,16 @@ _BESIDE = _set(
 _TOLD = _set("setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne")
 _OTHER = _set(
     "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
-    "normal accuracy resolution power viscosity strain crack radius size length width mass weight"
+    "normal accuracy resolution power viscosity strain crack radius size length width mass weight h"
 )
 _NEED_UNIT = _set("v t m d n u b x tau load id te par tension")  # short names that mean several things
+_VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione")
 _SINGLE = ("field", "slip", "position", "effort")
 _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
     re.IGNORECASE,
 )
+_MOVES = 0.02  # share of the largest position by which a position changes at least
 _KEEPS = 0.2  # share of the rows from which on a field keeps its levels
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
@@ -80,6 +82,8 @@ def _called(name: str, signal: str) -> str | None:
     For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
     """
     stem, _ = split_end(name)
+    if any(prime in stem for prime in "'\"′″"):
+        return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
     rest = "".join(word for word in _words(stem) if word not in _BESIDE) if signal in _SINGLE else ""
     return next((form for form in (_plain(name), _plain(stem), rest) if form in _NAMES[signal].split()), None)
 
@@ -136,7 +140,10 @@ def candidates(
     ]
     exact = [name for name in named if _plain(split_end(name)[0]) == called[name]]
     if named or units_of_sensor:
-        return exact or named, "name"
+        chosen = exact or named
+        if signal == "field" and {called[name] for name in chosen} <= _VOLTAGES:
+            chosen = [*chosen, *_currents(table, fit, chosen)]
+        return chosen, "name"
     by_unit = [
         name
         for name, fits in fit.items()
@@ -147,6 +154,16 @@ def candidates(
     return (by_unit if signal in _EXAMPLES else []), "unit"
 
 
+def _currents(table: Table, fit: Iterable[str], named: Sequence[str]) -> list[str]:
+    """Columns in amperes beside voltages: the current of a coil is its field as much as its voltage is."""
+    return [
+        name
+        for name in fit
+        if name not in named and _fits(table, name, ("A",)) and not _is_constant(table.columns[name])
+        if not (_TOLD | _OTHER).intersection(_words(split_end(name)[0]))
+    ]
+
+
 def _is_constant(values: Array) -> bool:
     """Whether a column never changes: a radius or a gap is no motion, whatever its unit says."""
     known = values[np.isfinite(values)]
@@ -154,15 +171,19 @@ def _is_constant(values: Array) -> bool:
 
 
 def has_shape_of(signal: str, values: Array) -> bool:
-    """Whether the numbers of a column look like the signal: a slip turns back or rests, a field keeps or leaves levels.
+    """Whether the numbers of a column look like the signal.
+
+    A slip turns back or rests, a field keeps or leaves levels, a position moves: a gap hardly does.
 
     Args:
         signal: its name.
         values: the column, shape (n,).
     """
     known = values[np.isfinite(values)]
-    if known.size < 2 or signal not in ("field", "slip"):
+    if known.size < 2 or signal not in ("field", "slip", "position"):
         return True
+    if signal == "position":
+        return bool(np.ptp(known) > _MOVES * np.abs(known).max())
     if signal == "slip":
         low, high = float(known.min()), float(known.max())
         return (low < 0.0 < high) or bool(np.any(np.abs(known) <= 0.02 * max(abs(low), abs(high))))

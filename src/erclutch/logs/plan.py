@@ -90,6 +90,7 @@ class ClockPlan:
         not_signals: columns that tell the time or count samples; rows are compared without them.
         reason: who chose it, or what it was guessed from.
         sentence: what the time is taken from, for the notes of a recording.
+        doubt: why stamps without a unit may be no seconds, one sentence; "" for no doubt.
     """
 
     kind: Literal["rate", "column", "dates", "counter", "header"]
@@ -102,6 +103,7 @@ class ClockPlan:
     not_signals: tuple[str, ...] = ()
     reason: str = field(default="given", compare=False)
     sentence: str = field(default="", compare=False)
+    doubt: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -203,13 +205,33 @@ class Plan:
                 others = f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
                 why = "by its unit alone, and its numbers do not look like that"
                 doubts.append(f"{each.signal} is column {each.column} {why}{others}")
+        if self.clock is not None and self.clock.doubt:
+            doubts.append(self.clock.doubt)
         return tuple(doubts)
+
+    def require_sureness(self) -> None:
+        """Refuse a plan that rests on a guess of little ground; a plan with open questions is left to `apply`.
+
+        Raises:
+            MappingError: what is in doubt, with the options that settle it.
+        """
+        if self.doubts and not self.questions:
+            remedy = f"If that is right, say so: {' '.join(self._doubtful_options())}"
+            if self.clock is not None and self.clock.doubt:
+                remedy += f", or --time {shell_word(f'{self.clock.column} [ms]')}, or give --rate"
+            raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
+
+    def _doubtful_options(self) -> list[str]:
+        doubtful = [each for each in self.signals if each.sureness == "doubtful"]
+        options = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
+        if self.clock is not None and self.clock.doubt:
+            options.append(f"--time {shell_word(f'{self.clock.column} [s]')}")
+        return options
 
     def command(self) -> str:
         """The command by which the user says all that is guessed on little ground."""
-        doubtful = [each for each in self.signals if each.sureness == "doubtful"]
-        named = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
-        return f"erclutch inspect {shlex.quote(self.path)} {' '.join([*_given_options(self), *named])}"
+        options = [*_given_options(self), *self._doubtful_options()]
+        return f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
 
     def differences(self, other: Plan) -> tuple[str, ...]:
         """What another plan does differently, one sentence each; none where the plans are equal."""

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
@@ -25,6 +26,7 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
 }
+_LONGEST_COUNT = 16  # digits of a row's number
 LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -146,7 +148,8 @@ def _with_header(
     width = max(len(begin), Counter(map(len, rows)).most_common(1)[0][0])
     trailing = delimiter is not None and width > 1 and all(len(row) < width or not row[-1] for row in (begin, *rows))
     above = [index for index in range(first) if lines[index].strip()]
-    header, used = _header(lines, above, delimiter, decimal, width, trailing) if above else (None, 0)
+    named = _name_rows(rows, decimal)
+    header, used = _header(lines, above, delimiter, decimal, width, trailing, named) if above else (None, 0)
     notes: list[str] = []
     labels, own = header or ([""] * (width - trailing), None)
     if header is None:
@@ -164,16 +167,32 @@ def _with_header(
     return Dialect(delimiter, decimal, tuple(names), tuple(found), first, trailing, kinds, metadata, tuple(notes))
 
 
+def _name_rows(rows: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether the first cells name their rows, as R writes them: words, or whole numbers that rise."""
+    first = [row[0] for row in rows if row]
+    if not any(is_number(cell, decimal) for cell in first):
+        return True
+    return all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first) and all(
+        int(a) < int(b) for a, b in pairwise(first)
+    )
+
+
 def _header(
-    lines: Sequence[str], above: Sequence[int], delimiter: str | None, decimal: str, width: int, trailing: bool
+    lines: Sequence[str],
+    above: Sequence[int],
+    delimiter: str | None,
+    decimal: str,
+    width: int,
+    trailing: bool,
+    rows_are_named: bool,
 ) -> tuple[tuple[list[str], list[str | None] | None] | None, int]:
     """Labels and units of the one or two header lines right above the data, and how many lines they take."""
-    last = _labels(lines[above[-1]], delimiter, decimal, width, trailing)
+    last = _labels(lines[above[-1]], delimiter, decimal, width, trailing, rows_are_named)
     if last is None:
         return None, 0
     inner = [cell.strip("[]() ") for cell in last]
     if len(above) > 1 and _are_units(inner):
-        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing)
+        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing, rows_are_named)
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         if names is not None and len(names) == len(last) and not _are_units([name.strip("[]() ") for name in names]):
             return (names, [unit or None for unit in inner]), 2
@@ -188,7 +207,9 @@ def _are_units(cells: Sequence[str]) -> bool:
     return clear and len(filled) - len(known) <= len(filled) / 4
 
 
-def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing: bool) -> list[str] | None:
+def _labels(
+    line: str, delimiter: str | None, decimal: str, width: int, trailing: bool, rows_are_named: bool
+) -> list[str] | None:
     """Cells of a header line, or None if their number or kind is not that of a header."""
     if is_comment(line):
         line = line.lstrip("#%/ \t")
@@ -199,7 +220,7 @@ def _labels(line: str, delimiter: str | None, decimal: str, width: int, trailing
     for cells in splits:
         # One name more than cells is a column filled in its first rows only (events); one fewer, a trailing delimiter.
         fitting = {width, width - 1 if trailing else width, width + 1 if delimiter is not None else width}
-        if len(cells) == width - 1 and not trailing and delimiter is not None and width > 2:
+        if len(cells) == width - 1 and not trailing and delimiter is not None and width > 2 and rows_are_named:
             cells, fitting = ["", *cells], {width}  # R names no column of row names
         if len(cells) in fitting and any(cells) and not any(is_number(cell, decimal) for cell in cells):
             return cells
@@ -215,6 +236,12 @@ def _refuse_bad_first_row(line: str, index: int, delimiter: str | None, decimal:
         raise LogError(
             f"line {index + 1} names {len(cells)} columns but the rows have {width} cells (commas in the numbers?)",
             remedy="Export it with a decimal point, or with a semicolon between the columns",
+        )
+    words = all(cells) and not any(is_number(cell, decimal) for cell in cells)
+    if delimiter is not None and words and len(cells) == width - 1 > 2:
+        raise LogError(
+            f"line {index + 1} names {len(cells)} columns but the rows have {width} cells",
+            remedy="Name each column in that line",
         )
     bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not is_number(cell, decimal)]
     if len(cells) == width > 1 and 0 < len(bad) < len(cells):
