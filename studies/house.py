@@ -8,10 +8,10 @@ count. Nothing is imported and no place is fixed: packages, classes and function
 
 from __future__ import annotations
 
+import argparse
 import ast
 import io
 import re
-import sys
 import tokenize
 import tomllib
 from collections import Counter, defaultdict
@@ -49,7 +49,7 @@ REPEATED = {
         r"^(?!.*w1 = ).*-\s*(?:theta_dot|rows\[2\]|\(-in\[2\]|in\[2\])\)?\s*-\s*(?:alpha_dot|rows\[3\]|in\[3\])"
     ),
     "base inputs of a network": r"fields\[0\] - fields\[1\]|fluids\[0\] - fluids\[1\]|x\[0\] - x\[1\]",
-    "1 % outside of what was trained on": r"0\.01 \* \((?:high - low|b - a)\)",
+    "1 % outside of what was trained on": r"0\.01 \* \(+(?:high - low|b - a)\)",
 }
 
 #: Where a log's way begins: the module and its function.
@@ -535,9 +535,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in lines)
 
 
-def main(folders: Sequence[str]) -> None:
+def main() -> None:
     """Print all tables of some checkouts."""
-    houses = [House(Path(folder).resolve()) for folder in folders or [str(HERE)]]
+    parser = argparse.ArgumentParser(description="Measures of the house, a column a checkout.")
+    parser.add_argument("folders", nargs="*", type=Path, default=[HERE], help="checkouts; default: this one")
+    houses = [House(folder.resolve()) for folder in parser.parse_args().folders]
+    for house in houses:
+        if not house.modules:
+            parser.error(f"{house.folder} holds no package in src: give the folder of a checkout")
     names = [house.folder.name for house in houses]
     columns = [counts(house) for house in houses]
     print(table(["", *names], [[key, *(column[key] for column in columns)] for key in columns[0]]))
@@ -573,4 +578,4 @@ def _details(house: House) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
