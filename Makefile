@@ -96,6 +96,10 @@ mutate: $(READY) ## how many small defects the tests of a room see (other sample
 figures: $(READY) ## figures that pages cite, printed again; says what moved (one of them: FIGURES=damper)
 	@$(BIN)/python studies/figures.py $(FIGURES)
 
+.PHONY: attack
+attack: $(READY) ## what a hostile hour finds, in twenty minutes, as a table (parts: ATTACK="races bombs")
+	@$(BIN)/python studies/attack.py $(ATTACK)
+
 # What the tests below need of the tools; of what erclutch needs, all is installed at its oldest or newest.
 TEST_TOOLS = pytest pytest-xdist hypothesis fmpy onnxruntime hatchling openpyxl mujoco crepes mapie
 

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from subprocess import PIPE
 from threading import Thread
 from typing import Any
 
@@ -23,6 +22,7 @@ from erclutch.errors import ErclutchError, RunError
 from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.races import WORDS, forked, make_material, started
 
 PAIRS = 30
 SPAWN = multiprocessing.get_context("fork")
@@ -342,31 +342,6 @@ def test_the_error_is_of_the_commands_kind(tmp_path: Path) -> None:
 
 # --- commands ---------------------------------------------------------------------------------------------------------
 
-COMMAND = (sys.executable, "-m", "erclutch")
-
-
-FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
-#: What each command that writes is told, but for the place, which comes last.
-WORDS = {
-    "fit": FIT,
-    "export": ("export", "run", "--to", "c", "--out"),
-    "predict": ("predict", "log.csv", "--run", "run", "--out"),
-    "predict-many": ("predict", "logs", "--run", "run", "--out"),
-    "recalibrate": ("recalibrate", "run", "log.csv", "--out"),
-    "report": ("report", "run", "--out"),
-    "compare": ("compare", "run", "other", "--out"),
-    "table": ("table", "run", "--out"),
-    "inspect": ("inspect", "log.csv", "--write-mapping"),
-    "align": ("align", "logs/a.csv", "logs/b.csv", "--on", "torque", "--out"),
-    "fit-many": ("fit-many", "logs", "--models", "bingham", "--lag", "none", "--out"),
-    "excite": ("excite", "--sequence", "paper", "--seconds", "1", "--out"),
-    "simulate": ("simulate", "training", "--seconds", "5", "--out"),
-    "reproduce": ("reproduce", "fig3", "--seconds", "5", "--out"),
-}
-ENDINGS = {"predict": ".csv", "report": ".html", "compare": ".html", "table": ".md", "inspect": ".toml"}
-ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv"}
-#: The second may come when the first has ended; a report is replaced then, a fleet and a figure are made again.
-AGAIN = ("report", "compare", "fit-many", "reproduce")
 #: Commands that write and are not raced.
 ALONE = {
     "figure": "draws the same files again",
@@ -390,13 +365,7 @@ def test_every_command_that_writes_is_raced() -> None:
 def material(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a log, two logs and two runs."""
     folder = tmp_path_factory.mktemp("material")
-    write_synthetic_log(folder / "log.csv")
-    (folder / "logs").mkdir()
-    rows = (folder / "log.csv").read_text().splitlines(keepends=True)
-    for name, last in (("a", 4000), ("b", 3000)):
-        (folder / "logs" / f"{name}.csv").write_text("".join(rows[:last]))
-    for run in ("run", "other"):
-        subprocess.run([*COMMAND, *FIT, run], cwd=folder, check=True, capture_output=True)
+    make_material(folder)
     return folder
 
 
@@ -404,14 +373,9 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("name", WORDS)
 def test_of_two_commands_at_once_one_is_told(name: str, material: Path) -> None:
     for pair in range(2):
-        words = [*COMMAND, *WORDS[name], f"{name}-{pair}{ENDINGS.get(name, '')}"]
-        both = [subprocess.Popen(words, cwd=material, stdout=PIPE, stderr=PIPE, text=True) for _ in range(2)]
-        said = [process.communicate(timeout=120)[1] for process in both]
-        codes = sorted(process.returncode for process in both)
-        assert codes == [0, 2] or (codes == [0, 0] and name in AGAIN), said
-        told = ("is writing it", "already", "exists", "there is such a file", "made it meanwhile")
-        assert codes == [0, 0] or any(words in text for text in said for words in told), said
-        assert not [path for path in material.rglob(".*") if "partial" in path.name or "writing" in path.name]
+        assert started(name, pair, material).lost(name) == ""
+    for pair in range(2, 5):
+        assert forked(name, pair, material).lost(name) == ""
 
 
 @pytest.mark.slow
