@@ -505,8 +505,8 @@ def test_from_a_dropped_file_to_exported_c(
     page.fill("[name=lag]", "none")
     page.fill("[name=run]", f"run-{log}")
     page.click("button:has-text('Fit')")
-    page.wait_for_url("**/job/**")
-    page.get_by_text("Read the report").click(timeout=120_000)
+    page.wait_for_url("**/run/**", timeout=120_000)  # the verdict, not the terminal
+    assert "bingham" in page.locator("main").inner_text()
     report = page.frame_locator("iframe")
     report.locator("h1").wait_for(timeout=60_000)
     assert "bingham" in report.locator("body").inner_text()
@@ -521,6 +521,43 @@ def test_from_a_dropped_file_to_exported_c(
     assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")
     run = json.loads((served.folder / f"run-{log}" / "run.json").read_text())
     assert run["recommended"] == "bingham"
+
+
+@pytest.mark.slow
+def test_a_log_is_remembered_fitted_again_and_nothing_is_offered_that_cannot_work(
+    served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    page, place = open_page(), f"http://127.0.0.1:{served.port}{served.base}"
+    page.set_input_files("#file", str(german(tmp_path / "again.csv")))
+    page.wait_for_url("**/log/**")
+    page.select_option("[name='column.temperature']", "Temperatur")
+    page.click("text=Read it so")
+    page.wait_for_load_state()
+    for _ in range(2):  # the second time on the page as it stood before the first fit
+        page.check("[name='model.quadratic']")
+        page.fill("[name=lag]", "none")
+        page.click("button:has-text('Fit')")
+        page.wait_for_url("**/run/**", timeout=120_000)
+        page.go_back()
+        if "/job/" in page.url:
+            page.go_back()
+        page.wait_for_url("**/log/**")
+    made = sorted(path.name for path in served.folder.iterdir() if path.name.startswith("again-run"))
+    assert len(made) == 2
+    page.goto(f"{place}/log/again.csv")
+    assert page.locator("[name='column.temperature']").input_value() == "Temperatur"
+    assert page.locator("[name=run]").input_value() not in made
+    page.goto(f"{place}/run/{made[0]}")
+    assert "this run has field in A" in page.locator("form[action$='/live']").inner_text()
+    assert page.locator("form[action$='/live'] button").count() == 0
+    assert served.ask("POST", f"/run/{made[0]}/live", b"model=quadratic")[0] == 400
+    with page.expect_download(timeout=60_000) as download:
+        page.get_by_text("Download the report").click(timeout=60_000)
+    assert download.value.suggested_filename == f"{made[0]}-report.html"
+    page.select_option("form[action$='/predict'] [name=log]", "again.csv")
+    page.click("text=Look at it first")
+    page.wait_for_url("**/log/again.csv?**")
+    assert page.locator("[name='column.temperature']").input_value() == "Temperatur"
 
 
 @pytest.mark.slow

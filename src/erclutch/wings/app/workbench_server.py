@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import json
 import re
 from collections.abc import Awaitable, Callable, Mapping
@@ -23,6 +24,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 from erclutch.wings.app import actions, jobs, workspace
 from erclutch.wings.app.jobs import Job, Jobs
+from erclutch.wings.app.log_page import polyline, signals_of
 from erclutch.wings.app.workspace import Entry, NotThereError, Workspace, WorkspaceError, plain_name
 from erclutch.wings.live.page.access import HEADERS, Access
 from erclutch.wings.live.page.page_server import Guard
@@ -174,6 +176,8 @@ class Workbench:
     async def _log(self, request: Request) -> Response:
         name = self._space.path(request.path_params["name"]).name
         form = _fields(request.url.query)
+        if not form and (known := await run_in_threadpool(self._last_reading, name)):
+            return RedirectResponse(f"{request.url.path}?{known}", 303)  # as its newest run read it
         chosen = actions.chosen_of(form)
         words = ["inspect", name, *chosen.words(), "--json"]
         state = await run_in_threadpool(self._space.state, name)
@@ -188,10 +192,10 @@ class Workbench:
             problem = _last_line(job) or f"erclutch inspect ended with code {job.code}"
             return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
         shown = await run_in_threadpool(self._about_log, name, form)
-        signals = _signals(found, chosen)
+        signals = signals_of(found, chosen)
         shown |= {"checks": any(signal["check"] for signal in signals)}
         shown |= {"warned": any(text.startswith("warning") for text in found["findings"])}
-        shown |= {"sketches": {column: _polyline(about["sketch"]) for column, about in found["columns"].items()}}
+        shown |= {"sketches": {column: polyline(about["sketch"]) for column, about in found["columns"].items()}}
         shown |= {"findings": [actions.on_page(text) for text in found["findings"]], "signals": signals}
         shown |= {"problem": found["problem"] and actions.on_page(found["problem"]), "found": found, "chosen": chosen}
         shown |= {"reading": actions.READING, "fitting": actions.FITTING, "form": form}
@@ -202,7 +206,8 @@ class Workbench:
         from erclutch.models.laws import shown_laws
         from erclutch.models.networks import PAPER_NETWORKS
 
-        run = form.get("run", "") or self._space.free(f"{actions.safe_stem(Path(name).stem)}-run")
+        run = form.get("run", "")
+        run = run if run and not self._taken(run) else self._free_run(f"{actions.safe_stem(Path(name).stem)}-run")
         older = re.sub(r"-\d+(?=\.\w+$)", "", name)
         alike = None
         if older != name and set(form) <= {"known"}:
@@ -232,6 +237,8 @@ class Workbench:
             return RedirectResponse(job.back, 303)
         made = job.result if job.state == "done" and job.result else None
         kind = None if made is None else self._kind(made)
+        if kind == "run" and job.words[0] == "fit" and "lines" not in request.query_params:
+            return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)  # the verdict, not the terminal
         line = actions.shown(job.words)
         device = "?device=coaxial" if job.words[0] == "simulate" else ""
         problem = actions.on_page(_last_line(job)) if job.state == "failed" else ""
@@ -255,6 +262,7 @@ class Workbench:
         query, row = actions.query_of(run.body), _run_row(Entry(name, 0, 0.0), run.body)
         shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
         shown |= {"run": run, "standing": standing(run.body), "singles": actions.SINGLE_TARGETS}
+        shown |= {"job": request.query_params.get("job", ""), "not_live": _not_live(run.body["units"])}
         return self._page("run", title=name, name=name, **shown)
 
     async def _report(self, request: Request) -> Response:
@@ -266,7 +274,9 @@ class Workbench:
             code, _, said = await self._asked("report", name, "--out", str(made))
             if code:
                 raise WorkspaceError(said or "no report could be written", where=name, remedy="Fit the log again")
-        return FileResponse(made, media_type="text/html", headers={"content-security-policy": _ALONE})
+        whole = f"{name}-report.html" if "download" in request.query_params else None
+        headers = {"content-security-policy": _ALONE}
+        return FileResponse(made, media_type="text/html", headers=headers, filename=whole)
 
     async def _file(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
@@ -313,9 +323,20 @@ class Workbench:
         others = [other for other in known if f"log.{other}" in form and other != name]
         logs = [name, *(self._space.path(other).name for other in others)]
         run = plain_name(form.get("run", "").strip())
-        if (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs):
+        if self._taken(run) and run == form.get("suggested"):
+            run = self._free_run(run)  # nobody chose that name: the page was open since the fit before
+        if self._taken(run):
             raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
         return self._begin(request, f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
+
+    def _taken(self, run: str) -> bool:
+        """Whether a run of that name is there, or is being made."""
+        return (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs)
+
+    def _free_run(self, stem: str) -> str:
+        """A name that no run has, and none that is being made."""
+        names = itertools.chain([self._space.free(stem)], (f"{stem}-{number}" for number in itertools.count(2)))
+        return next(name for name in names if not self._taken(name))
 
     async def _cancel(self, request: Request, form: _Form) -> Response:
         job = self._found(request)
@@ -340,6 +361,11 @@ class Workbench:
 
     async def _predict(self, request: Request, form: _Form) -> Response:
         name, log = (self._space.path(text).name for text in (request.path_params["name"], form.get("log", "")))
+        if form.get("what") == "look":
+            from erclutch.runs.run_folder import read_run
+
+            run = await run_in_threadpool(read_run, self._space.folder / name)
+            return RedirectResponse(f"/log/{_quoted(log)}?{actions.query_of(run.body)}", 303)
         if form.get("what") == "score":
             return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name])
         model = form.get("model", "")
@@ -353,6 +379,8 @@ class Workbench:
         name, model = self._space.path(request.path_params["name"]).name, form.get("model", "")
         run = await run_in_threadpool(read_run, self._space.folder / name)
         run.entry(model)  # refuses a name that the run does not have
+        if reason := _not_live(run.body["units"]):
+            raise WorkspaceError(reason, where=name, remedy="Fit a log of the TWIN, or run erclutch live on your rig")
         rig = "twin-brake" if run.body["device"] == "single" else "twin"
         words = ["live", "--run", name, f"--model={model}", f"--rig={rig}"]
         return self._begin(request, f"{model} live on the digital TWIN", words)
@@ -388,6 +416,13 @@ class Workbench:
         if any(entry.name == name for entry in self._space.logs()):
             return "log"
         return "page" if name.endswith(".html") else "file"
+
+
+def _not_live(units: Mapping[str, str]) -> str:
+    """Why a run's models cannot run live on the TWIN: its units, where they are known and others; empty if they can."""
+    usual = {"effort": "N*m", "field": "", "slip": "rad/s"}
+    other = [f"{name} in {units[name]}" for name, unit in usual.items() if units.get(name, "?") not in (unit, "?")]
+    return f"the TWIN has N m, a field without a unit and rad/s; this run has {', '.join(other)}" if other else ""
 
 
 def _quoted(text: str) -> str:
@@ -453,59 +488,6 @@ def _communicate(process: Any) -> tuple[bytes, bytes]:
         process.stdin = kept
         timer.cancel()
     return b"", b""
-
-
-def _signals(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[str, Any]]:
-    """For each signal of the device: its column, unit and sign as the log is read now, and what was given."""
-    taken: Mapping[str, Any] = found["choices"]
-    rows: list[dict[str, Any]] = []
-    for signal in actions.ASKED[chosen.device]:
-        about: dict[str, Any] = taken.get(signal) or {}
-        column, unit = str(about.get("column", "")), str(about.get("unit") or "")
-        turned = float(about.get("scale", 1.0)) < 0
-        was = actions.label(column, unit, turned)
-        given = chosen.columns.get(signal, "")
-        row = {"name": signal, "meaning": actions.MEANING[signal], "column": column, "unit": unit, "turned": turned}
-        why, check = _why(about) if about else ("", False)
-        values = found["columns"].get(column, {})
-        row |= {"was": was, "given": given, "why": why, "check": check}
-        rows.append(
-            {**row, "range": _range(values, unit, turned), "sketch": _polyline(values.get("sketch", []), turned)}
-        )
-    return rows
-
-
-def _why(about: Mapping[str, Any]) -> tuple[str, bool]:
-    """Who chose the column of a signal, and whether somebody should look at that again."""
-    unit, own, source = about["unit"] or "", about["file_unit"] or "", str(about["source"])
-    if own and unit != own:
-        return f"{'chosen' if source == 'given' else source}; the file says {own}: check", True
-    if source == "guessed from its unit":
-        return f"guessed from the unit {unit} alone: check", True
-    if not unit and source != "given":
-        return f"{source}; the file has no unit: check", True
-    return ("chosen" if source == "given" else source), False
-
-
-def _range(values: Mapping[str, Any], unit: str, turned: bool) -> str:
-    """Smallest and largest value of a column as it is read, with its unit."""
-    if not values or values["min"] is None:
-        return ""
-    low, high = (-values["max"], -values["min"]) if turned else (values["min"], values["max"])
-    return f"{low:.4g} to {high:.4g} {unit}".strip()
-
-
-def _polyline(sketch: list[list[float]], turned: bool = False) -> str:
-    """Corners of a column's picture, 120 by 24: its smallest values along, and its largest back."""
-    if not sketch:
-        return ""
-    sketch = [[-high, -low] for low, high in sketch] if turned else sketch
-    low, high = min(pair[0] for pair in sketch), max(pair[1] for pair in sketch)
-    across, up = 118 / max(len(sketch) - 1, 1), 20 / (high - low) if high > low else 0.0
-    places = [(1 + i * across, pair) for i, pair in enumerate(sketch)]
-    along = [f"{x:.1f},{22 - (pair[0] - low) * up:.1f}" for x, pair in places]
-    back = [f"{x:.1f},{21.2 - (pair[1] - low) * up:.1f}" for x, pair in reversed(places)]
-    return " ".join(along + back)
 
 
 def _address(job: Job) -> str | None:
