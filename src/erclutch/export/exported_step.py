@@ -17,7 +17,7 @@ from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.alarms import Alarms, alarms_of
 from erclutch.models.gain_tracking import GainTracking, tracking_of
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.model import Model, margins, stage_numbers
+from erclutch.models.model import Model, held_window, margins, stage_numbers
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import ResidualModel
 from erclutch.models.stages.stage import Stage
@@ -282,9 +282,7 @@ def _all_finite(model: Model) -> None:
 
 
 def _window(covered: tuple[float, float]) -> Window:
-    low, high = covered
-    room = 0.1 * max(high - low, abs(low), abs(high))
-    return Window(covered, margins(covered), (low - room, high + room))
+    return Window(covered, margins(covered), held_window(covered))
 
 
 def _alarms(model: Model, scale: float, period: float | None) -> Alarms:

@@ -33,6 +33,13 @@ def margins(covered: Pair) -> Pair:
     return low - slack, high + slack
 
 
+def held_window(covered: Pair) -> Pair:
+    """A range widened by a tenth on each side: an exported step holds its inputs there, and a network its own."""
+    low, high = covered
+    room = 0.1 * max(high - low, abs(low), abs(high))
+    return low - room, high + room
+
+
 @dataclass(frozen=True)
 class Range:
     """What the training data covered.

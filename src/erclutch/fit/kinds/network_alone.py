@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from erclutch.fit.candidate import Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import laws_among
-from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import law_from_name
+from erclutch.models.laws import at_one_field, law_from_name
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
@@ -44,14 +44,18 @@ class NetworkCandidate:
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """Behind stages it has their constants from the best law; see `Candidate.fit`."""
         constants = constants_for(train, self.structure, laws_among(fitted))
-        return fit_network(
+        network = fit_network(
             train, self.structure, seed=self.seed, polish=self.polish, workers=workers, dynamics=constants
         )
+        return replace(network, model=replace(network.model, beyond=law_beyond(train, laws_among(fitted))))
 
     def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
-        constants = outcome.model.dynamics
-        return fit_network(rows, self.structure, seed=self.seed, polish=self.polish, dynamics=constants)
+        constants, law = outcome.model.dynamics, outcome.model.beyond
+        network = fit_network(rows, self.structure, seed=self.seed, polish=self.polish, dynamics=constants)
+        if law is None:
+            return network
+        return replace(network, model=replace(network.model, beyond=refit_near(rows, law).model))
 
 
 class Networks(Kind):
@@ -145,3 +149,23 @@ def constants_for(
         structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
         same = [fit_structure(train, structure).model]
     return stage_numbers_in_user_units(same[0], network.dynamics)
+
+
+def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> TorqueModel:
+    """The law by which a network changes far outside its training rows.
+
+    Bingham's law where it was fitted, else the memoryless fitted law of a yield effort with the fewest numbers: few
+    numbers are told by the rows that are there. Where no such law was fitted, Bingham's is.
+    """
+    name = (at_one_field("bingham", train.device) if train.one_field else None) or "bingham"
+    known = [
+        law for law in laws if law.model.structure.law.yield_form is not None and not law.model.structure.remembers
+    ]
+    if known:
+        named = [law for law in known if law.model.structure.specification == name]
+        return min(named or known, key=lambda law: (law.parameters, law.train_cost)).model
+    single = train.device == "single"
+    structure = Structure(
+        train.device, name, law_from_name(name, train.device), "none", single and not train.one_way, single
+    )
+    return fit_structure(train, structure, intervals=False).model

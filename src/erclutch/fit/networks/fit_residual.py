@@ -137,6 +137,9 @@ def _share(target: _Target) -> float:
 
 def output_times(network: NetworkModel, factor: float, offset: float = 0.0) -> NetworkModel:
     """A network whose output is multiplied by a factor, and a constant effort more."""
-    scaling = network.scaling
+    scaling, law = network.scaling, network.beyond
+    if law is not None:
+        gains = {name: factor * gain for name, gain in law.gains.items()}
+        network = replace(network, beyond=replace(law, gains=gains))
     effort = {"effort_offset": factor * scaling.effort_offset + offset, "effort_scale": factor * scaling.effort_scale}
     return replace(network, scaling=replace(scaling, **effort))

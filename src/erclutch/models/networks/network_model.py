@@ -16,7 +16,8 @@ from erclutch.arithmetic.elementary import elementary
 from erclutch.arithmetic.precision import FLOAT32
 from erclutch.models import model_file
 from erclutch.models.band import Band
-from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
+from erclutch.models.law_model import TorqueModel, model_from_dict
+from erclutch.models.model import FluidSignals, Pair, Range, held_window, settled_memory
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH, inputs_from, inputs_of, moved_of
 from erclutch.models.shared_answers import ModelBase
@@ -67,6 +68,8 @@ class NetworkModel(ModelBase):
         input_range: smallest and largest training value of each input, shape (inputs, 2).
         period: sampling period of the training data in s: how far back past rows lie. None: not known.
         band: how far the measured effort may lie from the estimate.
+        beyond: law that says how the effort changes where field or slip is far outside the training range; None: the
+            network alone says so, as in files of older versions.
     """
 
     structure: NetworkStructure
@@ -79,6 +82,7 @@ class NetworkModel(ModelBase):
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     period: float | None = None
     band: Band | None = None
+    beyond: TorqueModel | None = None
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
 
@@ -114,10 +118,12 @@ class NetworkModel(ModelBase):
         """Weights, time constants and what normalises the inputs, by name."""
         s = self.scaling
         scaling = {"offset": s.offset, "scale": s.scale, "effort_offset": s.effort_offset}
+        law = {} if self.beyond is None else {f"beyond {name}": value for name, value in self.beyond.numbers.items()}
         return {
             **self.weights,
             **self.dynamics,
             **scaling,
+            **law,
             "effort_scale": s.effort_scale,
             "input range": self.input_range,
         }
@@ -127,12 +133,44 @@ class NetworkModel(ModelBase):
         """Number of weights."""
         return int(sum(table.size for table in self.weights.values()))
 
+    def effort(
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array] | None = None,
+        *,
+        exactly: bool = True,
+    ) -> Array:
+        """See `ModelBase.effort`; a lone row far outside the training range takes the long road."""
+        if clock.time.size == 1 and self._held(elements) is not None:
+            return self.effort_of_rows(elements, clock, extras or {}, exactly=exactly)
+        return super().effort(elements, clock, extras, exactly=exactly)
+
+    def _held(self, elements: Sequence[Element]) -> list[Element] | None:
+        """The signals within the window in which the network is asked; None where all are, or no law knows more."""
+        if self.beyond is None:
+            return None
+        ranges = ((e, held_window(self.trained_on.field), held_window(self.trained_on.slip)) for e in elements)
+        held = [Element(np.clip(e.field, *fields), np.clip(e.slip, *slips)) for e, fields, slips in ranges]
+        far = (np.any(a.field != b.field) or np.any(a.slip != b.slip) for a, b in zip(elements, held, strict=True))
+        return held if any(far) else None
+
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort on the long road, shape (n,); see `ModelBase.effort`."""
-        inputs = inputs_of(self.structure, elements, clock, extras, self.dynamics)
+        """Effort on the long road, shape (n,); see `ModelBase.effort`.
+
+        Far outside the training range it is that of the network at the edge of the window in which an exported step
+        holds its inputs, and what a law says that changes from there on.
+        """
+        held = self._held(elements)
+        inputs = inputs_of(self.structure, held or elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
+        if held is not None and self.beyond is not None:
+            given, edge = (
+                self.beyond.effort_of_rows(each, clock, extras, exactly=exactly) for each in (elements, held)
+            )
+            effort = effort + (given - edge)
         for stage in stages_at(self.structure.dynamics, "effort"):
             q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
             effort = np.asarray(stage.respond(array_as_in_c(effort), clock, q, slice(None)))
@@ -177,6 +215,12 @@ class NetworkModel(ModelBase):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
+        held = self._held([Element(np.atleast_1d(f), np.atleast_1d(w)) for f, w in zip(fields, slips, strict=True)])
+        if held is not None and self.beyond is not None:
+            edge, known = ([e.field for e in held], [e.slip for e in held]), dict(zip(self.extras, extras, strict=True))
+            further = [known[name] for name in self.beyond.extras]
+            change = self.beyond.steady(fields, slips, further) - self.beyond.steady(*edge, further)
+            return self.steady(*edge, extras) + change
         remembered = settled_memory(self, self.moved(*(map(array_as_in_c, x) for x in (fields, slips))))
         further = dict(zip(self.structure.extras, extras, strict=True))
         inputs = inputs_from(self.structure, FluidSignals(fields, slips, remembered, further))
@@ -211,7 +255,8 @@ class NetworkModel(ModelBase):
     @property
     def plugins(self) -> tuple[Plugin, ...]:
         """What the model needs of other packages; its file names them."""
-        return outside_stages(self.structure.dynamics)
+        law = () if self.beyond is None else self.beyond.plugins
+        return tuple(dict.fromkeys((*law, *outside_stages(self.structure.dynamics))))
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
@@ -239,6 +284,8 @@ class NetworkModel(ModelBase):
         }
         if self.period is not None:
             body["period_s"] = self.period
+        if self.beyond is not None:
+            body["beyond"] = self.beyond.to_dict()
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return model_file.sealed(body, self.band)
@@ -334,6 +381,10 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
         raise ValueError("a spread is 0")
     period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
+    units = model_file.units_of(body)
+    beyond = model_from_dict(body["beyond"]) if "beyond" in body else None
+    if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
+        raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
     return NetworkModel(
         structure,
         Scaling(
@@ -347,11 +398,12 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
             **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
             **strength,
         },
-        model_file.units_of(body),
+        units,
         model_file.range_of(body),
         np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
         model_file.about_of(body),
         period,
+        beyond=beyond,
     )
 
 
