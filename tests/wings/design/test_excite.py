@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,22 @@ from hypothesis import strategies as st
 
 import erclutch
 from erclutch.errors import ErclutchError, RunError, SettingError, for_a_shell
-from erclutch.wings.design.commands.excite import excite
+from erclutch.wings.design.commands import excite as command
 from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, coverage_share, papers_sequence
+from erclutch.wings.design.limit_options import LimitOptions
 from erclutch.wings.design.limits import RigLimits, limits_of_file
 from tests.support.command import good, run
 
 BRAKE = RigLimits(field=2.0, speed=20.0, acceleration=500.0)
 DAMPER = RigLimits(field=2.0, speed=0.5, acceleration=10.0, stroke=0.06, field_rate=100.0, heat=20.0, effort=1000.0)
+
+
+def excite(**options: Any) -> None:
+    """The command, with the options of the limits beside the others, as on the command line."""
+    of_limits = {each.name for each in fields(LimitOptions)}
+    limits = LimitOptions(**{name: option for name, option in options.items() if name in of_limits})
+    command.excite(limits=limits, **{name: option for name, option in options.items() if name not in of_limits})
 
 
 def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False) -> list[str]:
@@ -207,6 +216,7 @@ FINE: dict[str, Any] = {"largest": 1.0, "speed": 5.0, "acceleration": 100.0, "se
         ({"largest": math.nan}, "--largest nan"),
         ({"stroke": 1.0, "one_way": True}, "--one-way"),
         ({"sequence": "paper"}, "--sequence paper"),
+        ({"where": "field 0..2"}, "Give --run"),
         ({"seconds": 0.0}, "--seconds 0"),
         ({"rate": 0.0}, "--rate 0"),
     ],

@@ -221,6 +221,21 @@ class GrowingSequence:
         self._fields.append(fields)
         self._speeds.append(speeds)
 
+    def last(self, rows: int) -> tuple[Ticks, Ticks]:
+        """Field and speed of the last rows, as many of so many as there are."""
+        pieces: list[list[Ticks]] = []
+        for courses in (self._fields, self._speeds):
+            tail: list[Ticks] = []
+            count = 0
+            for piece in reversed(courses):
+                tail.append(piece)
+                count += piece.size
+                if count >= rows:
+                    break
+            pieces.append(tail)
+        fields, speeds = (np.concatenate(tail[::-1])[-rows:] for tail in pieces)
+        return fields, speeds
+
     def end(self) -> Commands:
         """The whole sequence: what is still moving stops, and rests to the end."""
         if self.field or self.speed:

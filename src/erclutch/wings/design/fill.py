@@ -8,6 +8,7 @@ Pronzato and Mueller 2012, doi:10.1007/s11222-011-9242-3 (designs that fill a sp
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -26,14 +27,17 @@ _CANDIDATES = 24
 Cells = NDArray[np.intp]
 
 
-class Worth(Protocol):
-    """What stretches are worth that may follow a sequence."""
+Stretch = tuple[Ticks, Ticks]
 
-    def of(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> float:
-        """What a stretch adds."""
+
+class Worth(Protocol):
+    """What stretches of field and speed are worth that may follow a sequence."""
+
+    def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
+        """What each stretch would add."""
         ...
 
-    def take(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> None:
+    def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """The stretch will be added."""
         ...
 
@@ -48,14 +52,17 @@ class CellCounts:
         self._steady_speed = _STEADY * bounds.speed_step
         self.counts = np.zeros((2 * FIELD_CELLS + 1) * SLIP_CELLS * 9, np.intp)
 
-    def of(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> float:
+    def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """Growth of the sum of log(1 + rows) over the cells."""
-        cells, added = np.unique(self.cells(sequence.field, sequence.speed, fields, speeds), return_counts=True)
-        return float(np.sum(np.log1p(added / (1.0 + self.counts[cells]))))
+        growths: list[float] = []
+        for fields, speeds in offers:
+            cells, added = np.unique(self.cells(sequence.field, sequence.speed, fields, speeds), return_counts=True)
+            growths.append(float(np.sum(np.log1p(added / (1.0 + self.counts[cells])))))
+        return growths
 
-    def take(self, sequence: GrowingSequence, fields: Ticks, speeds: Ticks) -> None:
+    def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """Count the rows."""
-        np.add.at(self.counts, self.cells(sequence.field, sequence.speed, fields, speeds), 1)
+        np.add.at(self.counts, self.cells(sequence.field, sequence.speed, *stretch), 1)
 
     def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
         """The cell of each row, with the field and the speed before the first."""
@@ -111,22 +118,23 @@ def chosen_sequence(
     maker = StretchMaker(sequence, rng, rate, signed=signed, one_way=one_way)
     worth = worth or CellCounts(bounds, rate, signed=signed, one_way=one_way)
     while sequence.left > 0:
-        offers: list[tuple[float, Ticks, Ticks]] = []
+        offers: list[Stretch] = []
         for _ in range(candidates):
             fields, speeds = maker.draw()
             rows = sequence.safe(fields, speeds)
             if rows >= min(maker.rows // 4, sequence.left):
-                fields, speeds = fields[:rows], speeds[:rows]
-                gain = worth.of(sequence, fields, speeds) / sequence.cost(speeds)
-                offers.append((gain, fields, speeds))
+                offers.append((fields[:rows], speeds[:rows]))
         if offers:
-            _, fields, speeds = max(offers, key=lambda offer: offer[0])
+            gains = worth.gains(sequence, offers)
+            prices = [sequence.cost(speeds) for _, speeds in offers]
+            best = int(np.argmax(np.array(gains) / np.array(prices)))
+            fields, speeds = offers[best]
         else:
             # Near the end of the stroke, or when the heat is used up: brake, and rest for a while.
             fields, speeds = sequence.stop(maker.rows // 4)
             rows = sequence.safe(fields, speeds)
             fields, speeds = fields[:rows], speeds[:rows]
-        worth.take(sequence, fields, speeds)
+        worth.take(sequence, (fields, speeds))
         sequence.append(fields, speeds)
     return sequence.end()
 

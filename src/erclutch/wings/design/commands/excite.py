@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
 from erclutch.cli import terminal
-from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE, quantity
+from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE
 from erclutch.errors import SettingError, require
 from erclutch.files import may_write_file
+from erclutch.wings.design.limit_options import NO_LIMITS, LimitOptions
 
 if TYPE_CHECKING:
     from erclutch.signals.array import Array
     from erclutch.wings.design.courses import Commands
+    from erclutch.wings.design.information import Criterion, Region
     from erclutch.wings.design.limits import DeviceKind, RigLimits
+    from erclutch.wings.design.run_design import Expectation, LawOfRun
 
 COMMAND = {
     "help": "Write what to log next: field and motion within your rig's limits, for a good log in little time.",
@@ -23,10 +27,8 @@ COMMAND = {
     "place": 2,
 }
 
-_LIMITS = Group("Limits of the rig, in SI units (a damper's motion in m, others' in rad)", sort_key=2)
-_PAPER = Group("Of --sequence paper", sort_key=3)
-
-_Number = Annotated[float | None, Parameter(group=_LIMITS)]
+_RUN = Group("What a run does not know yet", sort_key=3)
+_PAPER = Group("Of --sequence paper", sort_key=4)
 
 
 def excite(
@@ -34,137 +36,178 @@ def excite(
     out: Path = Path("commands.csv"),
     device: Literal["brake", "clutch", "damper", "pair"] = "brake",
     seconds: Annotated[float | None, SECONDS] = None,
-    rate: Annotated[float, HERTZ] = 1000.0,
+    rate: Annotated[float | None, HERTZ] = None,
     seed: int = 0,
     sequence: Literal["fill", "paper"] = "fill",
     force: Annotated[bool, Parameter(negative=())] = False,
-    rig_limits: Annotated[Path | None, Parameter(group=_LIMITS)] = None,
-    largest: _Number = None,
-    field_rate: _Number = None,
-    speed: _Number = None,
-    acceleration: _Number = None,
-    stroke: _Number = None,
-    rest: Annotated[float | None, SECONDS, Parameter(group=_LIMITS)] = None,
-    heat: Annotated[float | None, quantity("W"), Parameter(group=_LIMITS)] = None,
-    largest_effort: _Number = None,
-    one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False,
-    field_unit: Annotated[str, Parameter(group=_LIMITS)] = "",
+    json: Annotated[bool, Parameter(negative=())] = False,
+    limits: LimitOptions = NO_LIMITS,
+    run: Annotated[Path | None, Parameter(group=_RUN)] = None,
+    model: Annotated[str | None, Parameter(group=_RUN)] = None,
+    where: Annotated[str | None, Parameter(group=_RUN)] = None,
+    criterion: Annotated[Literal["D", "A", "I"] | None, Parameter(group=_RUN)] = None,
     lowest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 2.0,
     highest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 100.0,
     torque: Annotated[tuple[float, float], TORQUE, Parameter(group=_PAPER, negative=())] = (0.04, 0.15),
 ) -> None:
-    """Write references of field and motion that fill the space of field, slip and their rates within limits.
+    """Write references of field and motion within limits: what to log next.
 
-    Switches show the lag, slow turns the memory, zero field the friction, rests the zero of the sensor. Acceleration
-    and stroke hold in every row that is written. Of a pair the motion is that of the motor, which turns one way; its
-    output moves as the clutches drive it.
+    Without a run they fill the space of field, slip and their rates. With a run they are those that take most off what
+    its law does not know. Acceleration and stroke hold in every row that is written. Of a pair the motion is that of
+    the motor, which turns one way; its output moves as the clutches drive it.
 
     Args:
         out: Sequence to write: .csv, .parquet, .mat, or .h for a table of C.
         device: What hangs on the rig.
-        seconds: Length of the sequence. Default: 60, of the paper's 290.
-        rate: Rows a second.
+        seconds: Length of the sequence. Default: 60 s, with a run 10 s, of the paper's 290 s.
+        rate: Rows a second. Default: 1000 Hz, with a run the rate of its log.
         seed: Seed of the sequence; the same seed gives the same sequence.
         sequence: fill, or paper: pseudorandom squares and sines of field and motor torque for a pair (section III-B).
         force: Replace a file that is there.
-        rig_limits: TOML file with a table named limits, or a log of the rig: what it did there it may do again.
-        largest: Largest field. Of the paper: 0.5, which is 2000 V.
-        field_rate: How fast the field may change, in a second. Default: it may step.
-        speed: Largest slip to either side; of a pair the motor's speed.
-        acceleration: Largest change of the speed, in a second.
-        stroke: Way from end to end; the motion begins in the middle. Default: no end.
-        rest: Seconds without field and motion at the start and at the end. Default: 0.5.
-        heat: Largest mean power in W; needs --largest-effort.
-        largest_effort: Torque or force that the device never exceeds.
-        one_way: The motion never turns back.
-        field_unit: Unit of the field, for the column's name: A, V, T, kV/mm.
+        json: Print what the sequence covers and teaches as JSON.
+        limits: What the rig may do.
+        run: The folder of a run. Its rows are the limits that are not given.
+        model: A law of the run. Default: its best law.
+        where: Where the device is used, in the units of the run: 'field 0..2 A, slip +-5 rad/s'.
+        criterion: D, all numbers of the law at once; A, the mean of their relative variances; I, the variance of the
+            effort where the device is used. Default: D, with --where I.
         lowest: Lowest frequency in Hz.
         highest: Highest frequency in Hz.
         torque: Smallest and largest motor torque in N m.
     """
+    if seconds is None:
+        seconds = 290.0 if sequence == "paper" else 60.0 if run is None else 10.0
+    require(0.1, 86400, " s", seconds=seconds)
+    require(0, seed=seed)
+    if sequence == "paper":
+        rate = 1000.0 if rate is None else rate
+        require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
+        if limits != replace(NO_LIMITS, largest=limits.largest) or run is not None:
+            raise SettingError(
+                "--sequence paper looks at no run and no limits but --largest", remedy="Leave them out, or take fill"
+            )
+        largest = 0.5 if limits.largest is None else limits.largest
+        _papers_commands(out, seconds, seed, rate, largest, (lowest, highest), torque, force)
+        return
+    if run is None and (model, where, criterion) != (None, None, None):
+        raise SettingError("--model, --where and --criterion are about a run", remedy="Give --run too")
+    from erclutch.wings.design.information import region_of
+    from erclutch.wings.design.run_design import law_of_run
+
+    region = None if where is None else region_of(where)
+    law = None if run is None else law_of_run(run, model)
+    if law is not None and law.pair != (device == "pair"):
+        device = "pair" if law.pair else "damper" if law.rows.units.slip == "m/s" else "brake"
+    if rate is None:
+        rate = 1000.0 if law is None else law.rate
+    require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
+    _designed(
+        out, force, device, (rate, seconds, seed), limits, law, region, criterion or ("I" if where else "D"), json
+    )
+
+
+def _designed(
+    out: Path,
+    force: bool,
+    device: DeviceKind,
+    made: tuple[float, float, int],
+    options: LimitOptions,
+    law: LawOfRun | None,
+    region: Region | None,
+    criterion: Criterion,
+    json: bool,
+) -> None:
+    """Choose the sequence, write it, and say what it covers and what it is expected to teach."""
     import numpy as np
 
     from erclutch.wings.design.command_file import columns_of, motion_unit, write_commands
     from erclutch.wings.design.courses import Bounds
     from erclutch.wings.design.fill import chosen_sequence
-    from erclutch.wings.design.limits import limits_of
+    from erclutch.wings.design.run_design import designed_for
 
-    if seconds is None:
-        seconds = 290.0 if sequence == "paper" else 60.0
-    require(0.1, 86400, " s", seconds=seconds)
-    require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
-    require(0, seed=seed)
-    options = {"field": largest, "field_rate": field_rate, "speed": speed, "acceleration": acceleration}
-    options |= {"stroke": stroke, "rest": rest, "heat": heat, "effort": largest_effort}
-    if sequence == "paper":
-        unused = [name for name, limit in options.items() if limit is not None and name != "field"]
-        if unused or rig_limits is not None:
-            raise SettingError(
-                "--sequence paper looks at no limits but --largest", remedy="Leave the others out, or take fill"
-            )
-        _papers_commands(
-            out, seconds, seed, rate, 0.5 if largest is None else largest, (lowest, highest), torque, force
-        )
-        return
+    rate, seconds, seed = made
     signed = device == "pair"
-    turning = one_way or signed
-    known = limits_of(options, {} if rig_limits is None else _known(rig_limits, signed))
-    if turning and known.stroke < float("inf"):
-        raise SettingError(
-            f"--stroke {known.stroke:g} of a motion that never turns back",
-            remedy="Leave out --stroke" + ("" if signed else " or --one-way"),
-        )
+    one_way = options.one_way or signed
+    known = options.limits({} if law is None else law.limits, pair=signed)
     Bounds.of(known, rate, seconds)  # refuses what leaves no sequence, before a file's name is taken
     may_write_file(out, force)
-    commands = chosen_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=turning)
-    unit = motion_unit(device)
+    expected = None
+    if law is None:
+        commands = chosen_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=one_way)
+    else:
+        commands, expected = designed_for(
+            law, known, rate, seconds, seed, criterion=criterion, where=region, one_way=one_way
+        )
+    field_unit = options.field_unit or ("" if law is None else law.rows.units.field.replace("?", ""))
     columns, rows = columns_of(commands, device, rate, field_unit)
     about = {"label": "COMMANDS", "device": device, "seed": seed, "rate": rate, "seconds": seconds}
-    path = write_commands(out, columns, rows, about | {"limits": known.line(unit, field_unit)})
-    _tell(commands, known, device, (rate, seconds, seed), field_unit)
+    about["limits"] = known.line(motion_unit(device), field_unit)
+    path = write_commands(out, columns, rows, about)
+    shares = _coverages(commands, known, made)
+    if json:
+        said = about | {"file": str(path), "coverage": shares[0], "coverage_of_paper": shares[1]}
+        terminal.say_json(said | ({} if law is None or expected is None else expected.to_dict(law.estimates)))
+        return
+    _tell(commands, known, device, made, field_unit, shares)
+    if law is not None and expected is not None:
+        _tell_expected(law, expected)
     terminal.say(path)
 
 
-def _known(path: Path, signed: bool) -> dict[str, float]:
-    """Limits of a TOML file or of a log."""
-    from erclutch.cli.options import LogOptions
-    from erclutch.wings.design.limits import limits_of_file, limits_of_log
-
-    if path.suffix.lower() == ".toml":
-        return limits_of_file(path)
-    reading = LogOptions(device="coaxial" if signed else None)
-    known = limits_of_log(reading.dataset(reading.read((path,))))
-    if signed:
-        known.pop("stroke", None)
-    return known
-
-
-def _tell(
-    commands: Commands, known: RigLimits, device: DeviceKind, made: tuple[float, float, int], field_unit: str
-) -> None:
-    """What was written within which limits, and what it covers beside the paper's draws."""
+def _coverages(commands: Commands, known: RigLimits, made: tuple[float, float, int]) -> tuple[float, float]:
+    """Share of the cells that the commands visit, and that the paper's draws do."""
     import numpy as np
 
-    from erclutch.wings.design.command_file import motion_unit
-    from erclutch.wings.design.courses import Bounds
     from erclutch.wings.design.fill import coverage_share, papers_sequence
 
     rate, seconds, seed = made
+    signed, one_way = bool(commands.field.min() < 0.0), bool(commands.speed.min() >= 0.0)
+    papers = papers_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=one_way)
+    ours, theirs = (
+        coverage_share(each, known, rate, seconds, signed=signed, one_way=one_way) for each in (commands, papers)
+    )
+    return ours, theirs
+
+
+def _tell_expected(law: LawOfRun, expected: Expectation) -> None:
+    """Intervals and band before and after, as the law expects them."""
+    rows: list[list[str]] = []
+    for estimate, (before, after) in zip(law.estimates, expected.half_widths(law.estimates), strict=True):
+        sizes = ["not identified" if size == float("inf") else terminal.number(size, 3) for size in (before, after)]
+        rows.append([estimate.name, terminal.number(estimate.value), *sizes, estimate.unit])
+    terminal.tell(
+        terminal.table(
+            f"What {law.name} expects: half width of the 95 % interval", ["", "value", "now", "with the log", ""], rows
+        )
+    )
+    unit = law.rows.units.effort.replace("?", "")
+    terminal.tell(
+        f"What the numbers leave open of the effort: +-{expected.band_before:.3g} now, +-{expected.band_after:.3g} "
+        f"{unit} with the log; the residual's standard deviation is {expected.noise:.3g} {unit}"
+    )
+
+
+def _tell(
+    commands: Commands,
+    known: RigLimits,
+    device: DeviceKind,
+    made: tuple[float, float, int],
+    field_unit: str,
+    shares: tuple[float, float],
+) -> None:
+    """What was written within which limits, and what it covers beside the paper's draws."""
+    from erclutch.wings.design.command_file import motion_unit
+    from erclutch.wings.design.courses import Bounds
+
+    rate, seconds, seed = made
     unit = motion_unit(device)
-    signed, one_way = device == "pair", bool(commands.speed.min() >= 0.0)
     terminal.tell(
         f"COMMANDS for a {device}, seed {seed}: {commands.speed.size:,} rows, {seconds:g} s; nothing was measured",
         f"Limits: {known.line(unit, field_unit)}",
         *(f"Note: {note}" for note in Bounds.of(known, rate, seconds).notes),
         terminal.coverage(commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")),
-    )
-    papers = papers_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=one_way)
-    ours, theirs = (
-        coverage_share(each, known, rate, seconds, signed=signed, one_way=one_way) for each in (commands, papers)
-    )
-    terminal.tell(
-        f"Of the cells over field, slip and their directions {ours:.0%} are visited; by the paper's draws of section "
-        f"III-B within the same limits {theirs:.0%}"
+        f"Of the cells over field, slip and their directions {shares[0]:.0%} are visited; by the paper's draws of "
+        f"section III-B within the same limits {shares[1]:.0%}",
     )
 
 

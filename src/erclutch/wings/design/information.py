@@ -1,0 +1,224 @@
+"""With a model: which stretch takes most off what is not known of its numbers, or of its effort where it is used.
+
+Rows add to the information matrix M = J' J / variance of the law's numbers, J being the exact derivatives that the fit
+has, with the states of lags and memories as the sequence brings them. A design is D-optimal if it makes det M largest,
+A-optimal if it makes the relative variances smallest, and I-optimal if it makes the variance of the effort smallest
+where the device is used (Atkinson, Donev and Tobias 2007, chapters 10 and 17; Fedorov and Leonov 2013,
+doi:10.1201/b15054). What the run knows already stands in M from the start, with a wide prior where it knows nothing
+(Chaloner and Verdinelli 1995, doi:10.1214/ss/1177009939).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.fit.intervals import correlated_rows
+from erclutch.fit.laws.law_problem import separable
+from erclutch.fit.laws.variable_projection import Projection, coordinates, linearised
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import TorqueModel
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, slips_of
+from erclutch.wings.design.courses import Commands, GrowingSequence
+from erclutch.wings.design.fill import Stretch
+
+Criterion = Literal["D", "A", "I"]
+#: Prior standard deviation of a number of which the rows say nothing: of a logarithm, and of a gain over the effort.
+_PRIOR = 5.0
+_WARM_UP = 0.5  # s, after which lags and memories have their states
+_QUANTILE = 1.96
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where a device is used.
+
+    Attributes:
+        field, slip: lowest and highest.
+    """
+
+    field: tuple[float, float]
+    slip: tuple[float, float]
+
+    def rows(self, data: Dataset) -> Mask:
+        """Which rows have an element there, shape (n,)."""
+        inside = np.zeros(data.rows, np.bool_)
+        for element in data.elements:
+            field = (self.field[0] <= element.field) & (element.field <= self.field[1])
+            inside |= field & (self.slip[0] <= element.slip) & (element.slip <= self.slip[1])
+        return inside
+
+
+def region_of(text: str) -> Region:
+    """``field 0..2 A, slip +-5 rad/s`` as a region; units are those of the run.
+
+    Raises:
+        SettingError: it is no such text.
+    """
+    number = r"([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)"
+    ranges: dict[str, tuple[float, float]] = {}
+    for part in text.split(","):
+        found = re.fullmatch(rf"\s*(field|slip)\s+(?:\+-\s*{number}|{number}\s*\.\.\s*{number})(?:\s+\S+)?\s*", part)
+        if found is None:
+            remedy = "Write it like --where 'field 0..2 A, slip +-5 rad/s'"
+            raise SettingError(f"--where {text!r}: {part.strip()!r} is no range", remedy=remedy)
+        name, both, low, high = found.groups()
+        ranges[name] = (-float(both), float(both)) if both else (float(low), float(high))
+    everywhere = (-math.inf, math.inf)
+    return Region(ranges.get("field", everywhere), ranges.get("slip", everywhere))
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of a law's effort by its numbers: the coordinates of the fit first, then the gains."""
+
+    model: TorqueModel
+
+    def rows(self, data: Dataset) -> Array:
+        """Derivatives in each row, shape (n, k + p)."""
+        structure, reference = self.model.structure, self.model.reference
+        shapes = structure.shapes(reference.period)
+        gains = np.array(list(self.model.gains.values()))
+        none = np.zeros(gains.size, np.bool_)
+        problem = separable(data, structure, reference, shapes, slice(None))
+        at = coordinates(shapes, list(self.model.shape.values()))
+        stacked, slopes, _ = linearised(problem, at, Projection(gains, none, none, 0.0))
+        return np.hstack([slopes, stacked[:, :-1]])
+
+    def of_commands(self, pieces: Sequence[tuple[Array, Array]], period: float) -> Dataset:
+        """Rows of field and speed, each piece a span of its own; the output of a pair is held."""
+        structure = self.model.structure
+        fields = np.concatenate([piece[0] for piece in pieces])
+        speeds = np.concatenate([piece[1] for piece in pieces])
+        ends = itertools.accumulate((piece[0].size for piece in pieces), initial=0)
+        spans = tuple(Span(start, stop, period) for start, stop in itertools.pairwise(ends))
+        if structure.device == "coaxial":
+            parts = [np.maximum(fields, 0.0), np.maximum(-fields, 0.0)]
+            slips = slips_of("coaxial", (speeds, np.zeros_like(speeds)))
+        else:
+            parts, slips = [fields], [speeds]
+        further = zip(structure.extras, self.model.reference.extras, strict=True)
+        return Dataset(
+            device=structure.device,
+            elements=tuple(Element(field, slip) for field, slip in zip(parts, slips, strict=True)),
+            effort=np.zeros(fields.size),
+            clock=Clock(np.arange(float(fields.size)) * np.float64(period), spans),
+            units=self.model.units,
+            extras={name: np.full(fields.size, scale) for name, scale in further},
+        )
+
+
+def _inverse(information: Array) -> Array:
+    inverse: Any = np.linalg.inv(information)
+    return inverse
+
+
+class Knowledge:
+    """What rows say of a law's numbers: the worth of stretches for `chosen_sequence`.
+
+    Attributes:
+        information: M, shape (k + p, k + p), with the prior.
+        noise: standard deviation of a row's residual.
+    """
+
+    def __init__(
+        self,
+        model: TorqueModel,
+        known: Dataset,
+        rate: float,
+        criterion: Criterion = "D",
+        use: Dataset | None = None,
+        wanted: Mask | None = None,
+    ) -> None:
+        """Start from the rows that a model was fitted to.
+
+        Args:
+            model: a law with its stages.
+            known: the rows.
+            rate: of the sequence, rows a second.
+            criterion: D, A, or I, which needs rows of use.
+            use: rows of use among others, which bring the states; None: the rows of the fit.
+            wanted: which of them are rows of use, shape (n,); None: all.
+        """
+        self.sensitivity, self._rate, self._criterion = Sensitivity(model), rate, criterion
+        derivatives = self.sensitivity.rows(known)
+        residual = known.effort - model.predict(known)
+        self.noise = float(np.sqrt(np.mean(residual**2)))
+        # Neighbours are alike: so many rows count as one, in the new rows as in the old, of the same time.
+        alike = correlated_rows(residual) * known.period
+        self._weight = 1.0 / (max(self.noise, 1e-300) ** 2 * max(alike * rate, 1.0))
+        known_weight = 1.0 / (max(self.noise, 1e-300) ** 2 * max(alike / known.period, 1.0))
+        effort = float(np.abs(known.effort).max())
+        gains = np.array(list(model.gains.values()))
+        shapes = derivatives.shape[1] - gains.size
+        self._prior = np.diag(np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * effort)]) ** -2.0)
+        self.information = self._prior + known_weight * (derivatives.T @ derivatives)
+        self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * effort)])
+        used = derivatives if use is None else self.sensitivity.rows(use)
+        self._use = used if wanted is None else used[wanted]
+
+    def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
+        """What each stretch takes off the criterion: the logarithm of what is not known."""
+        before = self.criterion(self.information)
+        return [before - self.criterion(self.information + added) for added in self._added(sequence, offers)]
+
+    def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
+        """The stretch will be logged."""
+        self.information = self.information + self._added(sequence, [stretch])[0]
+
+    def learn(self, commands: Commands) -> None:
+        """A whole sequence will be logged."""
+        data = self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate)
+        derivatives = self.sensitivity.rows(data)
+        self.information = self.information + self._weight * (derivatives.T @ derivatives)
+
+    def criterion(self, information: Array) -> float:
+        """Logarithm of the criterion, the smaller the better."""
+        if self._criterion == "D":
+            return -float(np.linalg.slogdet(information)[1])
+        covariance = _inverse(information)
+        if self._criterion == "A":
+            return math.log(float(np.sum(np.diag(covariance) / self._scales**2)))
+        return math.log(float(np.mean(self._variances(covariance))))
+
+    def errors(self) -> Array:
+        """Standard error of each number: of the coordinates, then of the gains; shape (k + p,)."""
+        return np.sqrt(np.diag(_inverse(self.information)))
+
+    def band(self) -> float:
+        """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
+        covariance = _inverse(self.information)
+        return _QUANTILE * math.sqrt(float(np.mean(self._variances(covariance))))
+
+    def _variances(self, covariance: Array) -> Array:
+        """Variance of the effort in each row of use, shape (n,)."""
+        return np.sum((self._use @ covariance) * self._use, axis=1)
+
+    def _added(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[Array]:
+        """What each stretch adds to M, with the states that the sequence leaves."""
+        bounds = sequence.bounds
+        fields, speeds = sequence.last(round(_WARM_UP * self._rate))
+        pieces = [
+            (
+                np.concatenate([fields, field]) / bounds.field_ticks,
+                np.concatenate([speeds, speed]) / bounds.speed_ticks,
+            )
+            for field, speed in offers
+        ]
+        derivatives = self.sensitivity.rows(self.sensitivity.of_commands(pieces, 1.0 / self._rate))
+        added: list[Array] = []
+        first = 0
+        for field, _ in offers:
+            new = derivatives[first + fields.size : first + fields.size + field.size]
+            added.append(self._weight * (new.T @ new))
+            first += fields.size + field.size
+        return added

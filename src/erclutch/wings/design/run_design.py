@@ -1,0 +1,178 @@
+"""A run says what to log next: its law, what its rows know of the law's numbers, and what the rig did in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.fit.intervals import as_json
+from erclutch.fit.outcome import Estimate
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import TorqueModel
+from erclutch.runs.run_folder import outcome_of, read_run
+from erclutch.runs.run_rows import read_rows
+from erclutch.signals.array import Array
+from erclutch.wings.design.courses import Commands
+from erclutch.wings.design.fill import chosen_sequence
+from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity
+from erclutch.wings.design.limits import RigLimits, limits_of_log
+
+_USE_SECONDS = 10.0  # of the filling sequence whose rows stand for the use
+_CANDIDATES = 16
+
+
+@dataclass(frozen=True)
+class LawOfRun:
+    """A law of a run and the rows that it was fitted to.
+
+    Attributes:
+        name: of the model in the run.
+        model: the law.
+        estimates: its numbers with their intervals.
+        rows: the training rows.
+    """
+
+    name: str
+    model: TorqueModel
+    estimates: Sequence[Estimate]
+    rows: Dataset
+
+    @property
+    def limits(self) -> Mapping[str, float]:
+        """What the rig did in the rows."""
+        return limits_of_log(self.rows)
+
+    @property
+    def rate(self) -> float:
+        """Rows a second."""
+        return 1.0 / self.rows.period
+
+    @property
+    def pair(self) -> bool:
+        """Whether the device is a pair."""
+        return self.model.structure.device == "coaxial"
+
+
+def law_of_run(folder: Path, name: str | None) -> LawOfRun:
+    """The law of a run that is named, else the recommended model, else the run's best law.
+
+    Raises:
+        RunError: no run, or no such model.
+        SettingError: the run has no law, or the model that is named is none.
+    """
+    run = read_run(folder)
+    names = [name] if name is not None else list(run.names)
+    laws = [each for each in names if run.entry(each)["fit"]["weights"] == 0]
+    if not laws:
+        what = f"{name} is no law" if name is not None else "no model of the run is a law"
+        raise SettingError(
+            f"{what}: only a law has numbers with intervals", where=str(folder), remedy="Fit a law too, or name one"
+        )
+    chosen = laws[0]
+    model = cast(TorqueModel, run.model(chosen))  # what has no weights is a law
+    kept = read_rows(run)
+    if model.structure.extras:
+        raise SettingError(
+            f"{chosen} has further inputs, and a run keeps none",
+            where=str(folder),
+            remedy="Name a law without them with --model",
+        )
+    rows = kept.data.take(~kept.test)
+    return LawOfRun(chosen, model, outcome_of(run, chosen).estimates, rows)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What a sequence is expected to teach.
+
+    Attributes:
+        before, after: standard error of each number.
+        band_before, band_after: half width of the effort's 95 % interval over the rows of use, without noise.
+        noise: standard deviation of the residual.
+    """
+
+    before: Array
+    after: Array
+    band_before: float
+    band_after: float
+    noise: float
+
+    def half_widths(self, estimates: Sequence[Estimate]) -> list[tuple[float, float]]:
+        """Half width of each number's interval in its unit, as the run has it, and as expected; nan where unknown."""
+        pairs: list[tuple[float, float]] = []
+        for estimate, before, after in zip(estimates, self.before, self.after, strict=True):
+            half = 0.5 * (estimate.high - estimate.low)
+            known = math.isfinite(half)
+            pairs.append((half, half * float(after / before)) if known else (math.inf, math.nan))
+        return pairs
+
+    def to_dict(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
+        """As JSON values; what is not identified is null."""
+        numbers = {
+            estimate.name: {
+                "unit": estimate.unit,
+                "value": estimate.value,
+                "now": as_json(now),
+                "after": as_json(after),
+            }
+            for estimate, (now, after) in zip(estimates, self.half_widths(estimates), strict=True)
+        }
+        band = {"now": self.band_before, "after": self.band_after}
+        return {"half_widths": numbers, "open_effort": band, "noise": self.noise}
+
+
+def designed_for(
+    law: LawOfRun,
+    limits: RigLimits,
+    rate: float,
+    seconds: float,
+    seed: int,
+    *,
+    criterion: Criterion = "D",
+    where: Region | None = None,
+    one_way: bool = False,
+) -> tuple[Commands, Expectation]:
+    """The sequence that teaches most, and what it is expected to teach.
+
+    Args:
+        law: what is known.
+        limits: of the rig.
+        rate: rows a second.
+        seconds: length.
+        seed: of the stretches that are drawn.
+        criterion: D, A or I.
+        where: the region of use; None: all that the limits allow.
+        one_way: whether the motion has one direction.
+
+    Raises:
+        SettingError: limits that leave no sequence, or a region that they do not reach.
+    """
+    pair = law.pair
+    everywhere = chosen_sequence(
+        limits, rate, max(_USE_SECONDS, seconds), np.random.default_rng(seed), signed=pair, one_way=one_way
+    )
+    use = Sensitivity(law.model).of_commands([(everywhere.field, everywhere.speed)], 1.0 / rate)
+    wanted = np.ones(use.rows, np.bool_) if where is None else where.rows(use)
+    if not wanted.any():
+        raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
+    knowledge = Knowledge(law.model, law.rows, rate, criterion, use, wanted)
+    start, before, band_before = knowledge.information, knowledge.errors(), knowledge.band()
+    commands = chosen_sequence(
+        limits,
+        rate,
+        seconds,
+        np.random.default_rng(seed),
+        knowledge,
+        signed=pair,
+        one_way=one_way,
+        candidates=_CANDIDATES,
+    )
+    knowledge.information = start
+    knowledge.learn(commands)  # with its rests
+    return commands, Expectation(before, knowledge.errors(), band_before, knowledge.band(), knowledge.noise)

@@ -1,0 +1,142 @@
+"""A run says what to log next: the sequence takes more off its intervals than others do, as much as it foretells."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import SettingError
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.models.law_model import TorqueModel
+from erclutch.signals.array import Array
+from erclutch.wings.design.courses import Commands
+from erclutch.wings.design.fill import chosen_sequence, papers_sequence
+from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity, region_of
+from erclutch.wings.design.limits import RigLimits
+from erclutch.wings.design.run_design import designed_for, law_of_run
+from tests.support.command import good, refused
+
+LIMITS = RigLimits(field=1800.0, speed=60.0, acceleration=1900.0)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of a SYNTHETIC log, with a law that has a lag and one that has none."""
+    folder = tmp_path_factory.mktemp("run")
+    write_synthetic_log(folder / "log.csv", 6.0)
+    words = ("fit", "log.csv", "--models", "bingham", "--lag", "lag", "--out", "run")
+    good(*words, cwd=folder)
+    return folder / "run"
+
+
+def measured(model: TorqueModel, logs: list[Commands], noise: float) -> Dataset:
+    """Rows of commands, whose effort is the model's and noise."""
+    data = Sensitivity(model).of_commands([(each.field, each.speed) for each in logs], model.period)
+    effort: Array = model.predict(data) + noise * np.random.default_rng(1).standard_normal(data.rows)
+    return Dataset(data.device, data.elements, effort, data.clock, data.units)
+
+
+def known_after(run: Path, commands: Commands, criterion: Criterion = "D") -> Knowledge:
+    law = law_of_run(run, None)
+    knowledge = Knowledge(law.model, law.rows, law.rate, criterion)
+    knowledge.learn(commands)
+    return knowledge
+
+
+def test_derivatives_are_those_of_the_effort(run: Path) -> None:
+    law = law_of_run(run, None)
+    commands = chosen_sequence(LIMITS, law.rate, 3.0, np.random.default_rng(0))
+    sensitivity = Sensitivity(law.model)
+    data = sensitivity.of_commands([(commands.field, commands.speed)], law.rows.period)
+    derivatives = sensitivity.rows(data)
+    for place, name in enumerate([*law.model.shape, *law.model.gains]):
+        ends: list[Array] = []
+        step = 1e-5
+        for sign in (1.0, -1.0):
+            shape, gains = dict(law.model.shape), dict(law.model.gains)
+            (scale,) = [s.scale for s in law.model.structure.shapes(law.model.period) if s.name == name] or ["gain"]
+            if scale == "gain":
+                gains[name] += sign * step
+            else:
+                shape[name] = shape[name] * math.exp(sign * step) if scale == "log" else shape[name] + sign * step
+            moved = TorqueModel(
+                law.model.structure, law.model.reference, shape, gains, law.model.units, law.model.trained_on
+            )
+            ends.append(moved.predict(data))
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        np.testing.assert_allclose(derivatives[:, place], slope, atol=1e-4 * max(1.0, float(np.abs(slope).max())))
+
+
+def test_of_equal_length_the_designed_sequence_teaches_most(run: Path) -> None:
+    law = law_of_run(run, None)
+    designed, expected = designed_for(law, LIMITS, law.rate, 3.0, 1)
+    others = (chosen_sequence, papers_sequence)
+    drawn = [other(LIMITS, law.rate, 3.0, np.random.default_rng(seed)) for other in others for seed in range(2)]
+    left = [known_after(run, commands) for commands in (designed, *drawn)]
+    worth = [each.criterion(each.information) for each in left]
+    assert worth[0] < min(worth[1:])
+    assert np.all(expected.after < expected.before)
+    np.testing.assert_allclose(left[0].errors(), expected.after, rtol=1e-6)
+
+
+def test_intervals_come_out_as_foretold(run: Path) -> None:
+    """White noise, so that the intervals of the fit and the matrix are about the same errors."""
+    law = law_of_run(run, None)
+    first = chosen_sequence(LIMITS, law.rate, 2.5, np.random.default_rng(3))
+    before = fit_structure(measured(law.model, [first], 0.05), law.model.structure)
+    knowledge = Knowledge(before.model, measured(law.model, [first], 0.05), law.rate)
+    errors = knowledge.errors()
+    second = chosen_sequence(LIMITS, law.rate, 2.5, np.random.default_rng(4), knowledge, candidates=8)
+    after = fit_structure(measured(law.model, [first, second], 0.05), law.model.structure)
+    shares = knowledge.errors() / errors
+    ratios = [
+        share * (old.high - old.low) / (new.high - new.low)
+        for share, old, new in zip(shares, before.estimates, after.estimates, strict=True)
+        if math.isfinite(old.high - old.low) and math.isfinite(new.high - new.low)
+    ]
+    assert len(ratios) >= 4, [before.estimates, after.estimates]
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.2)
+
+
+def test_where_the_device_is_used_the_effort_becomes_surer(run: Path) -> None:
+    law = law_of_run(run, None)
+    region = Region((1500.0, 1800.0), (-5.0, 5.0))
+    bands = [
+        designed_for(law, LIMITS, law.rate, 4.0, 2, criterion=criterion, where=region)[1].band_after
+        for criterion in ("I", "A")
+    ]
+    assert bands[0] < bands[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "region"),
+    [
+        ("field 0..2 A, slip +-5 rad/s", Region((0.0, 2.0), (-5.0, 5.0))),
+        ("slip -1.5 .. 3e1", Region((-math.inf, math.inf), (-1.5, 30.0))),
+    ],
+)
+def test_a_region_is_read(text: str, region: Region) -> None:
+    assert region_of(text) == region
+
+
+@pytest.mark.parametrize("text", ["", "field", "speed 0..1", "field 1-2"])
+def test_a_region_that_is_none(text: str) -> None:
+    with pytest.raises(SettingError, match="no range"):
+        region_of(text)
+
+
+def test_the_command_says_what_it_expects(run: Path) -> None:
+    place = run.parent
+    words = ("--run", "run", "--seconds", "3", "--where", "field 0..900 V, slip +-9 rad/s", "--force")
+    said = good("excite", *words, cwd=place)
+    assert "half width of the 95 % interval" in said
+    assert "with the log" in said
+    assert "--where is a region" in refused("excite", "--run", "run", "--where", "field 5e6..6e6", "--force", cwd=place)
+    kept = json.loads(good("excite", *words, "--json", cwd=place))
+    assert 0.0 < kept["half_widths"]["T_y"]["after"] < kept["half_widths"]["T_y"]["now"]
