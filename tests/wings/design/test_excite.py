@@ -21,6 +21,7 @@ from erclutch.wings.design.fill import chosen_sequence, coverage_share, papers_s
 from erclutch.wings.design.limit_options import LimitOptions
 from erclutch.wings.design.limits import RigLimits, limits_of_file
 from tests.support.command import good, run
+from tests.support.rig_limits import HEAT, NEEDED, OFTEN, RESTS, broken
 
 BRAKE = RigLimits(field=2.0, speed=20.0, acceleration=500.0)
 DAMPER = RigLimits(field=2.0, speed=0.5, acceleration=10.0, stroke=0.06, field_rate=100.0, heat=20.0, effort=1000.0)
@@ -33,23 +34,6 @@ def excite(**options: Any) -> None:
     command.excite(limits=limits, **{name: option for name, option in options.items() if name not in of_limits})
 
 
-def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False) -> list[str]:
-    """The limits that the numbers break as they stand, asked without any tolerance."""
-    speed, field, position = commands.speed, commands.field, commands.position
-    rest = math.ceil(limits.rest * rate)
-    first = max(rest, 1)
-    asked = {
-        "field": np.abs(field).max() <= limits.field and (signed or field.min() >= 0.0),
-        "field_rate": (np.abs(np.diff(field)) * rate).max() <= limits.field_rate,
-        "speed": np.abs(speed).max() <= limits.speed,
-        "acceleration": (np.abs(np.diff(speed)) * rate).max() <= limits.acceleration,
-        "stroke": np.abs(position).max() <= 0.5 * limits.stroke,
-        "heat": limits.heat == math.inf or np.mean(limits.effort * np.abs(speed)) <= limits.heat,
-        "rest": all(not np.any(x[:first]) and not np.any(x[-first:]) for x in (field, speed)),
-    }
-    return [name for name, holds in asked.items() if not holds]
-
-
 def some(low: float, high: float) -> st.SearchStrategy[float]:
     """Numbers whose size is drawn evenly."""
     return st.floats(math.log(low), math.log(high)).map(math.exp)
@@ -58,14 +42,10 @@ def some(low: float, high: float) -> st.SearchStrategy[float]:
 @st.composite
 def drawn_limits(draw: st.DrawFn) -> RigLimits:
     """Limits of a small or a large rig; those that may be left out are, half of the time."""
-    often: dict[str, float] = {}
-    for name, low, high in (("field_rate", 1e-2, 1e6), ("stroke", 1e-4, 1e3)):
-        if draw(st.booleans()):
-            often[name] = draw(some(low, high))
-    if draw(st.booleans()):
-        often |= {"heat": draw(some(1e-3, 1e3)), "effort": draw(some(1e-2, 1e3))}
-    needed = {"field": draw(some(1e-3, 1e4)), "speed": draw(some(1e-3, 1e3)), "acceleration": draw(some(1e-2, 1e5))}
-    return RigLimits(**needed, **often, rest=draw(st.sampled_from([0.0, 0.1, 0.5])))
+    ranges = dict(NEEDED)
+    for some_of in (*({name: ends} for name, ends in OFTEN.items()), HEAT):
+        ranges |= some_of if draw(st.booleans()) else {}
+    return RigLimits(**{name: draw(some(*ends)) for name, ends in ranges.items()}, rest=draw(st.sampled_from(RESTS)))
 
 
 def hold(limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool) -> None:
@@ -95,8 +75,8 @@ def test_no_sequence_breaks_a_limit(limits: RigLimits, seed: int, rate: float, s
 
 @pytest.mark.slow
 @given(drawn_limits(), st.integers(0, 1000), st.sampled_from([100.0, 333.3, 1000.0]), st.booleans(), st.booleans())
-@settings(max_examples=1000, deadline=None)
-def test_of_a_thousand_sequences_none_breaks_a_limit(
+@settings(max_examples=10_000, deadline=None)
+def test_of_ten_thousand_sequences_none_breaks_a_limit(
     limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool
 ) -> None:
     hold(limits, seed, rate, signed, one_way)

@@ -19,7 +19,7 @@ from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, papers_sequence
 from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity, region_of
 from erclutch.wings.design.limits import RigLimits
-from erclutch.wings.design.run_design import designed_for, law_of_run
+from erclutch.wings.design.run_design import LawOfRun, designed_for, law_of_run
 from tests.support.command import good, refused
 
 LIMITS = RigLimits(field=1800.0, speed=60.0, acceleration=1900.0)
@@ -112,6 +112,27 @@ def test_where_the_device_is_used_the_effort_becomes_surer(run: Path) -> None:
         for criterion in ("I", "A")
     ]
     assert bands[0] < bands[1]
+
+
+def test_what_a_run_left_empty_is_filled(run: Path) -> None:
+    law = law_of_run(run, None)
+    few = law.rows.elements[0].field < 0.3 * LIMITS.field
+    narrow = LawOfRun(law.name, law.model, law.estimates, law.rows.take(few))
+    filled = designed_for(narrow, LIMITS, law.rate, 3.0, 2, criterion="fill")[0]
+    chance = float(np.mean(chosen_sequence(LIMITS, law.rate, 3.0, np.random.default_rng(2)).field > 540.0))
+    assert np.mean(filled.field > 540.0) > 1.1 * chance
+
+
+def test_a_log_that_is_there_is_worth_what_it_would_teach(run: Path) -> None:
+    law = law_of_run(run, None)
+    knowledge = Knowledge(law.model, law.rows, law.rate)
+    commands = chosen_sequence(LIMITS, law.rate, 3.0, np.random.default_rng(0))
+    log = Sensitivity(law.model).of_commands([(commands.field, commands.speed)], law.rows.period)
+    before = knowledge.criterion(knowledge.information)
+    worth = knowledge.worth(log)
+    knowledge.learn(commands)
+    assert worth == pytest.approx(before - knowledge.criterion(knowledge.information))
+    assert 0.0 < knowledge.worth(log) < worth
 
 
 @pytest.mark.parametrize(

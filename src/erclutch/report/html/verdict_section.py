@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.export.exported_step import c_name
 from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
+from erclutch.registry import names
 from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
@@ -184,7 +185,9 @@ def _next(material: Material) -> list[dict[str, str]]:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
         )
-        steps.append((text, ""))
+        # The command is a wing's: without the wing there is none to give.
+        fills = "excite" in names("erclutch.commands")
+        steps.append((text, f"erclutch excite --run {material.run.folder.name} --criterion fill" if fills else ""))
     name = c_name(material.recommended)
     text = f"Take {material.recommended} to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.signals.array import Array
 from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, Ticks, course
 from erclutch.wings.design.limits import RigLimits
 from erclutch.wings.design.stretches import StretchMaker, pieces_of_paper
@@ -63,6 +64,14 @@ class CellCounts:
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """Count the rows."""
         np.add.at(self.counts, self.cells(sequence.field, sequence.speed, *stretch), 1)
+
+    def known(self, fields: Array, speeds: Array) -> None:
+        """Count rows that are logged already, of those within the limits: field (signed of a pair) and speed."""
+        bounds = self._bounds
+        courses = np.rint(fields * bounds.field_ticks), np.rint(speeds * bounds.speed_ticks)
+        near = (np.abs(courses[0]) <= bounds.field + 1) & (np.abs(courses[1]) <= bounds.speed + 1)
+        ticks = [course[near].astype(np.int64) for course in courses]
+        np.add.at(self.counts, self.cells(0, 0, ticks[0], ticks[1]), 1)
 
     def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
         """The cell of each row, with the field and the speed before the first."""
@@ -186,9 +195,6 @@ def coverage_share(
     commands: Commands, limits: RigLimits, rate: float, seconds: float, *, signed: bool, one_way: bool
 ) -> float:
     """Share of the cells of field, slip and their directions that a sequence visits."""
-    bounds = Bounds.of(limits, rate, seconds)
-    cells = CellCounts(bounds, rate, signed=signed, one_way=one_way)
-    fields = np.rint(commands.field * bounds.field_ticks).astype(np.int64)
-    speeds = np.rint(commands.speed * bounds.speed_ticks).astype(np.int64)
-    np.add.at(cells.counts, cells.cells(0, 0, fields, speeds), 1)
+    cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=signed, one_way=one_way)
+    cells.known(commands.field, commands.speed)
     return cells.share()

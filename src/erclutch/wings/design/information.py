@@ -31,7 +31,7 @@ from erclutch.signals.device import Element, slips_of
 from erclutch.wings.design.courses import Commands, GrowingSequence
 from erclutch.wings.design.fill import Stretch
 
-Criterion = Literal["D", "A", "I"]
+Criterion = Literal["D", "A", "I", "fill"]
 #: Prior standard deviation of a number of which the rows say nothing: of a logarithm, and of a gain over the effort.
 _PRIOR = 5.0
 _WARM_UP = 0.5  # s, after which lags and memories have their states
@@ -180,6 +180,12 @@ class Knowledge:
         data = self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate)
         derivatives = self.sensitivity.rows(data)
         self.information = self.information + self._weight * (derivatives.T @ derivatives)
+
+    def worth(self, log: Dataset) -> float:
+        """What a log that is there would take off the logarithm of the criterion; its effort is not looked at."""
+        derivatives = self.sensitivity.rows(log)
+        added = self._weight * self._rate * log.period * (derivatives.T @ derivatives)
+        return self.criterion(self.information) - self.criterion(self.information + added)
 
     def criterion(self, information: Array) -> float:
         """Logarithm of the criterion, the smaller the better."""

@@ -18,8 +18,9 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.runs.run_folder import outcome_of, read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array
-from erclutch.wings.design.courses import Commands
-from erclutch.wings.design.fill import chosen_sequence
+from erclutch.signals.device import speeds_of
+from erclutch.wings.design.courses import Bounds, Commands
+from erclutch.wings.design.fill import CellCounts, chosen_sequence
 from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity
 from erclutch.wings.design.limits import RigLimits, limits_of_log
 
@@ -146,7 +147,7 @@ def designed_for(
         rate: rows a second.
         seconds: length.
         seed: of the stretches that are drawn.
-        criterion: D, A or I.
+        criterion: D, A, I, or fill: what the rows of the run leave empty.
         where: the region of use; None: all that the limits allow.
         one_way: whether the motion has one direction.
 
@@ -161,14 +162,14 @@ def designed_for(
     wanted = np.ones(use.rows, np.bool_) if where is None else where.rows(use)
     if not wanted.any():
         raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
-    knowledge = Knowledge(law.model, law.rows, rate, criterion, use, wanted)
+    knowledge = Knowledge(law.model, law.rows, rate, "D" if criterion == "fill" else criterion, use, wanted)
     start, before, band_before = knowledge.information, knowledge.errors(), knowledge.band()
     commands = chosen_sequence(
         limits,
         rate,
         seconds,
         np.random.default_rng(seed),
-        knowledge,
+        _empty_cells(law, limits, rate, seconds, one_way) if criterion == "fill" else knowledge,
         signed=pair,
         one_way=one_way,
         candidates=_CANDIDATES,
@@ -176,3 +177,12 @@ def designed_for(
     knowledge.information = start
     knowledge.learn(commands)  # with its rests
     return commands, Expectation(before, knowledge.errors(), band_before, knowledge.band(), knowledge.noise)
+
+
+def _empty_cells(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, one_way: bool) -> CellCounts:
+    """The worth of stretches where the rows of the run are counted already."""
+    cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=law.pair, one_way=one_way)
+    elements = law.rows.elements
+    field = elements[0].field - elements[1].field if law.pair else elements[0].field
+    cells.known(field, speeds_of(law.rows.device, [element.slip for element in elements])[0])
+    return cells

@@ -45,7 +45,7 @@ def excite(
     run: Annotated[Path | None, Parameter(group=_RUN)] = None,
     model: Annotated[str | None, Parameter(group=_RUN)] = None,
     where: Annotated[str | None, Parameter(group=_RUN)] = None,
-    criterion: Annotated[Literal["D", "A", "I"] | None, Parameter(group=_RUN)] = None,
+    criterion: Annotated[Literal["D", "A", "I", "fill"] | None, Parameter(group=_RUN)] = None,
     lowest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 2.0,
     highest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 100.0,
     torque: Annotated[tuple[float, float], TORQUE, Parameter(group=_PAPER, negative=())] = (0.04, 0.15),
@@ -70,7 +70,7 @@ def excite(
         model: A law of the run. Default: its best law.
         where: Where the device is used, in the units of the run: 'field 0..2 A, slip +-5 rad/s'.
         criterion: D, all numbers of the law at once; A, the mean of their relative variances; I, the variance of the
-            effort where the device is used. Default: D, with --where I.
+            effort where the device is used; fill, the cells without a row of the run. Default: D, with --where I.
         lowest: Lowest frequency in Hz.
         highest: Highest frequency in Hz.
         torque: Smallest and largest motor torque in N m.

@@ -1,0 +1,259 @@
+"""How many seconds of log make a model: `python studies/excite.py twin`, `... files FOLDER`, `... limits`.
+
+    twin      TWIN brake: test RMSE over seconds of log, for what `erclutch excite` chooses without and with a model,
+              for the paper's draws, random steps and a chirp within the same limits, beside a fit to a long log
+    files     FOLDER holds the preprocessed recordings of the UTFSM damper: k of its 30 files chosen by what the earlier
+              ones taught, beside random choices
+    limits    random limits: how many sequences break one, and how many are refused
+
+The drive of the TWIN follows the references by a servo; the log holds what it did. Sequences are chosen and fitted on
+their own rows; the test log is only scored. Small by default; --seeds, --long and --draws make it large.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.one_thread import one_thread
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.signals.array import Array
+from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, course
+from erclutch.wings.design.fill import chosen_sequence, papers_sequence
+from erclutch.wings.design.information import Knowledge
+from erclutch.wings.design.limits import RigLimits, limits_of_log
+from erclutch.wings.rig.interface import RigCommand
+from erclutch.wings.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin.twin import Twin
+from studies.memory import utfsm
+from tests.support.rig_limits import broken, random_limits
+
+RATE = 1000.0
+LENGTHS = (3.0, 6.0, 10.0)  # s
+FIRST = 2.0  # s of filling sequence before the model has a say
+_SERVO = 2.0 * math.pi * 20.0  # 1/s
+
+Play = Callable[[RigLimits, float, int], Commands]
+
+
+def twin_structure() -> Structure:
+    """Of the fits on the TWIN."""
+    return Structure("single", "casson", law_from_name("casson", "single"), "lag", True, True)
+
+
+def played(commands: Commands, seed: int) -> Dataset:
+    """The log of a brake whose drive follows the speed by a servo, and whose field is the command."""
+    twin = Twin(seed=seed, locked=True, single=True)
+    inertia = twin.rig.value("drive.inertia")
+    rows = np.zeros((commands.speed.size, 3))
+    angle, integral = 0.0, 0.0
+    measured = twin.sense()
+    speeds = np.append(commands.speed, 0.0).tolist()
+    for row, field in enumerate(commands.field.tolist()):
+        speed = (measured.theta - angle) * RATE
+        angle = measured.theta
+        off = speeds[row] - speed
+        integral += off / RATE
+        torque = inertia * ((speeds[row + 1] - speeds[row]) * RATE + _SERVO * off + 0.25 * _SERVO**2 * integral)
+        rows[row] = field, measured.theta - measured.alpha_rotary, measured.torque
+        twin.command(RigCommand(E1=field, motor_torque=torque + measured.torque))
+        twin.step()
+        measured = twin.sense()
+    field, position, effort = rows.T
+    columns = {"field": field, "position": position, "effort": effort}
+    log = recording_from_arrays(columns, rate=RATE, units={"field": "", "position": "rad", "effort": "N*m"})
+    return build_dataset(log)
+
+
+def random_steps(limits: RigLimits, seconds: float, seed: int) -> Commands:
+    """Field and speed step to even draws every 0.1 to 1 s."""
+    return _stepwise(limits, seconds, np.random.default_rng(seed), lambda rng, share: rng.uniform(-1.0, 1.0, 2))
+
+
+def chirp(limits: RigLimits, seconds: float, seed: int) -> Commands:
+    """Field and speed are sines whose frequencies grow from 0.3 to 20 and from 0.2 to 5 Hz."""
+
+    def at(_: np.random.Generator, share: float) -> Array:
+        turns = [seconds * low / math.log(high / low) * ((high / low) ** share - 1.0) for low, high in _CHIRPS]
+        return np.sin(2.0 * math.pi * np.array(turns))
+
+    return _stepwise(limits, seconds, np.random.default_rng(seed), at, rows=1)
+
+
+_CHIRPS = ((0.3, 20.0), (0.2, 5.0))  # Hz
+
+
+def _stepwise(
+    limits: RigLimits,
+    seconds: float,
+    rng: np.random.Generator,
+    at: Callable[[np.random.Generator, float], Array],
+    rows: int | None = None,
+) -> Commands:
+    """References that go to drawn targets within the limits; a field is the size of its draw."""
+    bounds = Bounds.of(limits, RATE, seconds)
+    sequence = GrowingSequence(bounds)
+    while sequence.left > 0:
+        field, speed = at(rng, sequence.rows / bounds.rows)
+        hold = rows or int(rng.uniform(0.1, 1.0) * RATE)
+        fields = course(sequence.field, [(round(bounds.field * abs(float(field))), bounds.field_step, hold)])[:hold]
+        speeds = course(sequence.speed, [(round(bounds.speed * float(speed)), bounds.speed_step, hold)])[:hold]
+        safe = sequence.safe(fields, speeds)
+        if safe < min(hold, sequence.left):
+            fields, speeds = sequence.stop()
+            safe = sequence.safe(fields, speeds)
+        sequence.append(fields[:safe], speeds[:safe])
+    return sequence.end()
+
+
+def filling(limits: RigLimits, seconds: float, seed: int) -> Commands:
+    """What `erclutch excite` chooses without a model."""
+    return chosen_sequence(limits, RATE, seconds, np.random.default_rng(seed))
+
+
+def papers(limits: RigLimits, seconds: float, seed: int) -> Commands:
+    """The paper's draws within the limits."""
+    return papers_sequence(limits, RATE, seconds, np.random.default_rng(seed))
+
+
+def by_model(limits: RigLimits, seconds: float, seed: int) -> Dataset:
+    """Some seconds that fill, a fit, and the rest chosen by that law's derivatives (D-optimal)."""
+    first = played(filling(limits, FIRST, seed), seed)
+    law = fit_structure(first, twin_structure(), intervals=False).model
+    rest = chosen_sequence(
+        limits, RATE, seconds - FIRST, np.random.default_rng(seed), Knowledge(law, first, RATE), candidates=16
+    )
+    return joined([first, played(rest, seed + 1000)])
+
+
+def error(model: TorqueModel, test: Dataset) -> float:
+    """Root mean square of measured less estimated effort."""
+    return float(np.sqrt(np.mean((test.effort - model.predict(test)) ** 2)))
+
+
+def twin(seeds: int, long: float) -> None:
+    """Print errors over seconds of log as multiples of those of a long log of both kinds that are tested."""
+    scenario = build_dataset(prepare("brake", seconds=long, seed=1).recording())
+    limits = RigLimits(**(limits_of_log(scenario) | {"rest": 0.1}))
+    whole = joined([scenario, played(random_steps(limits, long, 98), 98)])
+    tests = (
+        build_dataset(prepare("brake", seconds=20.0, seed=2).recording()),
+        played(random_steps(limits, 20.0, 99), 99),
+    )
+    reference = fit_structure(whole, twin_structure(), intervals=False).model
+    best = [error(reference, test) for test in tests]
+    print(f"TWIN brake; casson+lag; {seeds} seeds; tests: 20 s of the scenario brake / 20 s of random steps")
+    print(
+        f"RMSE of the fit to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; below: medians as multiples of it"
+    )
+    print("| sequence | " + " | ".join(f"{seconds:g} s" for seconds in LENGTHS) + " |")
+    print("|---|" + "---:|" * len(LENGTHS))
+    makers: list[tuple[str, Callable[[float, int], Dataset]]] = [
+        ("excite, filling", lambda seconds, seed: played(filling(limits, seconds, seed), seed)),
+        ("excite, by model", lambda seconds, seed: by_model(limits, seconds, seed)),
+        ("the paper's draws", lambda seconds, seed: played(papers(limits, seconds, seed), seed)),
+        ("scenario brake", lambda s, seed: build_dataset(prepare("brake", seconds=s, seed=10 + seed).recording())),
+        ("random steps", lambda seconds, seed: played(random_steps(limits, seconds, seed), seed)),
+        ("chirp", lambda seconds, seed: played(chirp(limits, seconds, seed), seed)),
+    ]
+    for name, made in makers:
+        cells: list[str] = []
+        for seconds in LENGTHS:
+            models = [
+                fit_structure(made(seconds, seed), twin_structure(), intervals=False).model for seed in range(seeds)
+            ]
+            medians = (
+                float(np.median([error(model, test) / own for model in models]))
+                for test, own in zip(tests, best, strict=True)
+            )
+            cells.append(" / ".join(f"{median:.2f}" for median in medians))
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+
+
+def files(folder: Path, draws: int, most: int) -> None:
+    """Print the error on the files that were not chosen, over the number that were."""
+    data, motions, of_row = utfsm(folder)
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "dahl/field", False, True)
+    logs = [data.take(of_row == number) for number in range(len(motions))]
+
+    def fitted(numbers: Sequence[int]) -> TorqueModel:
+        return fit_structure(joined([logs[number] for number in numbers]), structure, intervals=False).model
+
+    def rest(model: TorqueModel, numbers: Sequence[int]) -> float:
+        errors = [error(model, log) for number, log in enumerate(logs) if number not in numbers]
+        return float(np.sqrt(np.mean(np.square(errors))))
+
+    whole = fitted(range(len(logs)))
+    # The first file is the one that a rig would begin with: the largest field at the fastest motion.
+    chosen = [max(range(len(logs)), key=lambda number: (motions[number].current, np.abs(logs[number].effort).max()))]
+    rng = np.random.default_rng(0)
+    print(f"UTFSM damper, 30 files; bingham+dahl/field; random: {draws} draws; RMSE on the files not chosen, N")
+    print("| files | by what the earlier ones taught | of all 30 files, on the same | random: median (best - worst) |")
+    print("|---:|---|---:|---:|")
+    while len(chosen) <= most:
+        model = fitted(chosen)
+        ours, all_files = rest(model, chosen), rest(whole, chosen)
+        drawn = [sorted(rng.choice(len(logs), len(chosen), replace=False).tolist()) for _ in range(draws)]
+        random = [rest(fitted(numbers), numbers) for numbers in drawn]
+        names = ", ".join(f"{motions[number].name} {motions[number].current:g} A" for number in chosen)
+        print(
+            f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} "
+            f"| {np.median(random):.1f} ({min(random):.1f} - {max(random):.1f}) |",
+            flush=True,
+        )
+        knowledge = Knowledge(model, joined([logs[number] for number in chosen]), RATE)
+        left = [number for number in range(len(logs)) if number not in chosen]
+        chosen.append(max(left, key=lambda number: knowledge.worth(logs[number])))
+
+
+def limits(draws: int) -> None:
+    """Print how many sequences of random limits break one."""
+    rng = np.random.default_rng(0)
+    refused, kinds = 0, 0
+    start = time.process_time()
+    for _ in range(draws):
+        drawn, rate = random_limits(rng), float(rng.choice([100.0, 333.3, 1000.0]))
+        try:
+            commands = chosen_sequence(drawn, rate, 3.0, rng, candidates=4)
+        except SettingError:
+            refused += 1
+            continue
+        kinds += bool(broken(commands, drawn, rate))
+    took = time.process_time() - start
+    print(f"{draws} random limits: {refused} refused, {kinds} sequences that break a limit; {took:.0f} s of CPU")
+
+
+def main() -> None:
+    """Run one part."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=("twin", "files", "limits"))
+    parser.add_argument("folder", nargs="?", type=Path)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--long", type=float, default=30.0, help="seconds of the long log")
+    parser.add_argument("--draws", type=int, default=10, help="random choices of files, or random limits")
+    parser.add_argument("--most", type=int, default=4, help="files, at most")
+    asked = parser.parse_args()
+    with one_thread():
+        if asked.part == "twin":
+            twin(asked.seeds, asked.long)
+        elif asked.part == "files":
+            if asked.folder is None:
+                parser.error("files needs the FOLDER of the recordings")
+            files(asked.folder, asked.draws, asked.most)
+        else:
+            limits(asked.draws)
+
+
+if __name__ == "__main__":
+    main()

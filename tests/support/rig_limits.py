@@ -1,0 +1,41 @@
+"""Limits of rigs at random, and what numbers break of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from erclutch.wings.design.courses import Commands
+from erclutch.wings.design.limits import RigLimits
+
+#: Smallest and largest of what is drawn, evenly over the logarithm; what may be left out is, half of the time.
+NEEDED = {"field": (1e-3, 1e4), "speed": (1e-3, 1e3), "acceleration": (1e-2, 1e5)}
+OFTEN = {"field_rate": (1e-2, 1e6), "stroke": (1e-4, 1e3)}
+HEAT = {"heat": (1e-3, 1e3), "effort": (1e-2, 1e3)}
+RESTS = (0.0, 0.1, 0.5)
+
+
+def random_limits(rng: np.random.Generator) -> RigLimits:
+    """Limits of a small or a large rig."""
+    ranges = dict(NEEDED)
+    for some in ({"field_rate": OFTEN["field_rate"]}, {"stroke": OFTEN["stroke"]}, HEAT):
+        ranges |= some if rng.random() < 0.5 else {}
+    drawn = {name: math.exp(rng.uniform(math.log(low), math.log(high))) for name, (low, high) in ranges.items()}
+    return RigLimits(**drawn, rest=float(rng.choice(RESTS)))
+
+
+def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False) -> list[str]:
+    """The limits that the numbers break as they stand, asked without any tolerance."""
+    speed, field, position = commands.speed, commands.field, commands.position
+    first = max(math.ceil(limits.rest * rate), 1)
+    asked = {
+        "field": np.abs(field).max() <= limits.field and (signed or field.min() >= 0.0),
+        "field_rate": (np.abs(np.diff(field)) * rate).max() <= limits.field_rate,
+        "speed": np.abs(speed).max() <= limits.speed,
+        "acceleration": (np.abs(np.diff(speed)) * rate).max() <= limits.acceleration,
+        "stroke": np.abs(position).max() <= 0.5 * limits.stroke,
+        "heat": limits.heat == math.inf or np.mean(limits.effort * np.abs(speed)) <= limits.heat,
+        "rest": all(not np.any(x[:first]) and not np.any(x[-first:]) for x in (field, speed)),
+    }
+    return [name for name, holds in asked.items() if not holds]
