@@ -116,13 +116,13 @@ def test_limits_take_a_minus_and_a_unit(
     words: tuple[str, ...], limits: tuple[float, float], bench: Path, tmp_path: Path
 ) -> None:
     good("export", bench / "run", *words, "--out", "c", cwd=tmp_path)
-    assert limits_in((tmp_path / "c" / "bingham.c").read_text()) == limits
+    assert limits_in((tmp_path / "c" / "log_model.c").read_text()) == limits
 
 
 def test_a_period_takes_a_unit(bench: Path, tmp_path: Path) -> None:
     for at, period in enumerate(("1ms", "0.001", "1000us", "1 ms")):
         good("export", bench / "run", "--period", period, "--out", f"c{at}", cwd=tmp_path)
-    written = {(tmp_path / f"c{at}" / "bingham.c").read_text() for at in range(4)}
+    written = {(tmp_path / f"c{at}" / "log_model.c").read_text() for at in range(4)}
     assert len(written) == 1
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,9 @@ from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.data_check import SIGN
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, explains
 from erclutch.logs.dataset import constant_stretches
+
+#: Models that are shown where not all of them are asked for.
+SHOWN = 8
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
@@ -27,31 +29,53 @@ def _percent(figure: BandedFigure) -> str:
     return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e3 else "far worse"
 
 
-def ranking(comparison: Comparison, width: int) -> Table:
-    """Models, best test error first; on a narrow screen the less needed columns are left out."""
+def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table:
+    """Models, best test error first; on a narrow screen the less needed columns are left out.
+
+    Args:
+        comparison: what is shown.
+        width: of the screen, in characters.
+        whole: all models; else the first ones, and the recommended one in any case.
+    """
     unit = comparison.data.units.effort
+    shown = comparison.entries if whole else _first(comparison)
     cells: dict[str, list[str]] = {
-        "": ["*" if e.name == comparison.recommended else "" for e in comparison.entries],
-        "model": [e.name for e in comparison.entries],
-        "par.": [str(e.outcome.parameters) for e in comparison.entries],
-        with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in comparison.entries],
-        "95 % band": [_band(e.test.rmse) for e in comparison.entries],
-        **({"by log": [_by_log(e) for e in comparison.entries]} if any(e.by_log for e in comparison.entries) else {}),
-        "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in comparison.entries],
-        "of std": [f"{100 * e.test.share.value:.1f} %" for e in comparison.entries],
-        "R2": [f"{e.test.r2.value:.3f}" for e in comparison.entries],
-        "max error": [number(e.test.largest.value, 3) for e in comparison.entries],
-        "train RMSE": [number(e.train.rmse.value, zeros=True) for e in comparison.entries],
-        "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in comparison.entries],
+        "": ["*" if e.name == comparison.recommended else "" for e in shown],
+        "id": [comparison.id_of(e.name) for e in shown],
+        "model": [comparison.titles[e.name] for e in shown],
+        "par.": [str(e.outcome.parameters) for e in shown],
+        with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in shown],
+        "95 % band": [_band(e.test.rmse) for e in shown],
+        **({"by log": [_by_log(e) for e in shown]} if any(e.by_log for e in shown) else {}),
+        "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in shown],
+        "of std": [f"{100 * e.test.share.value:.1f} %" for e in shown],
+        "R2": [f"{e.test.r2.value:.3f}" for e in shown],
+        "max error": [number(e.test.largest.value, 3) for e in shown],
+        "train RMSE": [number(e.train.rmse.value, zeros=True) for e in shown],
+        "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown],
     }
-    if any(e.folds for e in comparison.entries):
-        folds = f"{len(comparison.entries[0].folds)}-block RMSE"
-        cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in comparison.entries]
+    if any(e.folds for e in shown):
+        folds = f"{len(shown[0].folds)}-block RMSE"
+        cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in shown]
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
     chosen = comparison.entry(comparison.recommended)
     star = "recommended" if chosen.sound and _explains(chosen) else "nearest"
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
-    return narrowed(title, cells, less_needed, width, left=2)
+    return narrowed(title, cells, less_needed, width, left=3)
+
+
+def _first(comparison: Comparison) -> list[RankedModel]:
+    """The first entries of the ranking; the recommended one takes the last place where it stands further down."""
+    shown = list(comparison.entries[:SHOWN])
+    if all(entry.name != comparison.recommended for entry in shown):
+        shown[-1] = comparison.entry(comparison.recommended)
+    return shown
+
+
+def left_out(comparison: Comparison) -> str:
+    """How many models the short table leaves out; empty for none."""
+    more = len(comparison.entries) - SHOWN
+    return f"{more} more model{'s' if more > 1 else ''}: --all shows every one, with its notes." if more > 0 else ""
 
 
 def _by_log(entry: RankedModel) -> str:
@@ -85,12 +109,13 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
 def verdict(comparison: Comparison) -> str:
     """The recommendation in a sentence or two."""
     chosen = comparison.entry(comparison.recommended)
+    called = comparison.called(chosen.name)
     if any(finding.subject == SIGN for finding in comparison.findings):
-        return f"No model is recommended before the sign is settled: see the warning. The nearest is {chosen.name}."
+        return f"No model is recommended before the sign is settled: see the warning. The nearest is {called}."
     if _explains(chosen):
         return _recommended(comparison)
     return (
-        f"No model is recommended: the nearest, {chosen.name}, explains nothing of the rows held out (R2 "
+        f"No model is recommended: the nearest, {called}, explains nothing of the rows held out (R2 "
         f"{chosen.test.r2.value:.3f}, 95 % band {chosen.test.r2.low:.3f} to {chosen.test.r2.high:.3f}; a constant "
         f"would err by {1 / chosen.test.share.value:.0%} of that)."
     )
@@ -103,34 +128,37 @@ def _explains(entry: RankedModel) -> bool:
 def _recommended(comparison: Comparison) -> str:
     best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
     unit = comparison.data.units.effort.replace("?", "")
+    called, of_best = comparison.called(chosen.name), comparison.called(best.name)
     if len(comparison.entries) == 1:
-        return f"Only {chosen.name} was fitted, so there is nothing to recommend it over."
+        return f"Only {called}, was fitted, so there is nothing to recommend it over."
     if not chosen.sound:
-        return f"Nothing to recommend: these data identify no model's parameters. The nearest is {chosen.name}."
+        return f"Nothing to recommend: these data identify no model's parameters. The nearest is {called}."
     if chosen.validation is not None:
         return _by_training_rows(comparison, chosen, unit)
     if best.name == chosen.name:
-        return f"Recommended: {chosen.name}. It is the best, and no simpler model is as good."
+        return f"Recommended: {called}. It is the best, and no simpler model is as good."
     if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
         return (
-            f"Recommended: {chosen.name}, the best model that can be trusted. {best.name} errs by less, but see its "
-            f"note above; {chosen.name} errs by {_percent(chosen.excess)} more."
+            f"Recommended: {called}, the best model that can be trusted. {of_best}, errs by less, but see its "
+            f"note above; the recommended model errs by {_percent(chosen.excess)} more."
         )
     doubt = "" if best.sound else ", not to be trusted: see its note above"
     return (
-        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
-        f"the best one, {best.name} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
+        f"Recommended: {called} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
+        f"the best one, {of_best} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
         f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
     )
 
 
 def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) -> str:
     """The recommendation where training rows that no fit has seen chose it."""
+    called = comparison.called(chosen.name)
     known = {e.name: e.validation for e in comparison.entries if e.validation is not None}
     least = min(known, key=lambda name: known[name].value)
-    nearer = f"{least} by {number(known[least].value)}, which is no more than these rows can tell or 5 % less"
+    of_least = number(known[least].value)
+    nearer = f"{comparison.called(least)}, by {of_least}, which is no more than these rows can tell or 5 % less"
     return (
-        f"Recommended: {chosen.name} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
+        f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
         f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, "
         f"{'the least' if least == chosen.name else nearer}. The rows held out chose nothing: there it errs by "
         f"{number(chosen.test.rmse.value)} {unit}."
@@ -162,21 +190,35 @@ def at_rest(comparison: Comparison) -> str:
     moving, overall = (number(v, zeros=True) for v in (float(np.sqrt(np.mean(error**2))), chosen.test.rmse.value))
     return (
         f"{share:.0%} of the rows held out are at rest. Over those in motion "
-        f"{chosen.name} errs by {moving} {unit}, not {overall}."
+        f"{comparison.id_of(chosen.name)} errs by {moving} {unit}, not {overall}."
     )
 
 
-def parameters(entry: RankedModel) -> Table | str:
-    """Parameters of a model with their intervals, and the published symbols where they differ; a network's count."""
+def parameters(entry: RankedModel) -> list[Table | str]:
+    """Constants of a model with their intervals, and the published symbols where they differ; a network's count."""
     outcome = entry.outcome
+    shown: list[Table | str] = []
+    if outcome.estimates:
+        made = estimates(f"Parameters of {entry.name}", outcome.estimates)
+        for name, value in outcome.paper_form.items():
+            made.add_row(name, "as published", number(value), "", "")
+        shown.append(made)
     if outcome.weights:
-        return f"{entry.name}: {outcome.weights} weights, which mean nothing one by one."
-    made = estimates(f"Parameters of {entry.name}", outcome.estimates)
-    for name, value in outcome.paper_form.items():
-        made.add_row(name, "as published", number(value), "", "")
-    return made
+        shown.append(f"{outcome.weights} weights of a network, which mean nothing one by one.")
+    return shown
 
 
-def model_notes(entries: Sequence[RankedModel]) -> list[str]:
-    """What to worry about, a line a model."""
-    return [f"  {entry.name}: {'; '.join(entry.notes)}" for entry in entries if entry.notes]
+def notes(comparison: Comparison, *, whole: bool) -> list[str]:
+    """What to worry about, a line a model.
+
+    Args:
+        comparison: what came out.
+        whole: every model with its specification; else the recommended model, and the best where it is not sound.
+    """
+    if whole:
+        named = {f"{comparison.id_of(e.name)} is {e.name}": e for e in comparison.entries}
+        return [f"  {'; '.join([name, *e.notes])}" for name, e in named.items()]
+    best = comparison.entry(comparison.best)
+    spoken_of = dict.fromkeys([comparison.recommended, *(() if best.sound else (best.name,))])
+    entries = [comparison.entry(name) for name in spoken_of]
+    return [f"  {comparison.called(e.name)}: {'; '.join(e.notes)}" for e in entries if e.notes]

@@ -377,12 +377,14 @@ KEYWORDS = frozenset(_WORDS.split())
 def c_name(model: str, wanted: str | None = None) -> str:
     """Prefix of all C names, and so the name of the C file: the one that is wanted, else made from the model's.
 
+    A specification that is too long is not cut: the law, or the network, gives its name.
+
     Raises:
         ExportError: what is wanted will not do.
     """
     if wanted is None:
-        made = re.sub(r"[^a-z0-9]+", "_", model.lower()).strip("_")
-        return made[:_LONGEST_NAME].rstrip("_")
+        made = "_".join(_words(model))
+        return made if len(made) <= _LONGEST_NAME else named_after(model.partition("+")[0])
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in KEYWORDS or "__" in wanted:
         raise ExportError(
             f"{wanted!r} is no name for C functions",
@@ -396,3 +398,17 @@ def c_name(model: str, wanted: str | None = None) -> str:
             remedy=f"Give at most {_LONGEST_NAME} characters",
         )
     return wanted
+
+
+def named_after(text: str) -> str:
+    """A prefix of C names from a log's name or a law's: its first words and ``model``, such as ``damper_model``."""
+    words = _words(text)
+    if words and not words[0][0].isalpha():
+        words.insert(0, "log")
+    while words and len("_".join([*words, "model"])) > _LONGEST_NAME:
+        words.pop()
+    return "_".join([*words, "model"])
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"[a-z0-9]+", text.lower())

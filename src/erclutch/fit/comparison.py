@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from erclutch.fit.scoring import explains, recommend
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset
+from erclutch.models.model_titles import id_of, titles_of
 from erclutch.registry import Plugin
 from erclutch.signals.shown import Shown, one_line
 
@@ -56,6 +58,19 @@ class Comparison(Shown):
     chosen_by: str = ""
     recalibration: Mapping[str, Any] | None = None
 
+    @cached_property
+    def titles(self) -> Mapping[str, str]:
+        """What each model is called in plain words, by its name."""
+        return titles_of([entry.name for entry in self.entries])
+
+    def called(self, name: str) -> str:
+        """A model's id and title, for example ``m1, Casson law with a lag``."""
+        return f"{self.id_of(name)}, {self.titles[name]}"
+
+    def id_of(self, name: str) -> str:
+        """A model's id here: ``m1`` for the first of the ranking."""
+        return id_of(next(place for place, entry in enumerate(self.entries) if entry.name == name))
+
     def __repr__(self) -> str:
         chosen = self.entry(self.recommended)
         test = chosen.test
@@ -66,13 +81,13 @@ class Comparison(Shown):
         return one_line(self, self.data.where, f"{len(self.entries)} models", standing, error, share)
 
     def entry(self, name: str) -> RankedModel:
-        """The entry of a model by name.
+        """The entry of a model by its name or its id.
 
         Raises:
             SettingError: no such model.
         """
-        for entry in self.entries:
-            if entry.name == name:
+        for place, entry in enumerate(self.entries):
+            if name in (entry.name, id_of(place)):
                 return entry
         raise SettingError(f"no model {name!r} here", remedy=f"Choose one of {', '.join(e.name for e in self.entries)}")
 

@@ -143,7 +143,7 @@ class ModelScore:
 def models_of(run: Run | None, chosen: Model, name: str | None) -> list[tuple[str, Model]]:
     """Names and models to score: those of a run as the run calls them, or the one that was chosen."""
     if run is None or name is not None:
-        return [(name or chosen.name, chosen)]
+        return [(chosen.name if run is None or name is None else str(run.entry(name)["name"]), chosen)]
     return [(known, run.model(known)) for known in run.names]
 
 

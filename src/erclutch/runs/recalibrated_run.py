@@ -66,7 +66,7 @@ def recalibrated(
     about = {
         "run": run.folder.name,
         "run_digest": run.body["digest"],
-        "model": model or run.recommended,
+        "model": run.entry(model or run.recommended)["name"],
         "share": share,
         "stretches": stretches,
         "way": result.way,

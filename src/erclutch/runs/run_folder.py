@@ -19,7 +19,7 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -28,11 +28,13 @@ import numpy as np
 from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import RunError
+from erclutch.export.exported_step import named_after
 from erclutch.files import file_digest, plain_words, whole_folder
 from erclutch.fit.scoring import explains
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
+from erclutch.models.model_titles import id_of, titles_of
 from erclutch.runs.run_shape import GUARDED, file_name, require_shape
 from erclutch.signals.recording import LogFacts
 from erclutch.signals.shown import Shown, one_line, presenter
@@ -126,7 +128,10 @@ def run_to_dict(
         "train_rows": int(np.count_nonzero(~comparison.test)),
         "test_rows": int(np.count_nonzero(comparison.test)),
         "findings": [asdict(finding) for finding in comparison.findings],
-        "ranking": [_entry_to_dict(e) for e in comparison.entries],
+        "ranking": [
+            _entry_to_dict(entry, id_of(place), comparison.titles[entry.name])
+            for place, entry in enumerate(comparison.entries)
+        ],
         "best": comparison.best,
         "recommended": comparison.recommended,
         **({"chosen_by": comparison.chosen_by} if comparison.chosen_by else {}),
@@ -143,7 +148,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
+def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, Any]:
     fit = entry.outcome.to_dict()
     del fit["model"]
     return without_infinities(
@@ -152,7 +157,8 @@ def _entry_to_dict(entry: RankedModel) -> dict[str, Any]:
             **({"model": entry.outcome.model.name} if entry.label else {}),
             "file": f"models/{file_name(entry.name)}.json",
             "model_digest": entry.outcome.model.to_dict()["digest"],
-            "title": entry.outcome.model.title,
+            "id": model_id,
+            "title": title,
             "sound": entry.sound,
             # Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any.
             "dynamics": {name: float(value) for name, value in entry.outcome.model.times.items()},
@@ -259,16 +265,31 @@ class Run(Shown):
         """Models, best test error first."""
         return tuple(entry["name"] for entry in self.body["ranking"])
 
+    @cached_property
+    def titles(self) -> Mapping[str, str]:
+        """What each model is called in plain words, by its name."""
+        return titles_of(self.names)
+
+    def id_of(self, name: str) -> str:
+        """The id of a model in this run: ``m1`` for the first of the ranking."""
+        return id_of(self.names.index(name))
+
+    @property
+    def c_name(self) -> str:
+        """Prefix of the C names of an export where none is given: after the first log, such as ``damper_model``."""
+        return named_after(Path(str(self.body["logs"][0]["name"])).stem)
+
     def entry(self, name: str) -> Mapping[str, Any]:
-        """What run.json says of a model.
+        """What run.json says of a model, which is named by its specification or its id.
 
         Raises:
             RunError: no such model.
         """
-        for entry in self.body["ranking"]:
-            if entry["name"] == name:
+        for place, entry in enumerate(self.body["ranking"]):
+            if name in (entry["name"], id_of(place)):
                 return entry
-        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"Choose one of {', '.join(self.names)}")
+        known = ", ".join(f"{id_of(place)} ({name})" for place, name in enumerate(self.names))
+        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"Choose one of {known}")
 
     def file(self, name: str) -> Path:
         """Path of a file whose digest run.json holds, once it has been checked.
@@ -303,10 +324,10 @@ class Run(Shown):
         Raises:
             RunError: no such model, or its file was changed.
         """
-        wanted = name or self.recommended
-        path = self.model_file(wanted)
-        model, entry = load_model(path), self.entry(wanted)
-        said = entry["model_digest"], entry.get("model", wanted), entry["dynamics"]
+        entry = self.entry(name or self.recommended)
+        path = self.model_file(entry["name"])
+        model = load_model(path)
+        said = entry["model_digest"], entry.get("model", entry["name"]), entry["dynamics"]
         if (model.to_dict()["digest"], model.name, dict(model.times)) != said:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model

@@ -10,6 +10,7 @@ from typing import Any, cast, get_args
 from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.logs.plan import Invalid
 from erclutch.models.model_file import name_of, names_of, number_of, truth_of, whole_number_of
+from erclutch.models.model_titles import id_of
 from erclutch.signals.device import DEVICES
 from erclutch.signals.recording import NAMED_COLUMNS
 from erclutch.signals.speed import DerivativeName
@@ -183,6 +184,7 @@ _RANKED = _entries(
         **{"folds_rmse": _NUMBERS, "fit": _FIT, "notes": _list(_text)},
     },
     {
+        "id": _text,
         "model": name_of,
         "band": _entries({"held": _COVERAGE, "plain": _figure, "with_sensor": _or_null(_COVERAGE)}),
         "rmse_by_log": _BANDED,
@@ -249,6 +251,8 @@ def require_shape(body: Mapping[str, Any]) -> None:
         if body[key] not in names:
             raise ValueError(f"{key} is {body[key]!r:.60}, not a model of the ranking")
     for at, entry in enumerate(body["ranking"]):
+        if entry.get("id", id_of(at)) != id_of(at):
+            raise ValueError(f"ranking[{at}].id is {entry['id']!r:.60}, not {id_of(at)!r}")
         if entry["file"] != f"models/{file_name(entry['name'])}.json":
             raise ValueError(f"ranking[{at}].file is {entry['file']!r:.60}, not that of {entry['name']!r:.60}")
         count = len(entry["fit"]["parameters"]) + entry["fit"]["weights"]

@@ -44,8 +44,8 @@ def export(
         model: A model's JSON file, or the folder of a run.
         to: What to write: the name of a target.
         out: The folder to make; NAME_TARGET by default.
-        run_model: Which model of a run; the recommended one by default.
-        name: Prefix of all C names, at most 20 characters; the model's name by default.
+        run_model: Which model of a run, by its id (m2) or specification; the recommended one by default.
+        name: Prefix of all C names, at most 20 characters; by default after the run's log, or the model.
         precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
         period: Sampling period in s (or 1ms) at which the step will be called; that of the training data by default.
         inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
@@ -66,7 +66,11 @@ def export(
 
     if run_model is not None and not model.is_dir():
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
-    chosen = read_run(model).model(run_model) if model.is_dir() else load_model(model)
+    if model.is_dir():
+        run = read_run(model)
+        chosen, name = run.model(run_model), name or run.c_name
+    else:
+        chosen = load_model(model)
     speeds, clamp = Derivative(derivative, cutoff), _limits(limits, chosen.units.effort)
     options = ExportOptions(name, precision, period, inputs, speeds, clamp, alarms, adapt)
     step = step_of(chosen, options)

@@ -54,6 +54,7 @@ def fit(
     resume: Annotated[bool, Parameter(group=LONG_LOGS, negative=())] = False,
     out: Annotated[Path | None, Parameter(group=MODELS)] = None,
     force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    all_: Annotated[bool, Parameter(name="--all", group=MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
@@ -79,6 +80,7 @@ def fit(
         resume: Go on where the scoring of every row of --out was interrupted; the models are there.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
+        all_: Print every model with its specification and its notes, not the first 8 alone.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
@@ -102,7 +104,7 @@ def fit(
             rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
         comparison = _compared(rows.data, Settings(*asked))
         if not json:
-            _print_all(rows, comparison, time.perf_counter() - began)
+            _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
         if out is not None:
             write_run(out, comparison, rows.logs, reading=read_options, force=force)
         figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
@@ -134,11 +136,11 @@ def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
     terminal.tell(*(f"not scored on every row: {name}: {why}" for name, why in figures.not_scored.items()))
 
 
-def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float) -> None:
+def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whole: bool) -> None:
     terminal.tell("\n".join(terminal.recording_lines(rows.logs)))
     if rows.left_out:
         terminal.tell(rows.data.notes[-1])
-    print_comparison(comparison)
+    print_comparison(comparison, whole=whole)
     count = len(comparison.entries)
     terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
 
@@ -180,23 +182,32 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
     return test
 
 
-def print_comparison(comparison: Comparison) -> None:
-    """Findings, ranking, recommendation and the recommended model's parameters."""
+def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
+    """Findings, ranking, recommendation and the recommended model's parameters.
+
+    Args:
+        comparison: what came out.
+        whole: every model with its notes, or the first ones and the notes of the recommended one.
+    """
     from erclutch.cli import ranking_table
 
     screen = terminal.console()
+    chosen = comparison.entry(comparison.recommended)
     held = int(comparison.test.sum())
     terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
     if which := ranking_table.held_out(comparison):
         terminal.tell(which)
     terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
     screen.print()
-    screen.print(ranking_table.ranking(comparison, screen.width))
-    terminal.tell(*ranking_table.model_notes(comparison.entries), style="dim")
+    screen.print(ranking_table.ranking(comparison, screen.width, whole=whole))
+    if not whole and (more := ranking_table.left_out(comparison)):
+        terminal.tell(more)
+    terminal.tell(*ranking_table.notes(comparison, whole=whole), style="dim")
     screen.print()
     terminal.tell(ranking_table.verdict(comparison), style="bold")
     if moving := ranking_table.at_rest(comparison):
         terminal.tell(moving)
-    terminal.tell(*ranking_table.prediction(comparison.entry(comparison.recommended), comparison.data.units.effort))
+    terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
+    terminal.tell(f"Its specification: {chosen.name}")
     screen.print()
-    screen.print(ranking_table.parameters(comparison.entry(comparison.recommended)))
+    terminal.tell(*ranking_table.parameters(chosen))

@@ -81,4 +81,4 @@ def _print(found: Comparison) -> None:
     terminal.tell(terminal.table(f"What moves, on {blocks} unseen blocks of these rows", ["", unit], rows, left=1))
     terminal.tell(ranking_table.ranking(found, terminal.console().width))
     terminal.tell(about["verdict"], style="bold")
-    terminal.tell(ranking_table.parameters(found.entry(found.recommended)))
+    terminal.tell(*ranking_table.parameters(found.entry(found.recommended)))

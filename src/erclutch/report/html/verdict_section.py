@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.export.exported_step import c_name
 from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
 from erclutch.registry import names
 from erclutch.report.html.parameters_section import negative_gains
@@ -188,7 +187,7 @@ def _next(material: Material) -> list[dict[str, str]]:
         # The command is a wing's: without the wing there is none to give.
         fills = "excite" in names("erclutch.commands")
         steps.append((text, f"erclutch excite --run {material.run.folder.name} --criterion fill" if fills else ""))
-    name = c_name(material.recommended)
+    name = material.run.c_name
     text = f"Take {material.recommended} to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
     code = f'erclutch.predict("{material.run.folder.name}", "LOG")'

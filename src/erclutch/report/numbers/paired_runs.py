@@ -160,9 +160,7 @@ def _models(runs: Sequence[Run], models: Sequence[str]) -> list[str]:
             f"{len(models)} models for {len(runs)} runs", remedy="Give --model once, once a run, or not at all"
         )
     wanted = list(models) * (len(runs) if len(models) == 1 else 1) or [str(r.body["recommended"]) for r in runs]
-    for run, name in zip(runs, wanted, strict=True):
-        run.entry(name)
-    return wanted
+    return [str(run.entry(name)["name"]) for run, name in zip(runs, wanted, strict=True)]
 
 
 def _same_units(runs: Sequence[Run]) -> None:

@@ -162,10 +162,10 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     textbook = next((name for name, role in material.shown.items() if role == "baseline"), material.recommended)
     error = material.effort.of(chosen["test"]["rmse"][0])
     words = (
-        f"Recommended: {chosen['name']}. On rows that it has not seen it errs by {error}, "
+        f"Recommended: {comparison.called(chosen['name'])}. On rows that it has not seen it errs by {error}, "
         f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
     )
     if textbook != chosen["name"]:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
-        words += f"; the textbook law {textbook} by {material.effort.of(theirs)}"
+        words += f"; the textbook, {material.run.titles[textbook]}, by {material.effort.of(theirs)}"
     screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)

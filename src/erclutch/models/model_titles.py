@@ -1,0 +1,128 @@
+"""Titles of models in plain words, and ids in a ranking: what people read and type in place of a specification."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from erclutch.errors import ErclutchError
+from erclutch.models.laws import law_from_name
+from erclutch.models.networks import is_network
+from erclutch.models.stages import stage_named
+
+#: What a stage brings, by the place where it works.
+_KINDS = {"command": "lags", "effort": "lags", "slip": "memory", "temperature": "temperature"}
+#: A law of one direction says so in its own title.
+_FORWARD = "forward"
+
+
+def id_of(place: int) -> str:
+    """A model's id in its run: ``m1`` for place 0, the first of the ranking."""
+    return f"m{place + 1}"
+
+
+def titles_of(names: Sequence[str]) -> dict[str, str]:
+    """A title for each model of a ranking, by its name; no two are the same.
+
+    A title says what is beside the law. Only where two models share their title, it also names the stages or the
+    network in which they differ.
+
+    Args:
+        names: specifications, such as ``casson+fnn-16+lag+dahl``, with a label behind ``@`` where there is one.
+    """
+    parts = {name: _parts_of(name) for name in names}
+    titles = {name: _written(each, ()) for name, each in parts.items()}
+    for shared in _shared(titles):
+        alike = [parts[name] for name in shared]
+        differing = [kind for kind in alike[0].kinds if len({each.kinds[kind] for each in alike}) > 1]
+        titles.update({name: _written(parts[name], differing) for name in shared})
+    for shared in _shared(titles):  # the order of stages, or two words for one law
+        titles.update({name: f"{titles[name]} ({name})" for name in shared})
+    return titles
+
+
+def title_of(name: str) -> str:
+    """The title of a model that stands alone."""
+    return titles_of([name])[name]
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What a title is made of.
+
+    Attributes:
+        head: the law, or the network that stands alone.
+        kinds: names of the parts of each kind that is beside the head, in the order of a title.
+        label: what is behind ``@``.
+    """
+
+    head: str
+    kinds: dict[str, tuple[str, ...]]
+    label: str
+
+
+def _shared(titles: dict[str, str]) -> list[list[str]]:
+    """Names of models that share a title, a list for each such title."""
+    count = Counter(titles.values())
+    return [[name for name in titles if titles[name] == title] for title, times in count.items() if times > 1]
+
+
+def _parts_of(name: str) -> _Parts:
+    specification, _, label = name.partition("@")
+    first, *further = specification.split("+")
+    found: dict[str, list[str]] = {}
+    for part in further:
+        found.setdefault(_kind(part), []).append(part)
+    order = ("a network", "lags", "memory", "temperature", *found)
+    kinds = {kind: tuple(found[kind]) for kind in dict.fromkeys(order) if kind in found}
+    return _Parts(_network(first) if is_network(first) else _law(first), kinds, label)
+
+
+def _kind(part: str) -> str:
+    if is_network(part):
+        return "a network"
+    try:
+        return _KINDS[stage_named(part).place]
+    except ErclutchError:  # its package is not here
+        return part
+
+
+def _network(specification: str) -> str:
+    """For example ``Network of 10 and 6 neurons``."""
+    sizes, _, form = specification.partition("/")
+    kind, *layers = sizes.split("-")
+    what = "Network" if kind == "fnn" else "Radial network"
+    how = f", {form}" if form else ""
+    return f"{what} of {' and '.join(layers)} neuron{'' if layers == ['1'] else 's'}{how}"
+
+
+@cache
+def _law(specification: str) -> str:
+    """For example ``Casson law`` or ``Bingham law (critical yield)``."""
+    name, *options = specification.split("/")
+    try:
+        title = law_from_name(name).title
+    except ErclutchError:  # its package is not here
+        title = name.capitalize()
+    stem, bracket, behind = title.partition(" (")
+    stem, field, variable = stem.partition(" in ")
+    # An abbreviation of the law's name tells nothing apart; a number of kernels does.
+    more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
+    said = [" (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options]
+    return f"{stem} law{field}{variable}{more}{''.join(said)}"
+
+
+def _written(parts: _Parts, in_full: Sequence[str]) -> str:
+    """The title; the parts of some kinds by their names."""
+    said: list[str] = []
+    for kind, names in parts.kinds.items():
+        word = "a lag" if names in (("lag",), ("effort-lag",)) else kind
+        said.append(f"{word} ({', '.join(names)})" if kind in in_full else word)
+    with_ = f" with {_listed(said)}" if said else ""
+    return f"{parts.head}{with_}{f', {parts.label}' if parts.label else ''}"
+
+
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
