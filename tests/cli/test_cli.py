@@ -233,6 +233,18 @@ def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path)
     assert "taken from 0.01 s to 0.03 s: 21 of 50 rows" in said
 
 
+@pytest.mark.slow
+def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
+    short = good("fit", log, "--models", "paper", "bingham/critical", "--lag", "none", cwd=log.parent)
+    whole = good("fit", log, "--models", "paper", "bingham/critical", "--lag", "none", "--all", cwd=log.parent)
+    rows = re.compile(r"^ [ *] +m\d+ ", re.MULTILINE)
+    assert len(rows.findall(short)) == 8
+    assert "more models: --all shows every one, with its notes." in short
+    assert len(rows.findall(whole)) > 8
+    assert "m1 is " in whole
+    assert "m1 is " not in short
+
+
 def test_fit_keeps_a_run(log: Path) -> None:
     said = good("fit", log, *QUICK, "--out", "run", cwd=log.parent)
     assert "fitted on 1,400 rows, scored on 600 rows held out" in said

@@ -31,11 +31,18 @@ def test_a_title_says_what_stands_beside_the_law(name: str, title: str) -> None:
 
 
 def test_titles_that_would_be_the_same_name_what_differs() -> None:
-    names = ["casson+rise-fall+lugre/field+inertia", "casson+rise-fall+lugre/field", "casson+dahl", "bingham+lag"]
+    names = [
+        "casson+rise-fall+lugre/field+inertia",
+        "casson+rise-fall+lugre/field",
+        "casson+dahl",
+        "casson+dahl/field",
+        "bingham+lag",
+    ]
     assert list(titles_of(names).values()) == [
-        "Casson law with lags and memory (lugre/field, inertia)",
-        "Casson law with lags and memory (lugre/field)",
-        "Casson law with memory",
+        "Casson law with lags and memory (lugre, inertia)",
+        "Casson law with lags and memory (lugre)",
+        "Casson law with memory (dahl)",
+        "Casson law with memory (dahl/field)",
         "Bingham law with a lag",
     ]
 

@@ -87,6 +87,18 @@ def test_a_run_reads_back(run: Path, compared: Comparison) -> None:
         back.model("hem")
 
 
+def test_an_id_names_a_model_of_a_run(run: Path, compared: Comparison) -> None:
+    back = read_run(run)
+    for place, entry in enumerate(compared.entries):
+        assert back.model(f"m{place + 1}").name == back.entry(f"m{place + 1}")["name"] == entry.name
+        assert (back.entry(entry.name)["id"], back.entry(entry.name)["title"]) == (
+            f"m{place + 1}",
+            compared.titles[entry.name],
+        )
+    with pytest.raises(RunError, match=r"no model 'm9'\. Choose one of m1 \("):
+        back.model("m9")
+
+
 def test_run_json_says_what_went_in(run: Path, compared: Comparison, recording: Recording) -> None:
     body = json.loads((run / "run.json").read_text())
     assert body["logs"][0]["sha256"] == recording.digest

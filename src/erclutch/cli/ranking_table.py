@@ -61,7 +61,9 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
     chosen = comparison.entry(comparison.recommended)
     star = "recommended" if chosen.sound and _explains(chosen) else "nearest"
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
-    return narrowed(title, cells, less_needed, width, left=3)
+    made = narrowed(title, cells, less_needed, width, left=3)
+    made.columns[2].no_wrap = False  # a long title breaks; a number is never cut
+    return made
 
 
 def _first(comparison: Comparison) -> list[RankedModel]:

@@ -34,10 +34,11 @@ def titles_of(names: Sequence[str]) -> dict[str, str]:
     """
     parts = {name: _parts_of(name) for name in names}
     titles = {name: _written(each, ()) for name, each in parts.items()}
-    for shared in _shared(titles):
-        alike = [parts[name] for name in shared]
-        differing = [kind for kind in alike[0].kinds if len({each.kinds[kind] for each in alike}) > 1]
-        titles.update({name: _written(parts[name], differing) for name in shared})
+    for forms in (False, True):  # lugre first; lugre/field where that does not tell apart
+        for shared in _shared(titles):
+            alike = [parts[name] for name in shared]
+            differing = [kind for kind in alike[0].kinds if len({each.kinds[kind] for each in alike}) > 1]
+            titles.update({name: _written(parts[name], differing, forms=forms) for name in shared})
     for shared in _shared(titles):  # the order of stages, or two words for one law
         titles.update({name: f"{titles[name]} ({name})" for name in shared})
     return titles
@@ -114,12 +115,13 @@ def _law(specification: str) -> str:
     return f"{stem} law{field}{variable}{more}{''.join(said)}"
 
 
-def _written(parts: _Parts, in_full: Sequence[str]) -> str:
-    """The title; the parts of some kinds by their names."""
+def _written(parts: _Parts, in_full: Sequence[str], *, forms: bool = False) -> str:
+    """The title; the parts of some kinds by their names, with or without their forms."""
     said: list[str] = []
     for kind, names in parts.kinds.items():
         word = "a lag" if names in (("lag",), ("effort-lag",)) else kind
-        said.append(f"{word} ({', '.join(names)})" if kind in in_full else word)
+        stems = [name if forms else name.partition("/")[0] for name in names]
+        said.append(f"{word} ({', '.join(stems)})" if kind in in_full else word)
     with_ = f" with {_listed(said)}" if said else ""
     return f"{parts.head}{with_}{f', {parts.label}' if parts.label else ''}"
 
