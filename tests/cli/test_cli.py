@@ -614,7 +614,7 @@ def test_a_log_of_one_field_from_reading_to_export(how: str, tmp_path: Path) -> 
     given = ("--constant", "field=0.5 A") if how == "constant" else ()
     assert "field" in good("inspect", "one.csv", *given, cwd=tmp_path)
     said = good("fit", "one.csv", *given, "--models", "bingham", "fnn-4", "--out", "run", cwd=tmp_path)
-    assert "Recommended: bingham/constant" in said
+    assert "Recommended: m1, Bingham law (constant yield)" in said
     assert ("the field is 0.5 A in all 3000 rows" if how == "constant" else "the log has no field") in said
     good("report", "run", cwd=tmp_path)
     for model, target in (("bingham/constant", "python"), ("fnn-4", "python"), ("bingham/constant", "c")):
