@@ -59,7 +59,7 @@ def test_an_option_means_one_thing_in_all_commands() -> None:
     kinds = {name: {element(each.hint) for each in used.values()} for name, used in options().items()}
     assert {name: seen for name, seen in kinds.items() if len(seen) > 1 and name not in SAME} == {}
     assert kinds["--model"] == {"<class 'str'>"}
-    assert kinds["--run"] == kinds["--rig-file"] == {"<class 'pathlib.Path'>"}
+    assert kinds["--run"] == {"<class 'pathlib.Path'>"}
 
 
 def test_a_number_with_a_unit_is_a_quantity() -> None:
@@ -187,7 +187,6 @@ def test_another_package_names_its_heading(install: Install) -> None:
 
 def test_a_folder_given_as_a_model_is_told(bench: Path) -> None:
     assert "no model 'run'" in refused("predict", "log.csv", "--run", "run", "--model", "run", "--out", "p", cwd=bench)
-    assert "no run is given" in refused("live", "--model", "bingham", cwd=bench)
 
 
 def test_settings_of_python_are_as_strict() -> None:
@@ -220,10 +219,3 @@ def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
         whole = good(command.name, "--help-all")
         hidden = {name for name, used in options().items() if command.name in used and name not in whole}
         assert hidden == set(), command.name
-    short = good("live", "--help")
-    everyday = ("--run", "--model", "--rig", "--log", "--program", "--motor", "--observer", "--seconds", "--record")
-    assert all(option in short for option in everyday)
-    assert "--track-integral" not in short
-    assert re.search(r"Torque control: \d options \(--adapt, .*\), with --help-all", short)
-    assert len(short.split()) < 0.4 * len(good("live", "--help-all").split())
-    assert good("live", "--help") == short

@@ -34,7 +34,7 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     [
         (("--to", "matlab"), "unknown target"),
         (("--name", "9"), "no name for C functions"),
-        (("--limits", "1"), "no two numbers"),
+        (("--limits", "1"), "no two efforts"),
         (("--limits=2,1",), "Give the smaller one first"),
         (("--model", "hem"), "needs the folder of a run"),
         (("--period", "-1"), "a period of -1 s"),
