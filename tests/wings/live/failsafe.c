@@ -1,5 +1,6 @@
 /* Every pair of a state of the failsafe and an event, then random sequences, through the loop's own core. What must come
  * of each pair is written here once more, as a machine of four states, and compared. Prints what it went through. */
+#include "erc_config.h"
 #include "erc_core.h"
 
 #include <math.h>

@@ -24,7 +24,7 @@ from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Wavefo
 from erclutch.wings.rig.rig_plugins import UdpRig
 
 HERE = Path(__file__).parent
-PEERS = HERE.parents[1] / "examples" / "udp_rig"
+PEERS = HERE.parents[2] / "examples" / "udp_rig"
 SINE = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 5.0, 1.0, motor_torque=0.1)
 
 

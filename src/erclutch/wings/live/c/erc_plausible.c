@@ -25,11 +25,14 @@ bool erc_slipping(const erc_core *core) {
     if (core->config.device == ERC_SINGLE || core->field > 0.0) {
         return first > least;
     }
-    return core->field < 0.0 ? second > least : first > least && second > least;
+    if (core->field < 0.0) {
+        return second > least;
+    }
+    return first > least && second > least;
 }
 
 double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods) {
-    const double held = (double)hold, none = (double)(trip - ERC_ZERO_BEFORE_TRIP), wrong = (double)periods;
+    const double held = (double)hold, none = (double)trip - (double)ERC_ZERO_BEFORE_TRIP, wrong = (double)periods;
     if (wrong <= held) {
         return 1.0;
     }
