@@ -108,14 +108,23 @@ def _plan_to_dict(plan: ScoringPlan) -> dict[str, Any]:
 
 
 def _plan_body(folder: Path) -> dict[str, Any]:
-    path = folder / "plan.json"
+    body = _with_its_digest(folder / "plan.json", "was changed")
+    return {key: value for key, value in body.items() if key != "digest"}
+
+
+def _with_its_digest(path: Path, changed: str) -> dict[str, Any]:
+    """What a file holds whose digest it keeps; ``changed`` says in an error that it does not.
+
+    Raises:
+        RunError: the file cannot be read, or was changed.
+    """
     try:
         body = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise RunError(f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW) from error
     if not isinstance(body, dict) or not keeps_digest(cast(dict[str, Any], body)):
-        raise RunError("was changed", where=str(path), remedy=_ANEW)
-    return {key: value for key, value in cast(dict[str, Any], body).items() if key != "digest"}
+        raise RunError(changed, where=str(path), remedy=_ANEW)
+    return cast(dict[str, Any], body)
 
 
 def unfinished_plan(run: Run) -> ScoringPlan:
@@ -182,13 +191,7 @@ def read_every_row(run: Run) -> Mapping[str, Any] | None:
     path = run.folder / FILE
     if not path.is_file():
         return None
-    try:
-        body = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW) from error
-    if not isinstance(body, dict) or not keeps_digest(cast(dict[str, Any], body)):
-        raise RunError("was changed after the run", where=str(path), remedy=_ANEW)
-    body = cast(dict[str, Any], body)
+    body = _with_its_digest(path, "was changed after the run")
     if body["run"] != run.body["digest"]:
         raise RunError("belongs to another run", where=str(path), remedy=_ANEW)
     return body
