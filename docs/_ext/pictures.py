@@ -51,6 +51,11 @@ def run_commands(commands: str, folder: Path) -> None:
         raise RuntimeError(f"{commands}\n{done.stdout}\n{done.stderr}")
 
 
+def kept_as(page: str, picture: str) -> str:
+    """Name below _pictures of a page's picture: with its folder, since runs side by side draw files of one name."""
+    return f"{page}/{picture}".replace("/", "-")
+
+
 class PictureDirective(SphinxDirective):
     """See the module."""
 
@@ -93,7 +98,7 @@ class PictureDirective(SphinxDirective):
                 shutil.copy(source, folder)
             run_commands(commands, Path(folder))
             for picture in self.arguments[0].split():
-                name = f"{self.env.docname.replace('/', '-')}-{Path(picture).name}"
+                name = kept_as(self.env.docname, picture)
                 shutil.copy(Path(folder) / picture, kept / name)
                 names.append(name)
         return names

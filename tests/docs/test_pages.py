@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import erclutch
+from docs._ext.pictures import kept_as
 from erclutch.models.laws import families, law_from_name, shown_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -42,3 +43,15 @@ def test_every_command_named_exists(page: Path) -> None:
     makefile = (DOCS.parent / "Makefile").read_text("utf-8")
     for target in set(re.findall(r"`make (\w+)`", text)):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_each_picture_of_the_site_is_a_file_of_its_own() -> None:
+    """Runs side by side draw pictures of one name: one must not take the other's place."""
+    kept = [
+        kept_as(page.relative_to(DOCS).with_suffix("").as_posix(), picture)
+        for page in PAGES
+        for pictures in re.findall(r"^```\{picture\} (.*)$", page.read_text("utf-8"), re.MULTILINE)
+        for picture in pictures.split()
+    ]
+    assert {"hysteresis-without-loops.png", "hysteresis-with-loops.png"} <= set(kept)
+    assert len(set(kept)) == len(kept)
