@@ -19,7 +19,9 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.report.plots.matplotlib_painter import paint
 from erclutch.report.plots.paper_style import new_figure, style
+from erclutch.report.plots.plot_description import Line, Plot
 from erclutch.report.plots.run_plots import FIGURES, write_figure
+from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.runs.run_folder import Run, read_run, write_run
 
 
@@ -52,8 +54,25 @@ def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("name", ["trace", "residual", "ranking", "parity"])
 def test_no_text_is_cut_off_or_left_as_tex(name: str, material: Material) -> None:
-    """Long names too: the legend must not push the axes away, nor leave the figure."""
-    plot = FIGURES[name][1](material)
+    nothing_is_cut_off(FIGURES[name][1](material))
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "casson+fnn-16+rise-fall+lugre/field+inertia+dahl/field",
+        "Cho-Choi-Jhon law (one direction) with a network, lags and memory (lugre, inertia, dahl)",
+        "a_name_of_ninety_letters_that_no_space_and_no_stage_ever_parts_" + "x" * 27,
+    ],
+)
+def test_a_long_name_in_a_legend_is_not_cut_off(label: str, material: Material) -> None:
+    plot = describe_trace(material)
+    named = [replace(mark, label=label) if isinstance(mark, Line) else mark for mark in plot.panels[0].marks[:-1]]
+    nothing_is_cut_off(replace(plot, panels=[replace(plot.panels[0], marks=[*named, plot.panels[0].marks[-1]])]))
+
+
+def nothing_is_cut_off(plot: Plot) -> None:
+    """The legend must not push the axes away, nor leave the figure."""
     with style():
         figure = new_figure(plot.height, plot.width)
         FigureCanvasAgg(figure)
@@ -105,3 +124,10 @@ def test_what_a_run_cannot_give_is_said(tmp_path: Path) -> None:
         write_figure("flow-curves", network, tmp_path)
     with pytest.raises(SettingError, match="no figure 'fig9'"):
         write_figure("fig9", network, tmp_path)
+
+
+def test_a_legend_calls_a_model_by_its_title(material: Material) -> None:
+    """A specification is longer than a panel; its title fits."""
+    labels = {label for panel in describe_trace(material).panels for _, label in panel.legend()}
+    assert material.run.titles[material.recommended] in labels
+    assert material.recommended not in labels

@@ -41,7 +41,7 @@ def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
     return Panel(
         Axis("time since the command switched", "ms", float(x[0]), float(x[-1]), log=True),
         Axis("RMSE", material.effort.unit, 0.0, 1.08 * max(float(v.max()) for v in curves.values())),
-        [Line(x, curves[name], role, name) for name, role in reversed(material.shown.items())],
+        [Line(x, curves[name], role, material.run.titles[name]) for name, role in reversed(material.shown.items())],
         f"RMSE over the time since the command last switched, of {', '.join(found.rmse)}.",
         caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
         "the model does not have.",

@@ -48,7 +48,10 @@ def _row(material: Material, loop: EffortLoop) -> list[Panel]:
 def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Panel:
     factor = material.effort.factor
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
-    lines += [Line(values, loop.modelled[name] * factor, role, name) for name, role in material.looped.items()]
+    lines += [
+        Line(values, loop.modelled[name] * factor, role, material.run.titles[name])
+        for name, role in material.looped.items()
+    ]
     at = _field_of(material, loop)
     where = f"from {loop.start:.4g} s{f' of {loop.log}' if loop.log else ''}{'' if loop.held else ', training rows'}"
     return Panel(

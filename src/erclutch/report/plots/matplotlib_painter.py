@@ -96,9 +96,13 @@ def _panel(axis: Any, panel: Panel, room: int) -> None:
 
 
 def _parted(name: str, room: int) -> str:
-    """A name that is too long for its panel in two lines, parted at a stage of the model."""
-    at = name.rfind("+", 1, room) + 1 or room
-    return name if len(name) <= room else f"{name[:at]}\n{name[at:]}"
+    """A name that is too long for its panel in several lines, parted at a word or at a stage of the model."""
+    lines: list[str] = []
+    while len(name) > room:
+        at = max(name.rfind("+", 1, room), name.rfind(" ", 1, room)) + 1 or room
+        lines.append(name[:at].rstrip())
+        name = name[at:]
+    return "\n".join([*lines, name])
 
 
 def _plain_decades(axis: Any, low: float, high: float) -> None:
@@ -209,4 +213,5 @@ def _legends(figure: Any, axes: Any, plot: Plot, room: int) -> None:
         if len(labels) > 1:
             columns = max(1, int(plot.width / plot.columns / (_KEY + _LETTER * max(map(len, labels)))))
             place: dict[str, Any] = above | {"ncols": columns} if plot.legend == "above" else {}
-            axis.legend(handles, [_parted(label, room) for label in labels], handlelength=1.6, **place)
+            beside_key = max(8, room - int(_KEY / _LETTER))
+            axis.legend(handles, [_parted(label, beside_key) for label in labels], handlelength=1.6, **place)

@@ -28,7 +28,9 @@ def describe_trace(
     data, time = rows.data, rows.data.clock.time[at]
     models = {n: role for n, role in reversed(material.shown.items()) if role != "best"} or material.shown
     measured = Line(time, data.effort[at] * effort.factor, "measured", "measured")
-    estimates = [Line(time, rows.predicted[n][at] * effort.factor, role, n) for n, role in models.items()]
+    estimates = [
+        Line(time, rows.predicted[n][at] * effort.factor, role, material.run.titles[n]) for n, role in models.items()
+    ]
     residuals = [Line(time, rows.residual(n)[at] * effort.factor, role) for n, role in models.items()]
     commands = [
         Line(time, e.field[at] * field.factor, style, material.element_name(i), dashed=i > 0)
