@@ -249,3 +249,11 @@ def test_few_points_are_ranked_without_validation() -> None:
     few = curve_of("bingham", rates=np.logspace(0, 2, 5))
     fits = ranked(few)
     assert all(np.isinf(fit.validated) for fit in fits if fit.law in ("seo-seo", "cho-choi-jhon"))
+
+
+@given(yield_stress=st.floats(1.0, 100.0), viscosity=st.floats(0.01, 1.0))
+@settings(max_examples=20)
+def test_a_curve_that_a_law_meets_to_the_last_bit_has_a_finite_criterion(yield_stress: float, viscosity: float) -> None:
+    rates = np.logspace(0, 2, 8)
+    exact = FlowCurve("exact", rates, yield_stress + viscosity * rates)
+    assert np.isfinite(fit_flow_curve(exact, "bingham").aicc)

@@ -280,7 +280,9 @@ def _fit(
     unknowns = found.point.size
     cost = float(residual @ residual)
     spare = n - unknowns - 2
-    aicc = n * np.log(cost / n) + 2 * (unknowns + 1) * n / spare if spare > 0 else np.inf
+    # Without noise a law may meet each point to the last bit: rounding is the least spread that a fit can claim.
+    spread = max(cost / n, float(np.finfo(float).eps) ** 2)
+    aicc = n * np.log(spread) + 2 * (unknowns + 1) * n / spare if spare > 0 else np.inf
     return FlowFit(
         law=law.name,
         stop=found.stop,
