@@ -278,6 +278,16 @@ class House:
     def _by_path(self) -> dict[str, Module]:
         return {str(module.path): module for module in self.modules}
 
+    @cached_property
+    def by_room(self) -> dict[str, list[Module]]:
+        """Modules of each room, of each wing, and of the ground floor."""
+        rooms: dict[str, list[Module]] = defaultdict(list)
+        for module in self.modules:
+            folders = module.path.parent.parts
+            depth = 2 if folders[:1] == ("wings",) else 1
+            rooms["/".join(folders[:depth]) or "ground floor"].append(module)
+        return rooms
+
     def places(self, pattern: str) -> list[str]:
         """Lines that match outside of comments and docstrings, as FILE:LINE."""
         return [
@@ -319,14 +329,18 @@ class Density:
     """What makes code slow to read.
 
     Attributes:
-        tokens: of code, a line of code; docstrings and comments are no code.
+        lines: lines of code; docstrings and comments are no code.
+        tokens: of code, a line of code.
         comments: a line of code.
-        called_once: share of a module's private functions that are named once at most in it.
+        private: private functions at the top of a module.
+        called_once: share of them that are named once at most in their module.
         longest: lines of the longest file, and its place.
     """
 
+    lines: int
     tokens: float
     comments: float
+    private: int
     called_once: float
     longest: tuple[int, str]
 
@@ -350,7 +364,14 @@ class Density:
                     private += 1
                     once += named[node.name] <= 1
         longest = max((module.text.count("\n"), str(module.path)) for module in modules)
-        return Density(tokens / max(lines, 1), comments / max(lines, 1), once / max(private, 1), longest)
+        return Density(
+            lines=lines,
+            tokens=tokens / max(lines, 1),
+            comments=comments / max(lines, 1),
+            private=private,
+            called_once=once / max(private, 1),
+            longest=longest,
+        )
 
 
 @dataclass(frozen=True)
@@ -529,6 +550,10 @@ def counts(house: House) -> dict[str, str]:
     }
 
 
+#: What is said of each room's density.
+DENSITY = ("tokens a line", "comments a line", "private, named once", "longest file")
+
+
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Rows as a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
@@ -553,7 +578,28 @@ def main() -> None:
         rows.append([title, *(f"{len(mine)} + {len(others)}: {', '.join(others) or '-'}" for mine, others in found)])
     print(table(["to add", *names], rows))
     for house in houses:
+        print(f"\n{house.folder.name}: how dense each room is, the densest first\n")
+        print(table(["room", "files", "lines of code", *DENSITY], densities(house)))
+    for house in houses:
         _details(house)
+
+
+def densities(house: House) -> list[list[str]]:
+    """Files and density of each room as a row, the densest room first."""
+    rooms = [(name, modules, Density.of(modules)) for name, modules in house.by_room.items()]
+    rooms.sort(key=lambda room: room[2].tokens, reverse=True)
+    return [
+        [
+            name,
+            f"{len(modules)}",
+            f"{density.lines:,}",
+            f"{density.tokens:.1f}",
+            f"{density.comments:.1%}",
+            f"{density.called_once:.0%} of {density.private}",
+            f"{density.longest[0]} ({density.longest[1]})",
+        ]
+        for name, modules, density in rooms
+    ]
 
 
 def _details(house: House) -> None:
