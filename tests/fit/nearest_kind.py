@@ -19,7 +19,7 @@ from erclutch.models.model import Range
 from erclutch.models.model_file import SCHEMA, read_model, sealed, table_of, units_of
 from erclutch.models.model_file import range_of as range_in
 from erclutch.models.shared_answers import ModelBase
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
 
@@ -46,8 +46,8 @@ class Nearest:
         cost = float(np.sum((train.effort - model.predict(train)) ** 2))
         return FitOutcome(model, "converged", 1, (), {}, 1, 1, 1.0, 1, cost, train.rows, weights=rows.size)
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
-        return self.fit(rows, fitted, 1)
+    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+        return self.fit(train.take(kept), fitted, 1)
 
 
 @dataclass(frozen=True, repr=False)

@@ -108,7 +108,7 @@ def test_folds_are_fits_on_the_other_blocks(data: Dataset) -> None:
     entry = compared.entry("bingham")
     for block, rmse in zip(time_folds(train, 2), entry.folds, strict=True):
         others, on_all_rows = train.take(~block), law_of(compared, "bingham")
-        nearest = refit_near(others, on_all_rows).model
+        nearest = refit_near(train, on_all_rows, ~block).model
         anew = fit_structure(others, on_all_rows.structure).model
         its_own, from_nothing, unrefitted = (
             float(np.sqrt(np.mean((train.effort - model.predict(train))[block] ** 2)))

@@ -10,8 +10,9 @@ import pytest
 from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.ladder import _folds, grown
+from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
 from erclutch.fit.log_groups import chessboard, groups_of
-from erclutch.fit.validation import _in_question, parts_of_training
+from erclutch.fit.validation import _in_question, parts_of_training, worth_their_freedom
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -154,6 +155,50 @@ def test_a_network_that_is_best_on_its_own_fields_is_not_recommended() -> None:
     assert law is not None
     assert network is not None
     assert law.value < network.value
+
+
+def errors_of(*sizes: float) -> list[Array]:
+    """Errors on parts, of one shape and so many times as large."""
+    shape = np.random.default_rng(0).standard_normal(400)
+    return [size * shape for size in sizes]
+
+
+@pytest.mark.parametrize(
+    ("network", "allowed"),
+    [
+        ((0.8, 0.8, 0.8, 0.8), True),
+        ((0.98, 0.98, 0.98, 0.98), False),  # no more than 5 % less: a tie goes to physics
+        ((0.5, 0.5, 0.5, 1.2), False),  # worse on a part
+        ((0.8, 0.8, 0.8, 1.005), True),  # faded to the law there
+    ],
+)
+def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tuple[float, ...], allowed: bool) -> None:
+    errors = {"law": errors_of(1.0, 1.0, 1.0, 1.0), "network": errors_of(*network)}
+    assert ("network" in worth_their_freedom(errors, {"law": 0, "network": 2})) == allowed
+
+
+def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:
+    """A travel that began anew behind the block would make another stiffness of it, SYNTHETIC."""
+    t = PERIOD * np.arange(800)
+    slip = 3.0 * np.sin(2.0 * np.pi * 0.7 * t) + 2.0 * np.sin(2.0 * np.pi * 1.9 * t)
+    effort = np.tanh(slip / 0.2) + 0.8 * np.cumsum(slip) * PERIOD
+    data = made(np.ones(t.size), slip, effort + 0.005 * np.random.default_rng(0).standard_normal(t.size), "spring")
+    law = Structure("single", "bingham/constant", law_from_name("bingham/constant"), "stiffness", False, True)
+    block = (t > 2.05) & (t < 3.3)
+    refitted = refit_near(data, fit_structure(data, law, intervals=False).model, ~block)
+    assert refitted.train_rows == np.count_nonzero(~block)
+    assert {e.name: e.value for e in refitted.estimates}["k"] == pytest.approx(0.8, rel=0.02)
+    assert np.std((data.effort - refitted.model.predict(data))[block]) < 0.01
+
+
+def test_columns_at_some_rows_are_those_rows_of_the_columns() -> None:
+    data = bench(rows=100)
+    law = Structure("single", "bingham", law_from_name("bingham"), "lag+dahl", True, True)
+    reference = reference_of(data)
+    q = [s.scanned[0] for s in law.shapes(reference.period)]
+    rows = np.array([3, 4, 250, 777])
+    whole, some = (law.columns(data.elements, data.clock, reference, q, at) for at in (slice(None), rows))
+    assert all(np.array_equal(column[rows], picked) for column, picked in zip(whole, some, strict=True))
 
 
 def test_two_fits_of_one_network_are_no_riddle() -> None:

@@ -19,6 +19,7 @@ from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import canonical
+from erclutch.signals.array import Mask
 
 GROUP = "erclutch.kinds"
 #: Names of `Settings.models` that stand for several.
@@ -46,11 +47,12 @@ class Candidate(Protocol):
         """
         ...
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """Fit the same model to some of the training rows, from its numbers on: what was chosen stays chosen.
 
         Args:
-            rows: the rows.
+            train: all training rows: states run through them, for field and slip are known where the effort is not.
+            kept: the rows to fit, shape (n,).
             outcome: of `fit`.
             fitted: what was fitted to the same rows before.
         """

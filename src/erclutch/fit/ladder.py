@@ -9,22 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch import registry
-from erclutch.arithmetic.dual import pick
 from erclutch.fit.laws.fit_law import reference_of
-from erclutch.fit.laws.variable_projection import Separable, coordinates, outer_problem, parameters, project
+from erclutch.fit.laws.law_problem import separable
+from erclutch.fit.laws.variable_projection import coordinates, outer_problem, parameters, project
 from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
-from erclutch.models.structure import Reference, Structure
+from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
 from erclutch.signals.recording import TEMPERATURE
 
@@ -196,7 +195,7 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
         data = fold.data
         reference = reference_of(data, structure.extras)
         shapes = structure.shapes(reference.period)
-        problem = _problem(fold, structure, reference, shapes)
+        problem = separable(data, structure, reference, shapes, fold.fitted)
         starts = [coordinates(shapes, q) for q in _starts(shapes, numbers)]
         minima = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in starts]
         q = parameters(shapes, min(minima, key=lambda minimum: minimum.cost).point)
@@ -205,21 +204,6 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
         squares, rows = squares + float(residual @ residual), rows + residual.size
         numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
     return Rung(structure, (squares / rows) ** 0.5, numbers)
-
-
-def _problem(fold: _Fold, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]) -> Separable:
-    """The problem on the rows to fit; the dynamics run over all rows of the stretches."""
-    data, rows = fold.data, fold.fitted
-    slow = any(stage.place == "effort" for stage in structure.stages)
-
-    def columns(q: Sequence[Any]) -> Sequence[Any]:
-        whole = structure.columns(data.elements, data.clock, reference, q, extras=data.extras, ahead=True)
-        return whole if slow else [pick(column, rows) for column in whole]
-
-    def behind(effort: Any, q: Sequence[Any]) -> Any:
-        return pick(structure.behind(effort, data.clock, q), rows)
-
-    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
 
 
 def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[list[float]]:

@@ -16,7 +16,7 @@ from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.log_groups import groups_of
 from erclutch.fit.one_thread import one_thread
-from erclutch.fit.scoring import BandedFigure, excess, recommend, score
+from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
 from erclutch.logs.dataset import Dataset, time_folds
 from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, Mask
@@ -27,6 +27,8 @@ _FEWEST_ROWS = 50  # of a block
 #: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
 #: more than so many of a kind.
 _NEAR, _MOST = 1.4, 3
+#: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
+_NO_MORE = 1.02
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float,
     """RMSE on each block of the training rows in time, fitted on the others; empty for no blocks."""
     errors: list[float] = []
     for block in time_folds(train, blocks) if blocks else ():
-        model = fitted.candidate.refit(train.take(~block), fitted.outcome, ()).model
+        model = fitted.candidate.refit(train, train.with_neighbours(~block), fitted.outcome, ()).model
         error: Array = train.effort - model.predict(train)
         errors.append(float(np.sqrt(np.mean(error[block] ** 2))))
     return tuple(errors)
@@ -126,23 +128,27 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
     measured: list[Array] = []
     with one_thread():
         for part in parts.masks:
-            others = train.take(~part)
             measured.append(train.effort[part])
-            for name, predicted in _refitted(contenders, others, train).items():
+            for name, predicted in _refitted(contenders, train, train.with_neighbours(~part)).items():
                 errors[name].append(train.effort[part] - predicted[part])
-    whole = {name: np.concatenate(own) for name, own in errors.items() if len(own) == len(parts.masks)}
-    usable = {name: error for name, error in whole.items() if np.all(np.isfinite(error))}
+    usable = {
+        name: own
+        for name, own in errors.items()
+        if len(own) == len(parts.masks) and all(np.all(np.isfinite(error)) for error in own)
+    }
     if not usable:
         return None
-    effort = np.concatenate(measured)
-    least = min(usable.values(), key=lambda error: float(error @ error))
-    scores = {name: score(effort, effort - error, seed=seed) for name, error in usable.items()}
     outcomes = {f.outcome.model.name: f.outcome for f in contenders}
+    effort = np.concatenate(measured)
+    whole = {name: np.concatenate(own) for name, own in usable.items()}
+    scores = {name: score(effort, effort - error, seed=seed) for name, error in whole.items()}
+    worth = worth_their_freedom(usable, {name: outcomes[name].freedom for name in usable}, seed)
+    least = whole[min(worth, key=lambda name: scores[name].rmse.value)]
     _, name = recommend(
-        scores,
-        {name: excess(error, least, seed=seed) for name, error in usable.items()},
-        {name: outcomes[name].parameters for name in usable},
-        freedom={name: outcomes[name].freedom for name in usable},
+        {name: scores[name] for name in worth},
+        {name: excess(whole[name], least, seed=seed) for name in worth},
+        {name: outcomes[name].parameters for name in worth},
+        freedom={name: outcomes[name].freedom for name in worth},
     )
     rows = [np.flatnonzero(mask) for mask in parts.masks[: parts.fields]]
     at_new_fields: dict[str, Array] = {}
@@ -154,13 +160,44 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
     return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()}, at_new_fields)
 
 
-def _refitted(contenders: Sequence[Fitted], rows: Dataset, train: Dataset) -> dict[str, Array]:
+def worth_their_freedom(
+    errors: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], seed: int = 0
+) -> dict[str, int]:
+    """The models that may be recommended by their errors on parts that they were not fitted to, with their freedom.
+
+    A model that is freer of physics has to be worth it: the best model of less freedom errs clearly more than the freer
+    one over all parts, and no less than it on any single part. What is better on most parts and worse on others has
+    learned something that holds on some rows only, and the next log may be of the others.
+
+    Args:
+        errors: by model, measured less estimated effort on each part.
+        freedom: by model, from 0, a law.
+        seed: of the band that tells "clearly".
+    """
+    whole = {name: np.concatenate(own) for name, own in errors.items()}
+    allowed: dict[str, int] = {}
+    for level in sorted(set(freedom.values())):
+        bound = min(allowed, key=lambda name: float(whole[name] @ whole[name]), default=None)
+        for name in (name for name, own in freedom.items() if own == level):
+            if bound is None or _worth(errors[name], errors[bound], seed):
+                allowed[name] = level
+    return allowed
+
+
+def _worth(errors: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
+    """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
+    on_each = all(_NO_MORE * float(b @ b) >= float(e @ e) for e, b in zip(errors, bound, strict=True))
+    saved = excess(np.concatenate(bound), np.concatenate(errors), seed=seed)
+    return on_each and saved.value > TOLERATED and saved.low > 0.0
+
+
+def _refitted(contenders: Sequence[Fitted], train: Dataset, kept: Mask) -> dict[str, Array]:
     """Effort on all training rows by each model that some of them can make, fitted to these."""
     predicted: dict[str, Array] = {}
     known: list[Fitted] = []
     for each in sorted(contenders, key=lambda f: f.outcome.freedom):
         try:
-            outcome = each.candidate.refit(rows, each.outcome, known)
+            outcome = each.candidate.refit(train, kept, each.outcome, known)
         except CheckError:
             continue
         known.append(Fitted(each.candidate, outcome))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import PurePath
@@ -151,13 +151,25 @@ class Dataset(Shown):
         """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
         keep = np.zeros(self.rows, np.bool_)
         spans: list[Span] = []
-        for start, stop in stretches(mask):
-            for span in cut_spans(self.clock.spans, start, stop):
-                offset = spans[-1].stop if spans else 0
-                keep[start + span.start : start + span.stop] = True
-                spans.append(Span(offset, offset + span.stop - span.start, span.period))
+        for span in self._spans_within(mask):
+            offset = spans[-1].stop if spans else 0
+            keep[span.start : span.stop] = True
+            spans.append(Span(offset, offset + span.stop - span.start, span.period))
         bounds = tuple((int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows)
         return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
+
+    def with_neighbours(self, mask: Mask) -> Mask:
+        """The rows of a mask that `take` keeps: those with a neighbour, shape (n,)."""
+        keep = np.zeros(self.rows, np.bool_)
+        for span in self._spans_within(mask):
+            keep[span.start : span.stop] = True
+        return keep
+
+    def _spans_within(self, mask: Mask) -> Iterator[Span]:
+        """The spans of the clock as far as they lie within a mask."""
+        for start, stop in stretches(mask):
+            for span in cut_spans(self.clock.spans, start, stop):
+                yield replace(span, start=start + span.start, stop=start + span.stop)
 
 
 def build_dataset(

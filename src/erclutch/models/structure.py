@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c
 from erclutch.arithmetic.dual import pick
@@ -210,7 +211,7 @@ class Structure:
         clock: Clock,
         reference: Reference,
         q: Sequence[Any],
-        rows: slice = slice(None),
+        rows: slice | NDArray[np.intp] = slice(None),
         functions: Callable[[Any], Any] = as_it_is,
         extras: Mapping[str, Array] | None = None,
         *,
@@ -225,13 +226,16 @@ class Structure:
         """
         memory = slip_stages(self.dynamics)
         wanted = slice(None) if stages_at(self.dynamics, "effort") else rows
-        whole = slice(None) if memory else wanted
+        slices = wanted if isinstance(wanted, slice) else slice(None)
+        whole = slice(None) if memory else slices
         fluids, slips, moved, remembered = self.signals(
-            elements, clock, reference, q, functions, rows=whole, wanted=wanted
+            elements, clock, reference, q, functions, rows=whole, wanted=slices
         )
-        if whole != wanted:
+        if slices is not wanted or whole != slices:
             fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
             moved = [SlipAndStrength(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
+        if slices is not wanted:
+            remembered = [[[pick(x, wanted) for x in outputs] for outputs in own] for own in remembered]
         further = {name: functions((extras or {})[name][wanted]) for name in self.extras}
         columns = self.from_fluid(FluidSignals(fluids, slips, remembered, further), reference, q, moved)
         plain = ahead or functions is not as_it_is
@@ -260,12 +264,12 @@ class Structure:
         remembered = [[stage.respond(m, clock, self.numbers_of(stage, q), wanted) for stage in stages] for m in moved]
         return fluids, slips, moved, remembered
 
-    def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice = slice(None)) -> Any:
+    def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice | NDArray[np.intp] = slice(None)) -> Any:
         """What the stages on the effort make of an effort, or of a column of it, over all rows; some of them."""
         stages = stages_at(self.dynamics, "effort")
         for stage in stages:
             effort = stage.respond(effort, clock, self.numbers_of(stage, q), slice(None))
-        return pick(effort, rows) if stages and rows != slice(None) else effort
+        return pick(effort, rows) if stages else effort
 
     def command(self, field: Any, reference: Reference, q: Sequence[Any]) -> Any:
         """What the stages work on, elementwise on any operand."""

@@ -21,6 +21,7 @@ from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
 from erclutch.models.laws.yield_stress import CONSTANT
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
+from erclutch.signals.array import Mask
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
@@ -54,9 +55,9 @@ class LawCandidate:
         outcome = self.outcome or _with_terms_told(train, fit_structure(train, self.structure))
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
-        return refit_near(rows, outcome.model)
+        return refit_near(train, outcome.model, kept)
 
 
 class Laws(Kind):

@@ -15,6 +15,7 @@ from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import full_name
 from erclutch.models.residual_model import ResidualStructure, parts_of
+from erclutch.signals.array import Mask
 
 
 @dataclass(frozen=True)
@@ -40,13 +41,13 @@ class LawWithNetworkCandidate:
         law = laws.get(self.structure.law)
         return fit_residual(train, self.structure, seed=self.seed, workers=workers, law=law)
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """The share of the network that was kept stays; see `Candidate.refit`."""
         structure: ResidualStructure = outcome.model.structure
         laws = [f.outcome for f in fitted if f.outcome.model.structure == structure.law]
-        law = laws[0] if laws else refit_near(rows, outcome.model.law)
+        law = laws[0] if laws else refit_near(train, outcome.model.law, kept)
         share = float(outcome.model.correction.network.about["share"])
-        return fit_residual(rows, structure, seed=self.seed, law=law, share=share)
+        return fit_residual(train, structure, seed=self.seed, law=law, share=share, kept=kept)
 
 
 class LawsWithNetwork(Kind):

@@ -20,6 +20,7 @@ from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_networ
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
 from erclutch.models.stages import remembers, slip_stages, stages_of
 from erclutch.models.structure import Structure
+from erclutch.signals.array import Mask
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,13 @@ class NetworkCandidate:
         )
         return replace(network, model=replace(network.model, beyond=law_beyond(train, laws_among(fitted))))
 
-    def refit(self, rows: Dataset, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
         constants, law = outcome.model.dynamics, outcome.model.beyond
-        network = fit_network(rows, self.structure, seed=self.seed, polish=self.polish, dynamics=constants)
+        network = fit_network(train, self.structure, seed=self.seed, polish=self.polish, dynamics=constants, kept=kept)
         if law is None:
             return network
-        return replace(network, model=replace(network.model, beyond=refit_near(rows, law).model))
+        return replace(network, model=replace(network.model, beyond=refit_near(train, law, kept).model))
 
 
 class Networks(Kind):

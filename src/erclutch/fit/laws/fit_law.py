@@ -41,7 +41,7 @@ from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import TEMPERATURE
 
 __all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
@@ -118,15 +118,22 @@ def fit_structure(
     return _outcome(data, structure, reference, full, _stiff(full, found, data), ordered, intervals)
 
 
-def refit_near(data: Dataset, model: TorqueModel) -> FitOutcome[TorqueModel]:
+def refit_near(data: Dataset, model: TorqueModel, kept: Mask | None = None) -> FitOutcome[TorqueModel]:
     """The law of a model fitted to other rows from the model's own numbers on: the nearest minimum, without intervals.
 
     Few rows weigh, and the dynamics run over all of them. It says what a law would have learned from these rows, at a
     small share of the cost of `fit_structure`.
+
+    Args:
+        data: rows with the whole motion, over which states run.
+        model: the law, from whose numbers the search starts.
+        kept: rows whose effort is known, shape (n,); None: all.
     """
     structure, reference = model.structure, model.reference
     shapes = structure.shapes(reference.period)
-    few = separable(data, structure, reference, shapes, thinned(data.rows, _REFIT_ROWS))
+    rows = np.arange(data.rows) if kept is None else np.flatnonzero(kept)
+    few = separable(data, structure, reference, shapes, rows[thinned(rows.size, _REFIT_ROWS)])
+    data = data if kept is None else data.take(kept)
     nearest = _LINEAR
     if shapes:
         start = coordinates(shapes, list(model.shape.values()))

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.fit.laws.variable_projection import (
     Projection,
@@ -26,7 +27,11 @@ _SLICE = 16_384  # rows that stay in the cache
 
 
 def separable(
-    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], rows: slice
+    data: Dataset,
+    structure: Structure,
+    reference: Reference,
+    shapes: tuple[ShapeParameter, ...],
+    rows: slice | NDArray[np.intp],
 ) -> Separable:
     """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
 

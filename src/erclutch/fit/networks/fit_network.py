@@ -22,7 +22,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
 
@@ -38,24 +38,28 @@ def fit_network(
     polish: bool = False,
     workers: int = 1,
     dynamics: Mapping[str, float] | None = None,
+    kept: Mask | None = None,
 ) -> FitOutcome[NetworkModel]:
     """Fit a network's weights by least squares.
 
     Args:
-        data: training rows.
+        data: training rows, over which states run.
         structure: device, layers, inputs.
         seed: of the starts; the same seed gives the same weights, whatever the number of workers.
         polish: whether the last round runs over all rows instead of a fine grid's centroids.
         workers: starts side by side.
         dynamics: delay and time constants of the command in s, for a structure with dynamics.
+        kept: rows whose effort is known, shape (n,); None: all.
 
     Raises:
         CheckError: fewer rows than weights, an input that does not vary, or values that are not finite.
         MappingError: a further input is not in the data.
     """
     times = dict(dynamics or {})
-    pair = inputs_of(structure, data.elements, data.clock, data.extras, times), data.effort
-    return fit_rows(data, pair, structure, times, seed=seed, polish=polish, workers=workers)
+    inputs, effort = inputs_of(structure, data.elements, data.clock, data.extras, times), data.effort
+    if kept is not None:
+        data, inputs, effort = data.take(kept), inputs[:, kept], effort[kept]
+    return fit_rows(data, (inputs, effort), structure, times, seed=seed, polish=polish, workers=workers)
 
 
 def fit_rows(

@@ -24,7 +24,7 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.residual_model import BoundedResidual, ResidualModel, ResidualStructure, residual_inputs
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 #: Share of the training rows whose residual the limit lets through.
 _LET_THROUGH = 0.999
@@ -40,24 +40,27 @@ def fit_residual(
     workers: int = 1,
     law: FitOutcome[TorqueModel] | None = None,
     share: float | None = None,
+    kept: Mask | None = None,
 ) -> FitOutcome[ResidualModel]:
     """Fit a law, a network to its residual, and the network's limit, share and range.
 
     Args:
-        data: training rows.
+        data: training rows, over which states run.
         structure: law with stages, and network.
         seed: of the network's starts.
         workers: starts of the network side by side.
         law: the fit of the same law to the same rows, where there is one already.
         share: of the network that is kept, where that is decided; None: blocks of these rows decide.
+        kept: rows whose effort is known, shape (n,), where the share is decided; None: all.
 
     Raises:
         CheckError: the law leaves no residual, or the rows do not support the network.
         MappingError: a further input is not in the data.
     """
     law = law or fit_structure(data, structure.law)
+    rows: Mask = np.ones(data.rows, np.bool_) if kept is None else kept
     missed = data.effort - law.model.predict(data)
-    limit = float(np.quantile(np.abs(missed), _LET_THROUGH))
+    limit = float(np.quantile(np.abs(missed[rows]), _LET_THROUGH))
     if not limit > 0:
         raise CheckError(
             f"{law.model.name} leaves no residual on the training rows for {structure.network.specification}",
@@ -66,11 +69,12 @@ def fit_residual(
         )
     inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
     target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
-    found = target.network(np.ones(data.rows, np.bool_))
+    found = target.network(rows)
     share = _share(target) if share is None else share
-    kept = output_times(replace(found.model, about={**found.model.about, "share": f"{share:.6g}"}), share)
-    whole = target.bounded(kept, inputs)
-    left = missed - whole.of_inputs(inputs, exactly=False)
+    shared = output_times(replace(found.model, about={**found.model.about, "share": f"{share:.6g}"}), share)
+    whole = target.bounded(shared, inputs[:, rows])
+    added = whole.of_inputs(inputs, exactly=False)
+    left = (missed - added)[rows]
     return FitOutcome(
         model=ResidualModel(law.model, whole),
         stop=found.stop if law.converged else law.stop,
@@ -84,7 +88,7 @@ def fit_residual(
         train_cost=float(left @ left),
         train_rows=law.train_rows,
         weights=found.weights,
-        unseen=None if law.unseen is None else law.unseen - (missed - left),
+        unseen=None if law.unseen is None else law.unseen - added,
     )
 
 
