@@ -44,7 +44,7 @@ def test_what_the_loop_made_up_is_no_spare_column() -> None:
 
 
 def test_a_device_that_is_named_goes_first_and_other_logs_are_of_a_single_device() -> None:
-    with pytest.raises(MappingError, match="no column for field"):
+    with pytest.raises(MappingError, match=r"field may be any of the columns field1, field2.*--device coaxial"):
         apply(plan_of(recording("coaxial"), ColumnMap(), device="single"), recording("coaxial"))
     assert recording("coaxial", about=False).device is None
     assert plan_of(recording("coaxial", about=False), ColumnMap()).device == "single"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -11,81 +11,42 @@ import numpy as np
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.labels import own_unit, split_end, split_label
 from erclutch.logs.mapping import COUNTS, ColumnChoice
+from erclutch.logs.names import (
+    NAMES,
+    NEED_UNIT,
+    OTHER,
+    SINGLE,
+    TOLD,
+    VOLTAGES,
+    called_as,
+    headed,
+    is_accounted,
+    is_turned,
+    plain,
+    words_of,
+)
+from erclutch.logs.shapes import follows, is_constant, is_counter, is_rate_of, same_thing
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
-
-def _set(words: str) -> frozenset[str]:
-    return frozenset(words.split())
-
-
-# Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
-_NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
-    "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc",
-    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
-    "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita",
-    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
-    "deplacement desplazamiento deslocamento spostamento posicion posicao angulo",
-    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
-    "forca coppia forza",
-    "E1": "e1 field1 ech1",
-    "E2": "e2 field2 ech2",
-    "E": "e field",
-    "theta": "theta motorangle",
-    "theta_dot": "thetadot dtheta motorspeed",
-    "alpha": "alpha outputangle",
-    "alpha_dot": "alphadot dalpha outputspeed",
-    "alpha_raw": "alpharaw screwposition tableposition",
-    "T": "torque effort t",
-    "motor_torque": "motortorque torquecommand torquecmd",
-}
-# Words beside the name that say where or how it was measured.
-_BESIDE = _set(
-    "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida"
-)
-# Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
-_TOLD = _set("setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne")
-_OTHER = _set(
-    "pressure druck pression presion pressao temperature temp esc vibration gap diameter thickness noise error "
-    "normal accuracy resolution power viscosity strain crack radius size length width mass weight h"
-)
-_NEED_UNIT = _set("v t m d n u b x tau load id te par tension")  # short names that mean several things
-_VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione")
-_SINGLE = ("field", "slip", "position", "effort")
 _TIME = re.compile(
-    r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times",
+    r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times|"
+    r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
+    r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros",
     re.IGNORECASE,
 )
-_MOVES = 0.02  # share of the largest position by which a position changes at least
-_KEEPS = 0.2  # share of the rows from which on a field keeps its levels
+_LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
+# A turning motion goes with a torque, one along a line with a force, a shear rate with a stress.
+_KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
+_CONJUGATES = {"N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m"), "Pa": ("Pa", "1/s")}
+_SAYS = {
+    "Pa": ("shearrate", "shearstress", "gammadot"),
+    "N*m": ("torque", "rpm", "omega", "angle", "angular", "theta", "drehzahl", "drehmoment", "扭矩", "转速", "角"),
+    "N": ("force", "displacement", "stroke", "kraft", "weg", "位移"),
+}
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
-
-
-def _plain(name: str) -> str:
-    letters = unicodedata.normalize("NFKD", name)
-    return re.sub(r"[\W_]", "", letters).lower()
-
-
-def _words(name: str) -> list[str]:
-    """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
-    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
-
-
-def _called(name: str, signal: str) -> str | None:
-    """The name that speaks for a signal: the whole of it, or what is left without its unit.
-
-    For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
-    """
-    stem, _ = split_end(name)
-    if any(prime in stem for prime in "'\"′″"):
-        return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
-    rest = "".join(word for word in _words(stem) if word not in _BESIDE) if signal in _SINGLE else ""
-    return next((form for form in (_plain(name), _plain(stem), rest) if form in _NAMES[signal].split()), None)
 
 
 def _fits(table: Table, name: str, si_units: tuple[str, ...]) -> bool | None:
@@ -104,12 +65,12 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
 
     Short names that mean several things speak for none.
     """
-    if time and any(map(_TIME.fullmatch, (_plain(name), _plain(split_end(name)[0])))) and name != "T":
+    if time and is_time(name):
         return "time"
-    words = set(_words(split_end(name)[0]))
+    words = set(words_of(split_end(name)[0]))
     for signal in sorted(signals):
-        form = _called(name, signal) if signal in _NAMES else None
-        if form and form not in _NEED_UNIT and not (words & (_TOLD | _OTHER) and signal != "field"):
+        form = called_as(name, signal) if signal in NAMES else None
+        if form and form not in NEED_UNIT and not (words & (TOLD | OTHER) and signal != "field"):
             return signal
     return ""
 
@@ -129,29 +90,109 @@ def candidates(
     fit = {name: _fits(table, name, si_units) for name in table.columns if name not in set(taken)}
     if signal in fit and fit[signal] is not False:
         return [signal], "name"
-    told = _TOLD if signal != "field" else frozenset[str]()
+    told = TOLD if signal != "field" else frozenset[str]()
     # A large W is the watt: power is no signal.
     fit = {name: fits for name, fits in fit.items() if name.strip() != "W" or fits}
-    called = {name: _called(name, signal) for name, fits in fit.items() if fits is not False}
+    forms = {name: called_as(name, signal) for name, fits in fit.items() if fits is not False}
     named = [
         name
-        for name, form in called.items()
-        if form and (fit[name] or form not in _NEED_UNIT) and not told.intersection(_words(name))
+        for name, form in forms.items()
+        if form and (fit[name] or form not in NEED_UNIT) and not told.intersection(words_of(name))
     ]
-    exact = [name for name in named if _plain(split_end(name)[0]) == called[name]]
+    exact = [name for name in named if plain(split_end(name)[0]) == forms[name]]
     if named or units_of_sensor:
         chosen = exact or named
-        if signal == "field" and {called[name] for name in chosen} <= _VOLTAGES:
+        if signal == "field" and {forms[name] for name in chosen} <= VOLTAGES:
             chosen = [*chosen, *_currents(table, fit, chosen)]
-        return chosen, "name"
+        return _distinct(table, chosen), "name"
+    short = [name for name, form in forms.items() if form and not told.intersection(words_of(name))]
+    if shaped := [name for name in short if _goes_with(table, name, signal)]:
+        return shaped, "name and the shape of its numbers"
+    shared = _shared_words(table)
+    heads = {name: headed(name, signal, shared) for name, fits in fit.items() if fits is not False}
+    headed_so = [name for name, head in heads.items() if head and (fit[name] or head not in NEED_UNIT)]
     by_unit = [
         name
         for name, fits in fit.items()
         if fits and own_unit(name, table.units.get(name), si_units) not in {None, "", "-", "1", "%"}
-        if not (told | _OTHER).intersection(_words(split_end(name)[0])) and not _another(name, signal)
-        if signal == "field" or not _is_constant(table.columns[name])
+        if not (told | OTHER).intersection(words_of(split_end(name)[0])) and not _another(name, signal)
+        if not is_turned(name, signal) and (signal == "field" or not is_constant(table.columns[name]))
     ]
-    return (by_unit if signal in _EXAMPLES else []), "unit"
+    by_unit = by_unit if signal in _EXAMPLES else []
+    if headed_so:
+        # A head is no whole name: another column with such a unit may be the signal as well.
+        found = [*headed_so, *(name for name in by_unit if name not in headed_so)]
+        if signal == "field" and {heads.get(name) for name in found} <= VOLTAGES:
+            found = [*found, *_currents(table, fit, found)]
+        return _distinct(table, found), "name"
+    return _distinct(table, by_unit), "unit"
+
+
+def _distinct(table: Table, found: Sequence[str]) -> list[str]:
+    """Columns without those that never change beside some that do, and without the same numbers in another unit."""
+    moving = [name for name in found if not is_constant(table.columns[name])]
+    kept: list[str] = []
+    for name in moving or found:
+        if not any(_same(table, name, other) for other in kept):
+            kept.append(name)
+    return kept
+
+
+def _same(table: Table, name: str, other: str) -> bool:
+    """Whether two columns with units are one quantity: degrees beside radians."""
+    given = [table.units.get(each) or split_end(each)[1] for each in (name, other)]
+    if not all(unit and units.is_unit(unit) for unit in given):
+        return False
+    first, second = (units.parse(unit or "") for unit in given)
+    if first.dimension != second.dimension or first.factor == second.factor:
+        return False
+    return same_thing(table.columns[name] * first.factor, table.columns[other] * second.factor)
+
+
+def _shared_words(table: Table) -> set[str]:
+    """Words in the names of at least half of the columns, and of three: the name of a joint or of a topic."""
+    counted = Counter(word for name in table.columns for word in set(words_of(split_end(name)[0])))
+    return {word for word, count in counted.items() if count >= max(3, len(table.columns) / 2)}
+
+
+def _goes_with(table: Table, name: str, signal: str) -> bool:
+    """Whether a short name that means several things is the signal by its numbers: the rate of a position, say."""
+    if signal not in ("slip", "position", "effort") or table.units.get(name) or split_end(name)[1]:
+        return False
+    values = table.columns[name]
+    others = {each: column for each, column in table.columns.items() if each != name}
+    if signal == "effort":
+        lengths = any(
+            called_as(each, "position") in _LENGTHS or headed(each, "position") in _LENGTHS for each in others
+        )
+        if called_as(name, "effort") == "load" and lengths:
+            return True
+        motions = [column for each, column in others.items() if _may_move(each)]
+        return any(follows(values, motion) for motion in motions)
+    stamps = _stamps(table)
+    if signal == "slip":
+        pairs = [(values, column) for each, column in others.items() if _may_be(each, "position")]
+    else:
+        pairs = [(column, values) for each, column in others.items() if _may_be(each, "slip")]
+    return any(is_rate_of(speed, position, stamps) for speed, position in pairs)
+
+
+def _may_be(name: str, signal: str) -> bool:
+    return (called_as(name, signal) or headed(name, signal)) is not None
+
+
+def _may_move(name: str) -> bool:
+    return _may_be(name, "slip") or _may_be(name, "position")
+
+
+def _stamps(table: Table) -> Array | None:
+    """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
+    if table.clock is not None:
+        return table.clock
+    if table.sample_period is not None:
+        return np.arange(table.rows, dtype=np.float64) * table.sample_period
+    name = time_column(table, ())
+    return None if name is None else table.columns[name]
 
 
 def _currents(table: Table, fit: Iterable[str], named: Sequence[str]) -> list[str]:
@@ -159,53 +200,39 @@ def _currents(table: Table, fit: Iterable[str], named: Sequence[str]) -> list[st
     return [
         name
         for name in fit
-        if name not in named and _fits(table, name, ("A",)) and not _is_constant(table.columns[name])
-        if not (_TOLD | _OTHER).intersection(_words(split_end(name)[0]))
+        if name not in named and _fits(table, name, ("A",)) and not is_constant(table.columns[name])
+        if not (TOLD | OTHER).intersection(words_of(split_end(name)[0]))
     ]
-
-
-def _is_constant(values: Array) -> bool:
-    """Whether a column never changes: a radius or a gap is no motion, whatever its unit says."""
-    known = values[np.isfinite(values)]
-    return bool(known.size > 1 and np.ptp(known) == 0.0)
-
-
-def has_shape_of(signal: str, values: Array) -> bool:
-    """Whether the numbers of a column look like the signal.
-
-    A slip turns back or rests, a field keeps or leaves levels, a position moves: a gap hardly does.
-
-    Args:
-        signal: its name.
-        values: the column, shape (n,).
-    """
-    known = values[np.isfinite(values)]
-    if known.size < 2 or signal not in ("field", "slip", "position"):
-        return True
-    if signal == "position":
-        return bool(np.ptp(known) > _MOVES * np.abs(known).max())
-    if signal == "slip":
-        low, high = float(known.min()), float(known.max())
-        return (low < 0.0 < high) or bool(np.any(np.abs(known) <= 0.02 * max(abs(low), abs(high))))
-    stays = np.count_nonzero(np.diff(known) == 0.0) / (known.size - 1)
-    return bool(stays > _KEEPS) or bool(np.any(known == 0.0))
 
 
 def _another(name: str, signal: str) -> bool:
     """Whether the name speaks for another signal of a single device: a force sensor in volts is no field."""
     own = "effort" if signal == "T" else signal
-    return any(len(_called(name, other) or "") > 2 for other in _SINGLE if other != own)
+    return any(len(called_as(name, other) or "") > 2 for other in SINGLE if other != own)
 
 
 def guess(
-    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = ()
+    table: Table, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = (), motion: str = ""
 ) -> ColumnChoice | None:
     """The one column that a signal's name or unit points to, or None; see `candidates`.
+
+    Args:
+        table: the log.
+        signal: its name.
+        taken: columns that are something else.
+        units_of_sensor: see `candidates`.
+        motion: the column of the slip or position, whose kind decides between a torque and a force.
 
     Raises:
         MappingError: several columns would do.
     """
     found, reason = candidates(table, signal, taken, units_of_sensor)
+    if signal == "effort" and len(found) > 1 and motion:
+        turns = _kind(table, motion)
+        alike = [name for name in found if turns and _kind(table, name) == turns]
+        others = [_kind(table, name) for name in found if name not in alike]
+        if len(alike) == 1 and all(others):
+            found, reason = alike, f"{reason}, and it is that of a {_KINDS[turns]}"
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"
         remedy = f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
@@ -214,11 +241,22 @@ def guess(
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
 
 
+def _kind(table: Table, name: str) -> str:
+    """Whether a motion or an effort is that of turning, of a line or of shear, as its SI unit; "" for untold."""
+    for kind in _KINDS:
+        if _fits(table, name, _CONJUGATES[kind]):
+            return kind
+    if table.units.get(name) or split_end(name)[1]:
+        return ""
+    spoken = "".join(words_of(name))
+    return next((kind for kind, said in _SAYS.items() if any(word in spoken for word in said)), "")
+
+
 def example(table: Table, signal: str, taken: Iterable[str]) -> str:
     """An option for a signal that was not found: with a column that may be it, or with a place to fill in."""
     free = [name for name in table.columns if name not in set(taken)]
-    short = _NEED_UNIT & set(_NAMES[signal].split())
-    likely = candidates(table, signal, taken)[0] or [name for name in free if _plain(name) in short]
+    short = NEED_UNIT & set(NAMES[signal].split())
+    likely = candidates(table, signal, taken)[0] or [name for name in free if plain(name) in short]
     if volts := _in_volts(table, signal, free):
         return volts
     unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
@@ -237,34 +275,48 @@ def of_fitting_unit(table: Table, signal: str, taken: Iterable[str]) -> tuple[st
 
 
 def maybe_field(table: Table, taken: Iterable[str]) -> list[str]:
-    """Columns that nobody took and that may hold the field, whatever they are called: their unit fits, or is not known.
+    """Columns that nobody took and that may hold the field: its unit fits or is unknown, its name is open.
 
     Only where there is none, a log without a field is read as such.
     """
     free = [name for name in table.columns if name not in set(taken)]
-    return [name for name in free if _fits(table, name, SIGNALS["field"].si_units) is not False]
+    free = [name for name in free if _fits(table, name, SIGNALS["field"].si_units) is not False]
+    return [name for name in free if not why_no_field(table, name)]
+
+
+def why_no_field(table: Table, name: str) -> str:
+    """Why a column without a unit is not the field; "" where it may be."""
+    if has_fitting_unit(table, name, "field") and table.units.get(name) not in ("", "-", "1", "%"):
+        return ""
+    if is_constant(table.columns[name]):
+        return "never changes"
+    if is_counter(table.columns[name]):
+        return "counts rows"
+    if is_time(name):
+        return "is a time"
+    return "is another quantity by its name" if is_accounted(name) else ""
 
 
 def missing(table: Table, signal: str, taken: Iterable[str], alternatives: str = "") -> MappingError:
     """The error for a signal that no column was found for."""
     free = [name for name in table.columns if name not in set(taken)]
-    short = _NEED_UNIT & set(_NAMES[signal].split())
-    doubtful = [name for name in free if not table.units.get(name) and _plain(name) in short]
+    short = NEED_UNIT & set(NAMES[signal].split())
+    doubtful = [name for name in free if not table.units.get(name) and plain(name) in short]
     doubt, example = "", _EXAMPLES.get(signal, f"NAME [{SIGNALS[signal].si_units[0] or '-'}]")
     if doubtful:
-        meaning = " (voltage or velocity)" if _plain(doubtful[0]) == "v" else ""
+        meaning = " (voltage or velocity)" if plain(doubtful[0]) == "v" else ""
         doubt = f"; {doubtful[0]} may be it, but its name alone can mean several things{meaning}"
         example = _label(table, doubtful[0], signal)
     remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
     lengths = [name for name in free if signal == "slip" and _fits(table, name, SIGNALS["position"].si_units)]
-    lengths = [name for name in lengths if not _is_constant(table.columns[name])]
+    lengths = [name for name in lengths if not is_constant(table.columns[name])]
     if lengths:
         remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(lengths[0])}"
     if volts := _in_volts(table, signal, free):
         remedy = f"Give what a volt of its sensor is, such as {volts}"
-    called = (name for name in free if table.units.get(name) and len(_called(name, signal) or "") > 2)
+    called = (name for name in free if table.units.get(name) and len(called_as(name, signal) or "") > 2)
     refused = next((name for name in called if _fits(table, name, SIGNALS[signal].si_units) is False), None)
     doubt += f"; column {refused} is called so, but its unit {table.units[refused]} does not fit" if refused else ""
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {table.listed}"
@@ -276,7 +328,7 @@ def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
     for name in free:
         unit = table.units.get(name)
         volts = (unit in ("V", "mV") or unit in COUNTS) and _fits(table, name, SIGNALS[signal].si_units) is False
-        if volts and len(_called(name, signal) or "") > 2:
+        if volts and len(called_as(name, signal) or "") > 2:
             scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{unit}")
             return f"--{signal} {shell_word(name)} --scale {scale}"
     return ""
@@ -284,21 +336,22 @@ def _in_volts(table: Table, signal: str, free: Iterable[str]) -> str:
 
 def _label(table: Table, name: str, signal: str) -> str:
     """The column with its unit, or with a likely one."""
-    example = "V [V]" if signal == "field" and _plain(name) == "v" else _EXAMPLES.get(signal, "")
+    example = "V [V]" if signal == "field" and plain(name) == "v" else _EXAMPLES.get(signal, "")
     likely = example[example.find("[") + 1 : -1] if example else SIGNALS[signal].si_units[0] or "-"
     _, end = split_end(name)
     return name if end and not table.units.get(name) else table.label(name, likely)
 
 
+def is_time(name: str) -> bool:
+    """Whether a column is called like the time."""
+    return name != "T" and any(map(_TIME.fullmatch, (plain(name), plain(split_end(name)[0]))))
+
+
 def time_column(table: Table, taken: Iterable[str]) -> str | None:
     """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time."""
     timed = {name: _fits(table, name, ("s",)) for name in table.columns if name not in set(taken)}
-    named = [
-        name
-        for name, fits in timed.items()
-        if name != "T" and fits is not False and any(map(_TIME.fullmatch, (_plain(name), _plain(split_end(name)[0]))))
-    ]
-    by_unit = [name for name, fits in timed.items() if fits and not _OTHER.intersection(_words(name))]
+    named = [name for name, fits in timed.items() if fits is not False and is_time(name)]
+    by_unit = [name for name, fits in timed.items() if fits and not OTHER.intersection(words_of(name))]
     return named[0] if named else by_unit[0] if len(by_unit) == 1 else None
 
 

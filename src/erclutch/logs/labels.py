@@ -24,6 +24,11 @@ _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
     **{end: unit for end, _, unit in (pair.partition("=") for pair in f"{_SPEEDS} {_OTHERS}".split())},
 }
+#: Names that are a unit and nothing else: the column is told by it.
+_BARE = {
+    **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
+    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "RPM": "rpm", "r/min": "rpm", "tr/min": "rpm"},
+}
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 _TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
@@ -50,8 +55,8 @@ def split_end(name: str) -> tuple[str, str | None]:
 
     One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``).
     """
-    if name.strip().lower() == "rpm":
-        return name, "rpm"
+    if bare := _BARE.get(name.strip()) or _BARE.get(name.strip().lower()):
+        return name, bare
     front, _, last = name.strip().rpartition("_")
     shorter, _, before = front.rpartition("_")
     for stem, end in ((shorter, f"{before}_{last}"), (front, last)):

@@ -6,6 +6,7 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.plan import NEEDS, NONE, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
 from erclutch.logs.sensor_scales import by_sensor, scaled
+from erclutch.logs.shapes import has_shape_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -160,10 +162,11 @@ def _take_named(draft: _Draft) -> None:
             draft.ask(signal, error)
 
 
-def _take_no_field(draft: _Draft) -> None:
-    """The field as 0 in all rows, for a device whose field nobody logged."""
+def _take_no_field(draft: _Draft, others: Sequence[str] = ()) -> None:
+    """The field as 0 in all rows, for a device whose field nobody logged; ``others`` says why each column is none."""
     draft.signals["field"] = SignalPlan("field", numbers=(0.0,), si=units.UNKNOWN, reason=NO_FIELD)
-    draft.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0")
+    why = f" ({'; '.join(others)})" if others else ""
+    draft.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0{why}")
 
 
 def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
@@ -304,7 +307,8 @@ def _guess_what_is_needed(draft: _Draft) -> None:
                 scale = draft.told.scales.get(signal)
                 sensor = scaled(scale, signal)[2] if scale else None
                 try:
-                    guess = columns.guess(table, signal, taken, (sensor,) if sensor else ())
+                    motion = next((draft.signals[s].column for s in ("slip", "position") if s in draft.signals), "")
+                    guess = columns.guess(table, signal, taken, (sensor,) if sensor else (), motion)
                 except MappingError as error:
                     doubt = doubt or error
                     continue
@@ -321,15 +325,16 @@ def _guess_what_is_needed(draft: _Draft) -> None:
         inputs += [str(choice.column) for choice in draft.told.inputs]
         if not columns.maybe_field(table, [*taken, *inputs]):
             del draft.questions["field"]
-            _take_no_field(draft)
+            others = {name: columns.why_no_field(table, name) for name in table.columns if name not in taken}
+            _take_no_field(draft, [f"{name} {why}" for name, why in others.items() if why])
 
 
 def _sureness(table: Table, signal: str, guess: ColumnChoice) -> Sureness:
     """How sure a guess is: name and unit agree, or one of them speaks; a unit alone asks for the shape too."""
     name = str(guess.column)
-    if guess.source.endswith("name"):
+    if " name" in guess.source:
         return "sure" if columns.has_fitting_unit(table, name, signal) else "likely"
-    return "likely" if columns.has_shape_of(signal, table.columns[name]) else "doubtful"
+    return "likely" if has_shape_of(signal, table.columns[name]) else "doubtful"
 
 
 def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:

@@ -22,21 +22,37 @@ from erclutch.signals.recording import SignalKind
 UNKNOWN = "?"
 _LONGEST = 60
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
+# Chinese and Japanese units, the longer before the shorter that it holds.
+_EASTERN = (
+    *(
+        (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
+        (r"毫秒|ミリ秒", "ms"),
+        (r"微秒", "us"),
+    ),
+    *((r"分钟|分鐘|分", "min"), (r"秒", "s"), (r"毫米|ミリメートル", "mm"), (r"厘米", "cm"), (r"米|メートル", "m")),
+    *((r"弧度|ラジアン", "rad"), (r"度", "deg"), (r"千牛|キロニュートン", "kN"), (r"牛顿|牛|ニュートン", "N")),
+    *((r"毫安", "mA"), (r"安培|安|アンペア", "A"), (r"伏特|伏|ボルト", "V"), (r"千帕", "kPa"), (r"帕|パスカル", "Pa")),
+)
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 _SPELLINGS = (
+    *((re.compile(written), means) for written, means in _EASTERN),
     (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
     (re.compile(r"\b(?:lb|lbf|lbs)\s*[-.*·]?\s*(in|ft)\b"), r"pound_force*\1"),
     (re.compile(r"\b(in|ft)\s*[-.*·]?\s*(?:lb|lbf|lbs)\b"), r"pound_force*\1"),
     (re.compile(r"(?<![\w.])lbs?f?(?!\w)"), "pound_force"),
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
+    (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
     (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
-    (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|umdr|Umdr)(?=\s*/)"), "turn"),
+    (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
+    (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
+    (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
     (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),
     (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
+    (re.compile(r"(?<![\w.])(?:seg|segs|segundos?|Sek|Sekunden|secondes?|secs)(?!\w)\.?"), "s"),
     (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )

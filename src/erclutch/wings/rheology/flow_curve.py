@@ -278,7 +278,7 @@ def _fit(
     predicted = np.asarray(_stress(law, x, parameters(shapes, found.point[:k]), gains.tolist()))
     residual = np.log(curve.stress) - np.log(predicted)
     unknowns = found.point.size
-    cost = float(residual @ residual)
+    cost = max(float(residual @ residual), float(np.finfo(float).tiny))  # a curve that the law meets to the last bit
     spare = n - unknowns - 2
     # Without noise a law may meet each point to the last bit: rounding is the least spread that a fit can claim.
     spread = max(cost / n, float(np.finfo(float).eps) ** 2)

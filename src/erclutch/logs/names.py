@@ -1,0 +1,191 @@
+"""Names of columns speak for signals, in the languages and the shorthand that people and instruments write.
+
+A name speaks whole (``drehmoment``), without the words beside it (``motor torque, measured``), or by its head: the last
+word of an English name, the first of a French or Spanish one, the end of a German or Chinese compound.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Collection
+
+from erclutch.logs.labels import split_end
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+# Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
+NAMES = {
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
+    "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc "
+    "电流 电压 励磁电流 线圈电流 電流 電圧",
+    "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
+    "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
+    "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot ydot dy phidot dphi angvel velo spd rotationspeed "
+    "速度 转速 角速度 滑差 轉速 回転数 回転速度",
+    "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
+    "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
+    "theta phi q y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
+    "位移 角度 转角 位置 行程 変位 ストローク",
+    "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
+    "forca coppia forza loadcell torq trq frc schubspannung torsion effet dampingforce dampkraft "
+    "力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
+    "E1": "e1 field1 ech1",
+    "E2": "e2 field2 ech2",
+    "E": "e field",
+    "theta": "theta motorangle",
+    "theta_dot": "thetadot dtheta motorspeed",
+    "alpha": "alpha outputangle",
+    "alpha_dot": "alphadot dalpha outputspeed",
+    "alpha_raw": "alpharaw screwposition tableposition",
+    "T": "torque effort t",
+    "motor_torque": "motortorque torquecommand torquecmd",
+}
+_NAMES = {signal: _set(names) for signal, names in NAMES.items()}
+SINGLE = ("field", "slip", "position", "effort")
+# Words beside the name that say where or how it was measured.
+_BESIDE = _set(
+    "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
+    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida"
+)
+#: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
+TOLD = _set(
+    "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "
+    "setpt sollwert ziel objetivo consegna"
+)
+OTHER = _set(
+    "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
+    "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "
+    "count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
+    "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
+    "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
+    "area volume latitude longitude altitude date datum fecha err fehler latency delay dt"
+)
+# What was computed or bounds a measurement is none.
+_NOT_MEASURED = _set(
+    "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
+    "min std var offset bias residual fit fitted ideal nominal peak"
+)
+# Words that turn the head of a name to another thing than the device's own signal.
+_AGAINST = {
+    "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt"),
+    "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data "
+                 "frame sampling refresh ball disc"),
+    "position": _set("throttle valve pedal gps cursor mouse time phase"),
+    "effort": _set("ball clamp gravity preload clamping gewichts"),
+}  # fmt: skip
+#: Short names that mean several things.
+NEED_UNIT = _set("v t m d n u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id")
+VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
+_ROMANCE = _set(
+    "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
+    "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente"
+)
+_GERMAN = {
+    "field": ("strom", "spannung"),
+    "slip": ("drehzahl", "geschwindigkeit"),
+    "position": ("weg", "winkel", "hub"),
+    "effort": ("moment", "kraft"),
+}
+_GERMAN_OTHERS = ("soll", "normal", "traegheits", "tragheits", "schub", "scher", "quer", "gewichts", "massen", "bezugs")
+# Compounds that end like a signal and are none: an acceleration, a pressure, a power.
+_CJK_OTHERS = (
+    *("加速度", "压力", "壓力", "圧力", "应力", "応力", "功率", "动力", "电力", "電力", "误差", "温度", "频率"),
+    *("目标", "目標", "设定", "指令", "给定", "命令", "速度比", "时间", "時間", "序号", "编号", "番号", "效率", "効率"),
+)
+_CJK = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
+_AXES = _set("x y z r")
+
+
+def plain(name: str) -> str:
+    """A name in small letters, without signs."""
+    letters = unicodedata.normalize("NFKD", name)
+    return re.sub(r"[\W_]", "", letters).lower()
+
+
+def words_of(name: str) -> list[str]:
+    """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
+    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+
+
+def called_as(name: str, signal: str) -> str | None:
+    """The name that speaks for a signal: the whole of it, or what is left without its unit.
+
+    For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
+    """
+    stem, _ = split_end(name)
+    if any(prime in stem for prime in "'\"′″"):
+        return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
+    rest = "".join(word for word in words_of(stem) if word not in _BESIDE) if signal in SINGLE else ""
+    return next((form for form in (plain(name), plain(stem), rest) if form in _NAMES[signal]), None)
+
+
+def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
+    """The head of a name, where that is a name of a signal of a single device; None for another head.
+
+    ``pitch_velocity`` and ``Traction Force`` are headed; a predicted force, a torque's limit, a rolling speed and the
+    voltage of a force sensor are not.
+
+    Args:
+        name: of the column.
+        signal: its name.
+        shared: words that most columns have in their names, which say nothing of a single one.
+    """
+    stem, _ = split_end(name)
+    if signal not in SINGLE or any(prime in stem for prime in "'\"′″"):
+        return None
+    if _CJK.search(stem):
+        return _compound(plain(stem), signal)
+    parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared]
+    parts = [word for word in parts if word]
+    while len(parts) > 1 and parts[-1] in _AXES | _BESIDE:
+        parts.pop()
+    if not parts or {*parts} & (TOLD | OTHER | _NOT_MEASURED | _AGAINST[signal]):
+        return None
+    heads = [(parts[:-1], parts[-1]), (parts[1:], parts[0] if parts[0] in _ROMANCE else "")]
+    heads += [(parts[:-2], "".join(parts[-2:]))] if len(parts) > 1 else []
+    for rest, head in heads:
+        known = head in _NAMES[signal] or _german(head, signal)
+        if len(head) > 1 and known and not any(_speaks(word, signal) for word in rest):
+            return head
+    return None
+
+
+def is_turned(name: str, signal: str) -> bool:
+    """Whether a word of a name makes another thing of the signal: what was computed, a limit, a rolling speed."""
+    return bool({*words_of(split_end(name)[0])} & (_NOT_MEASURED | _AGAINST.get(signal, frozenset())))
+
+
+def _speaks(word: str, signal: str) -> bool:
+    """Whether a word speaks for another signal than this: the voltage of a force sensor is no field."""
+    return any(len(word) > 2 and word in _NAMES[other] for other in SINGLE if other != signal)
+
+
+def _german(word: str, signal: str) -> bool:
+    ends = tuple(end for end in _GERMAN[signal] if len(word) > len(end) + 2)
+    return word.endswith(ends) and not word.startswith(_GERMAN_OTHERS) if ends else False
+
+
+def _compound(name: str, signal: str) -> str | None:
+    """The end of a Chinese or Japanese compound that names a signal."""
+    if any(other in name for other in _CJK_OTHERS):
+        return None
+    return next((end for end in sorted(_NAMES[signal], key=len)[::-1] if _CJK.search(end) and name.endswith(end)), None)
+
+
+def is_accounted(name: str) -> bool:
+    """Whether a name says what the column is, and that it is no field: another quantity, or one of another signal."""
+    stem, _ = split_end(name)
+    if _CJK.search(stem):
+        others = (*_CJK_OTHERS, *(word for signal in SINGLE[1:] for word in _NAMES[signal] if _CJK.search(word)))
+        return any(word in plain(stem) for word in others)
+    spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
+    return bool(spoken & OTHER) or any(_speaks(word, "field") or _is_german(word) for word in spoken)
+
+
+def _is_german(word: str) -> bool:
+    return any(_german(word, signal) for signal in SINGLE[1:])

@@ -1,0 +1,216 @@
+"""Columns of strangers' logs are told by name, unit and shape together, in several languages; what is open is asked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.logs.labels import name_columns
+from erclutch.logs.names import headed, is_accounted
+from erclutch.logs.shapes import follows, is_rate_of
+from erclutch.signals import units
+from erclutch.signals.array import Array
+
+ROWS = np.arange(400.0)
+TIME = ROWS / 100
+PLACE = np.sin(7 * TIME)
+SPEED = 7 * np.cos(7 * TIME)
+LEVELS = 0.5 * (ROWS // 40 % 3)
+FORCE = np.tanh(SPEED) * (1 + LEVELS)
+NOISE = np.random.default_rng(1).normal(size=400)
+#: One letter for what the numbers of a column are; what is no signal has none of the first five.
+NUMBERS: dict[str, Array] = {
+    **{"t": TIME, "p": PLACE, "v": SPEED, "f": LEVELS, "e": FORCE},
+    **{"c": np.full(400, 3.0), "n": ROWS, "s": 5 * np.sign(SPEED), "x": NOISE, "T": 20 + TIME, "a": -49 * PLACE},
+}
+SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort"}
+
+
+def planned(header: str) -> tuple[Plan, dict[str, str]]:
+    """The plan of a table, and what each of its columns is; columns are written as LETTER:LABEL."""
+    letters, labels = zip(*(part.split(":", 1) for part in header.split("; ")), strict=True)
+    names, own, _ = name_columns(list(labels))
+    columns = {name: NUMBERS[letter].copy() for name, letter in zip(names, letters, strict=True)}
+    table = Table("a.csv", columns, dict(zip(names, own, strict=True)), "0" * 64, path="a.csv")
+    return plan_of(table, ColumnMap()), dict(zip(names, letters, strict=True))
+
+
+def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
+    taken = {each.signal: each.column for each in plan.signals if each.column}
+    if plan.clock is not None:
+        taken["time"] = plan.clock.column
+    return {signal: column for signal, column in taken.items() if SIGNALS.get(letters[column]) != signal}
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "t:time; p:joint_pos; v:joint_vel; e:joint_torque",
+        "t:time; p:roll_position; v:roll_velocity; e:roll_effort",
+        "t:Time; p:/states/elbow/position; v:/states/elbow/velocity; e:/states/elbow/effort",
+        "t:%time; p:field.position; v:field.velocity; e:field.effort",
+        "t:time; v:velocity; e:friction torque",
+        "t:time; v:Relative velocity; e:damping force; f:magnetic field",
+        "t:time; v:velocity; e:friction_force; p:displacement; x:normal_force",
+        "t:time; v:velocity_actual; e:torque_actual; p:position_actual; s:velocity_target",
+        "t:Time; v:ActualVelocity; e:ActualTorque; p:ActualPosition; s:TargetVelocity",
+        "t:Zeit [s]; v:Motordrehzahl; e:Bremsmoment; f:Spulenstrom",
+        "t:temps; v:vitesse de rotation; e:couple résistant; f:courant bobine",
+        "t:tiempo; p:desplazamiento del pistón; e:fuerza de amortiguamiento; f:corriente de bobina",
+        "t:试验时间(秒); p:20T位移(mm); e:20T载荷(kN)",
+        "t:时间; v:转速(r/min); e:扭矩(N·m); f:电流(A)",
+        "t:時間[秒]; v:回転数[回転/分]; e:トルク[N·m]; f:電流[A]",
+        "t:seconds; v:rpm; e:Nm",
+        "t:time; v:velocity; e:load_cell; f:current",
+    ],
+)
+def test_a_name_speaks_by_its_head_in_seven_languages(header: str) -> None:
+    plan, letters = planned(header)
+    assert plan.questions == ()
+    assert plan.doubts == ()
+    assert misread(plan, letters) == {}
+    assert plan.signal("effort") is not None
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "t:t; p:q; v:dq; e:tau",
+        "t:t; p:theta; v:theta_dot; e:tau",
+        "t:t; p:x; v:v; e:F",
+        "t:t; p:d; v:v; e:M; f:I",
+        "t:t; v:w; e:T; f:i",
+        "t:Time; p:Extension; e:Load",
+    ],
+)
+def test_short_names_are_told_by_the_shape_of_their_numbers(header: str) -> None:
+    plan, letters = planned(header)
+    assert plan.questions == ()
+    assert misread(plan, letters) == {}
+    assert any("shape of its numbers" in note for note in plan.notes) or "F" in letters
+
+
+@pytest.mark.parametrize(
+    "header", ["t:t; p:x; x:v; e:F", "t:t; v:w; T:T; f:i", "t:t; x:q; c:dq; e:tau", "t:t; v:w; c:M"]
+)
+def test_short_names_of_another_shape_are_asked_about(header: str) -> None:
+    plan, letters = planned(header)
+    assert plan.questions
+    assert misread(plan, letters) == {}
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        "n:index", "n:c1", "a:acceleration", "a:acc", "T:temperature", "c:anything", "x:force_raw", "s:target_speed",
+        "x:error", "T:Motor Temp", "x:Vibration", "T:温度", "a:加速度", "n:Messpunkt Nr", "T:system time",
+    ],
+)  # fmt: skip
+def test_no_field_is_settled_where_every_other_column_is_accounted_for(others: str) -> None:
+    plan, letters = planned(f"t:time; v:speed; e:torque; {others}")
+    assert plan.questions == ()
+    assert misread(plan, letters) == {}
+    assert any(note.startswith("no field is logged") for note in plan.notes)
+
+
+@pytest.mark.parametrize("other", ["f:mode", "x:q17", "f:B", "x:Kanal 3", "f:量程"])
+def test_a_column_that_nothing_accounts_for_may_be_the_field(other: str) -> None:
+    plan, _ = planned(f"t:time; v:speed; e:torque; {other}")
+    assert [question.signal for question in plan.questions] == ["field"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "predicted force", "torque limit", "max torque", "Normalkraft", "force error", "torque setpoint", "Sollmoment",
+        "normal_force", "压力", "目标扭矩", "Trägheitsmoment", "ball load", "estimated torque", "couple de consigne",
+    ],
+)  # fmt: skip
+def test_what_only_sounds_like_an_effort_is_none(name: str) -> None:
+    assert headed(name, "effort") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"),
+    [
+        ("rolling speed", "slip"), ("wind speed", "slip"), ("torque speed", "slip"), ("加速度", "slip"),
+        ("force voltage", "field"), ("battery voltage", "field"), ("torque command", "field"),
+        ("Schubspannung", "field"),
+        ("throttle position", "position"), ("E' field", "field"), ("Solldrehzahl", "slip"),
+    ],
+)  # fmt: skip
+def test_what_only_sounds_like_a_signal_is_none(name: str, signal: str) -> None:
+    assert headed(name, signal) is None
+
+
+def test_a_name_that_may_be_the_field_is_not_accounted_for() -> None:
+    assert not any(map(is_accounted, ("cmd", "setpoint", "level", "mode", "Kanal", "励磁")))
+    assert all(map(is_accounted, ("target_speed", "oil temperature", "Beschleunigung", "piston velocity (2)", "位置2")))
+
+
+@pytest.mark.parametrize(
+    ("header", "effort"),
+    [
+        ("v:Speed (rad/s); e:Torque (Nm); x:Force (N)", "Torque"),
+        ("v:Velocity (mm/s); e:Force (N); x:Torque (Nm)", "Force"),
+        ("v:Shear Rate (1/s); e:Shear Stress (Pa); x:Torque (mNm)", "Shear Stress"),
+        ("v:rpm; e:torque; x:thrust force", "torque"),
+    ],
+)
+def test_a_motion_decides_between_torque_force_and_stress(header: str, effort: str) -> None:
+    plan, _ = planned(f"t:Time; {header}")
+    assert plan.questions == ()
+    chosen = plan.signal("effort")
+    assert chosen is not None
+    assert chosen.column == effort
+
+
+@pytest.mark.parametrize("other", ["M_2 [Nm]", "T5 (N·m)", "drive side [mNm]"])
+def test_a_head_beside_another_column_of_such_a_unit_decides_nothing(other: str) -> None:
+    plan, _ = planned(f"t:Time; v:speed [rpm]; e:PA1 Torque [Nm]; x:{other}")
+    assert [question.signal for question in plan.questions] == ["effort"]
+    plan, _ = planned(f"t:Time; v:speed [rpm]; e:PA1 Torque [Nm]; x:predicted {other}")
+    assert plan.questions == ()
+
+
+def test_a_motion_of_no_known_kind_decides_nothing() -> None:
+    plan, _ = planned("t:Time; v:speed; e:Torque (Nm); x:Force (N)")
+    assert [question.signal for question in plan.questions] == ["effort"]
+
+
+def test_the_same_numbers_in_another_unit_are_one_signal() -> None:
+    columns = {"angle_deg": np.rad2deg(PLACE), "angle_rad": PLACE, "t": TIME, "torque": FORCE}
+    plan = plan_of(Table("a", columns, {}, "0" * 64), ColumnMap())
+    assert plan.questions == ()
+    other = plan_of(Table("a", {**columns, "angle_rad": NOISE}, {}, "0" * 64), ColumnMap())
+    assert [question.signal for question in other.questions] == ["slip"]
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e-3, 30 / np.pi, 180 / np.pi])
+def test_a_rate_is_known_by_what_it_adds_up_to(factor: float) -> None:
+    noisy = PLACE + 1e-3 * NOISE
+    assert is_rate_of(factor * SPEED + 0.1, noisy, TIME)
+    assert not is_rate_of(1.6 * SPEED, noisy, TIME)
+    assert not is_rate_of(PLACE, SPEED, TIME)
+    assert not is_rate_of(SPEED, noisy, None)
+    assert not is_rate_of(np.full(400, 2.0), TIME, TIME)
+
+
+def test_an_effort_follows_a_motion_and_takes_both_signs() -> None:
+    assert follows(FORCE, SPEED)
+    assert not follows(20 + FORCE, SPEED)
+    assert not follows(NOISE, SPEED)
+
+
+@pytest.mark.parametrize(
+    ("unit", "usual"),
+    [
+        ("秒", "s"), ("毫秒", "ms"), ("转/分", "rpm"), ("回転/分", "rpm"), ("N·米", "N*m"), ("千牛", "kN"),
+        ("毫米", "mm"), ("米/秒", "m/s"), ("tr/min", "rpm"), ("Umdr./min", "rpm"), ("amps", "A"), ("rads/s", "rad/s"),
+        ("seg", "s"),
+    ],
+)  # fmt: skip
+def test_units_of_other_languages_are_the_usual_ones(unit: str, usual: str) -> None:
+    assert units.parse(unit).factor == pytest.approx(units.parse(usual).factor)
+    assert units.parse(unit).dimension == units.parse(usual).dimension
