@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
 from erclutch.wings.paper.calibration.calibrate import calibrate
 from erclutch.wings.paper.calibration.log_trace import LogTrace
+from erclutch.wings.paper.calibration.paper_summary import PaperSummary, Summary, is_held_ratio, summarise
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 from erclutch.wings.rig.twin.parameters_file import rig_text, write_rig
 from erclutch.wings.rig.twin.scenarios import prepare
@@ -28,9 +29,12 @@ class Bowl:
 
     def __init__(self) -> None:
         self.seen = 0
+        self.most = 10**9
 
     def residuals(self, rig: RigParameters) -> Array:
         self.seen += 1
+        if self.seen > self.most:
+            raise KeyboardInterrupt
         x, y = np.log(rig.value("fluid.viscosity") / 0.1), np.log(rig.value("drive.inertia") / 5e-4)
         return np.array([20.0 * x, 20.0 * y, 5.0 * x * y])
 
@@ -73,6 +77,57 @@ def test_a_wide_search_resumes_from_its_journal(tmp_path: Path) -> None:
     journal.write_text('{"nothing": 1}\n')
     with pytest.raises(RunError, match="no journal"):
         calibrate(default_rig(), PATHS, Bowl(), evaluations=96, workers=1, journal=journal)
+
+
+def test_rounds_of_the_local_search_go_on_from_the_journal(tmp_path: Path) -> None:
+    """A search that ends in the middle of its slopes keeps each rig that it tried."""
+    journal = tmp_path / "rig.journal"
+    whole = Bowl()
+    found = calibrate(default_rig(), PATHS, whole, rounds=6, workers=1)
+    cut = Bowl()
+    cut.most = whole.seen // 2
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(default_rig(), PATHS, cut, rounds=6, workers=1, journal=journal)
+    resumed = Bowl()
+    again = calibrate(default_rig(), PATHS, resumed, rounds=6, workers=1, journal=journal)
+    assert again.rig.entries == found.rig.entries
+    assert resumed.seen <= whole.seen - cut.most + 2
+    assert found.rig.value("fluid.viscosity") == pytest.approx(0.1, rel=0.05)
+
+
+def test_progress_counts_the_rigs_of_both_searches() -> None:
+    told: list[int] = []
+    calibrate(
+        default_rig(),
+        PATHS,
+        Bowl(),
+        evaluations=16,
+        rounds=2,
+        workers=1,
+        progress=lambda done, cost: told.append(done),
+    )
+    assert told[0] == 16
+    assert told == sorted(told)
+    assert told[-1] > 16
+
+
+def test_weight_zero_leaves_the_held_ratios_out() -> None:
+    laws = {"bingham/forward": 2.0, "seo-seo/forward": 1.0}
+    pairs = Summary({"training": laws, "zero-motion": laws}, 0.4).against_paper()
+    assert pairs["training seo-seo/forward over Bingham"][:2] == pytest.approx((0.5, 6.387 / 9.3285))
+    assert [figure for figure in pairs if is_held_ratio(figure)] == ["zero-motion seo-seo/forward over Bingham"]
+
+
+@pytest.mark.slow
+def test_the_twin_is_compared_over_several_seeds() -> None:
+    target = PaperSummary(seeds=(1, 2), seconds=5.0, held=0.0)
+    figures = summarise(default_rig(), target.seeds, target.seconds, target.thin)
+    alone = [summarise(default_rig(), [seed], target.seconds, target.thin) for seed in target.seeds]
+    for run, laws in figures.errors.items():
+        for law, error in laws.items():
+            assert error == pytest.approx(sum(one.errors[run][law] for one in alone) / 2)
+    apart = dict(zip(figures.against_paper(), target.residuals(default_rig()), strict=True))
+    assert [name for name, value in apart.items() if value == 0.0] == [name for name in apart if is_held_ratio(name)]
 
 
 @pytest.mark.parametrize("paths", [(), ("fluid.viscosity", "fluid.viscosity"), ("fluid.viscosty",)])

@@ -162,6 +162,17 @@ def test_scenarios_are_what_the_paper_says() -> None:
     assert prepare("training").rows == 290_000
 
 
+def test_a_rig_file_sets_what_the_paper_leaves_open_of_a_run() -> None:
+    rig = default_rig().changed({"excitation.half_sine_high": 0.1, "excitation.held_peakedness": 0.2})
+    usual = prepare("zero-field", seconds=2.0).columns()["motor_torque"][1].max()
+    weaker = prepare("zero-field", rig=rig, seconds=2.0).columns()["motor_torque"][1].max()
+    assert weaker <= 0.1 < usual
+    held = prepare("zero-motion", rig=rig, seconds=2.0).columns()["E1"][1].mean()
+    assert held > prepare("zero-motion", seconds=2.0).columns()["E1"][1].mean()
+    same = [prepare("training", rig=r, seconds=1.0).columns()["E1"][1] for r in (rig, None)]
+    np.testing.assert_array_equal(*same)
+
+
 def test_backlash_parts_the_two_encoders_and_none_does_not() -> None:
     def apart(name: str) -> float:
         c = prepare(name, seconds=6.0).columns()

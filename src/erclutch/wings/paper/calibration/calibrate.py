@@ -10,6 +10,7 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
@@ -24,13 +25,17 @@ from erclutch.wings.paper.calibration.calibration_search import (
     Residuals,
     SearchProgress,
     difference_quotients,
+    journal_of,
     local,
+    one_sided_quotients,
     wide,
 )
+from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.rig.twin.parameters import ParameterEntry, RigParameters
 
 __all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate"]
 
+_LOCAL_ROUNDS = 30  # of a log, whose residuals are smooth
 #: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
 PRIOR = 0.25
 
@@ -100,6 +105,7 @@ def calibrate(
     *,
     seed: int = 1,
     evaluations: int = 0,
+    rounds: int = 0,
     workers: int = 2,
     journal: Path | None = None,
     progress: SearchProgress = lambda done, cost: None,
@@ -113,24 +119,35 @@ def calibrate(
         seed: of the wide search.
         evaluations: of the wide search (CMA-ES); 0 leaves it out. A log, whose residuals are smooth, is then searched
             locally (Levenberg-Marquardt) from what it found.
+        rounds: of the local search of figures, each with an evaluation a parameter; 0 leaves it to the wide search.
         workers: simulations side by side; changes no figure.
-        journal: file that keeps each evaluation of the wide search, from which it resumes.
+        journal: file that keeps each evaluation of figures, and each generation of the wide search: what was
+            interrupted goes on from it.
         progress: called with the evaluations done and the best cost so far.
 
     Raises:
         SettingError: an unknown parameter, one given twice, or none.
     """
     space = _Space(rig, paths)
-    with _side_by_side(space, target, workers) as all_residuals:
+    settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
+    known = journal_of(journal, settings)
+    with _side_by_side(space, target, workers, known) as all_residuals:
         before = target.residuals(space.rig_at(space.start))
         found, count = space.start, 0
         if evaluations:
-            settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
-            found, count = wide(all_residuals, space.start, seed, evaluations, journal, settings, progress)
-        if target.ordered or not evaluations:
-            found, more = local(all_residuals, found, STEP, progress)
-            count += more
-        slopes = difference_quotients(all_residuals, found)
+            found, count = wide(all_residuals, space.start, seed, evaluations, known, progress)
+        wide_count = count
+
+        def counted(done: int, cost: float) -> None:
+            progress(wide_count + done, cost)
+
+        if target.ordered or not evaluations + rounds:
+            found, more = local(all_residuals, difference_quotients, found, _LOCAL_ROUNDS, counted)
+            slopes = difference_quotients(all_residuals, found, STEP)
+        else:
+            found, more = local(all_residuals, one_sided_quotients, found, rounds, counted) if rounds else (found, 0)
+            slopes = one_sided_quotients(all_residuals, found)
+    count += more
     after = target.residuals(space.rig_at(found))
     widths = _widths(slopes, after, target.ordered)
     return space.outcome(found, widths, target.name, float(before @ before), float(after @ after), count)
@@ -149,10 +166,30 @@ def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
 
 
 @contextmanager
-def _side_by_side(space: _Space, target: CalibrationTarget, workers: int) -> Generator[Residuals, None, None]:
-    """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock)."""
+def _side_by_side(
+    space: _Space, target: CalibrationTarget, workers: int, known: Points
+) -> Generator[Residuals, None, None]:
+    """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock).
+
+    The figures of a point are kept as soon as they are there. The samples of a log are too many to keep.
+    """
     with task_pool("processes" if workers > 1 else None, workers) as pool:
-        yield lambda points: list(in_order(pool, partial(space.residuals, target=target), points))
+        if target.ordered:
+            yield lambda points: list(in_order(pool, partial(space.residuals, target=target), points))
+            return
+
+        def kept(points: Sequence[Array]) -> list[Array]:
+            tasks = {sha256(point.tobytes()).hexdigest()[:16]: point for point in points}
+            found = known.fill(pool, partial(_numbers, space, target), tasks, lambda done, key: None)
+            figures = dict(zip(tasks, found, strict=True))
+            return [np.array(figures[sha256(point.tobytes()).hexdigest()[:16]]) for point in points]
+
+        yield kept
+
+
+def _numbers(space: _Space, target: CalibrationTarget, point: Array) -> list[float]:
+    """Residuals at a point as a journal keeps them."""
+    return [float(value) for value in space.residuals(point, target)]
 
 
 class _Space:

@@ -1,4 +1,7 @@
-"""A calibration searches twice: wide (CMA-ES, for figures that jitter), then local (Levenberg-Marquardt)."""
+"""A calibration searches twice: wide (CMA-ES), then local (Levenberg-Marquardt).
+
+Figures jitter, for a fit of other rows is another fit. Their slopes are quotients over wide steps.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,24 @@ Residuals = Callable[[Sequence[Array]], list[Array]]
 #: Called with the evaluations done and the best sum of squares so far.
 SearchProgress = Callable[[int, float], None]
 
-STEP = 0.04  # of a difference quotient, as a share of the range
+_TOLD = 8  # evaluations after which progress is told
+STEP = 0.04  # of a difference quotient, as a share of the range: wider than the jitter of figures
+NARROW = 0.25 * STEP  # of residuals that are smooth
 _POPULATION = 16
 _FIRST_WIDTH = 0.08  # standard deviation of the first generation, as a share of the range
+
+
+def journal_of(path: Path | None, settings: Mapping[str, Any]) -> Points:
+    """What a search has evaluated so far; empty without a path.
+
+    Raises:
+        RunError: the journal is of another search, or cannot be read.
+    """
+    known = Points(path, {**settings, "population": _POPULATION}, "journal of a calibration")
+    if known.others:
+        problem, remedy = "the journal is of a calibration with other settings", "Delete the journal, or move it"
+        raise RunError(problem, where=str(path), remedy=remedy)
+    return known
 
 
 def wide(
@@ -27,18 +45,17 @@ def wide(
     start: Array,
     seed: int,
     evaluations: int,
-    journal: Path | None,
-    settings: Mapping[str, Any],
+    known: Points,
     progress: SearchProgress,
 ) -> tuple[Array, int]:
-    """Covariance matrix adaptation (CMA-ES) over the unit cube; resumes from the costs in its journal.
+    """Covariance matrix adaptation (CMA-ES) over the unit cube; resumes from the costs that are known.
 
     Returns:
         The best point evaluated and how many were.
 
     Raises:
         SettingError: the package cma is missing.
-        RunError: the journal is of another search, or cannot be written.
+        RunError: the journal cannot be written.
     """
     try:
         import cma
@@ -48,10 +65,6 @@ def wide(
         ) from error
     options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "verb_log": 0}
     strategy = cma.CMAEvolutionStrategy(start.tolist(), _FIRST_WIDTH, options)
-    known = Points(journal, {**settings, "population": _POPULATION}, "journal of a calibration")
-    if known.others:
-        problem, remedy = "the journal is of a calibration with other settings", "Delete the journal, or move it"
-        raise RunError(problem, where=str(journal), remedy=remedy)
     best, best_cost, done = start, np.inf, 0
     while done < evaluations:
         points = [np.asarray(p, np.float64) for p in strategy.ask()]
@@ -68,7 +81,7 @@ def _cost(r: Array) -> float:
     return float(r @ r) if np.all(np.isfinite(r)) else 1e9
 
 
-def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
+def difference_quotients(residuals: Residuals, u: Array, step: float = NARROW) -> Array:
     """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
     highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
     lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
@@ -78,28 +91,48 @@ def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> 
     return np.column_stack([(high - low) / width for high, low, width in pairs])
 
 
-def local(residuals: Residuals, start: Array, step: float, progress: SearchProgress) -> tuple[Array, int]:
-    """Levenberg-Marquardt in the unit cube with slopes by differences.
+def one_sided_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
+    """Slopes by steps toward the middle of the range, shape (rows, k): half the price where slopes are rough anyway."""
+    steps = np.where(u < 0.5, step, -step)
+    here, *there = residuals([u, *(u + steps * e for e in np.eye(u.size))])
+    return np.column_stack([(value - here) / width for value, width in zip(there, steps, strict=True)])
+
+
+def local(
+    residuals: Residuals,
+    slopes: Callable[[Residuals, Array], Array],
+    start: Array,
+    rounds: int,
+    progress: SearchProgress,
+) -> tuple[Array, int]:
+    """Levenberg-Marquardt in the unit cube.
+
+    Args:
+        residuals: at several points.
+        slopes: of the residuals at a point, shape (rows, k).
+        start: where it begins.
+        rounds: steps tried at most.
+        progress: called with the evaluations done and the best cost.
 
     Returns:
         The point found and how many were evaluated.
     """
     count, best = 0, np.inf
 
-    def cost(u: Array) -> float:
+    def counted(points: Sequence[Array]) -> list[Array]:
         nonlocal count, best
-        count += 1
-        found = _cost(residuals([u])[0])
-        best = min(best, found)
-        progress(count, best)
+        found: list[Array] = []
+        for first in range(0, len(points), _TOLD):
+            found += residuals(points[first : first + _TOLD])
+            best = min([best, *(_cost(r) for r in found)])
+            count += len(found) - first
+            progress(count, best)
         return found
 
     def linearise(u: Array) -> Linearisation:
-        nonlocal count
-        count += 1 + 2 * u.size
-        r = residuals([u])[0]
-        q, triangle = np.linalg.qr(difference_quotients(residuals, u, 0.25 * step))
+        r = counted([u])[0]
+        q, triangle = np.linalg.qr(slopes(counted, u))
         return Linearisation(_cost(r), triangle, -(q.T @ r))
 
-    problem = Problem(cost, linearise, np.zeros(start.size), np.ones(start.size))
-    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3).point, count
+    problem = Problem(lambda u: _cost(counted([u])[0]), linearise, np.zeros(start.size), np.ones(start.size))
+    return minimise(problem, start, tolerance=1e-6, max_iterations=rounds, reach=0.3).point, count

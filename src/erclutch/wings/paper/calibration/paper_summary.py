@@ -6,7 +6,7 @@ a prediction. Speeds are differences of the encoders, as a controller at 1 kHz w
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -16,14 +16,17 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import PAPER
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
-from erclutch.wings.paper.published import APPROACHES, WARMING
+from erclutch.wings.paper.published import WARMING
 from erclutch.wings.paper.tables import BASE, law_fit, printed, rows_of
 from erclutch.wings.rig.twin.parameters import RigParameters
 from erclutch.wings.rig.twin.scenarios import prepare
 
-#: How near, as the logarithm of a ratio (one standard deviation), each kind of figure is asked to come: the order of
-#: the models is the paper's point; sections of a run and what was held or let go differ more between rigs.
-TOLERANCE = {"train": 0.15, "ratio": 0.08, "zero-field": 0.4, "zero-motion": 0.25, "warming": 0.2}
+#: How near, as the logarithm of a ratio (one standard deviation), each kind of figure is asked to come: Bingham's level
+#: on a run, and the other laws over Bingham there. The order of the models is the paper's point. Levels of what was
+#: held or let go differ more between rigs.
+LEVEL = {"training": 0.15, "zero-field": 0.3, "zero-motion": 0.25}
+RATIO = {"training": 0.08, "zero-field": 0.2, "zero-motion": 0.15}
+_WARMING = 0.2
 
 
 @dataclass(frozen=True)
@@ -40,18 +43,15 @@ class Summary:
 
     def against_paper(self) -> dict[str, tuple[float, float, float]]:
         """Each figure of the twin, that of the paper, and the tolerance that was asked for."""
-        train = self.errors["training"]
-        base, theirs = train[BASE], APPROACHES[BASE].train
-        pairs = {f"train {BASE}": (base, theirs, TOLERANCE["train"])}
-        for name, error in train.items():
-            if name != BASE:
-                pairs[f"ratio {name}"] = (error / base, APPROACHES[name].train / theirs, TOLERANCE["ratio"])
-        for run in ("zero-field", "zero-motion"):
-            for name, error in self.errors[run].items():
+        pairs: dict[str, tuple[float, float, float]] = {}
+        for run, errors in self.errors.items():
+            base, theirs = errors[BASE], printed(BASE)[run] or np.nan
+            pairs[f"{run} {BASE}"] = (base, theirs, LEVEL[run])
+            for name, error in errors.items():
                 known = printed(name)[run]
-                if known is not None:
-                    pairs[f"{run} {name}"] = (error, known, TOLERANCE[run])
-        pairs["warming"] = (self.warming, WARMING, TOLERANCE["warming"])
+                if name != BASE and known is not None:
+                    pairs[f"{run} {name} over Bingham"] = (error / base, known / theirs, RATIO[run])
+        pairs["warming"] = (self.warming, WARMING, _WARMING)
         return pairs
 
 
@@ -60,33 +60,54 @@ class PaperSummary:
     """The target.
 
     Attributes:
-        seed: of the twin's runs.
-        seconds: of the training run; the others take a third of it each.
+        seeds: of the twin's training runs; errors are means over them. Runs at zero field differ by 15 % from seed to
+            seed, so one run says too little.
+        seconds: of each training run; the others take two thirds of it each.
+        held: weight of the laws' ratios with the output held; 0 leaves them out.
         thin: every how many rows the laws are fitted to.
         ordered: the figures are not samples in time.
     """
 
-    seed: int = 1
-    seconds: float = 60.0
+    seeds: tuple[int, ...] = (1, 2)
+    seconds: float = 20.0
+    held: float = 1.0
     thin: int = 4
     ordered: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
         """For people."""
-        return f"summary figures of Huang and Ishikawa ({self.seconds:g} s, seed {self.seed})"
+        seeds = ", ".join(str(seed) for seed in self.seeds)
+        how = f"{self.seconds:g} s, seeds {seeds}, weight of held ratios {self.held:g}"
+        return f"summary figures of Huang and Ishikawa ({how})"
 
     def residuals(self, rig: RigParameters) -> Array:
         """Logarithms of the twin's figures over the paper's, each over its tolerance."""
-        pairs = summarise(rig, self.seed, self.seconds, self.thin).against_paper().values()
-        return np.array([np.log(max(ours, 1e-12) / theirs) / tolerance for ours, theirs, tolerance in pairs])
+        pairs = summarise(rig, self.seeds, self.seconds, self.thin).against_paper()
+        weights = [self.held if is_held_ratio(figure) else 1.0 for figure in pairs]
+        apart = [np.log(max(ours, 1e-12) / theirs) / tolerance for ours, theirs, tolerance in pairs.values()]
+        return np.array(weights) * np.array(apart)
 
 
-def summarise(rig: RigParameters, seed: int, seconds: float = 60.0, thin: int = 1) -> Summary:
-    """Run the twin, fit the paper's laws to its training run, and score them on all runs."""
-    lengths = {"training": seconds, "zero-field": seconds / 3.0, "zero-motion": seconds / 3.0}
+def is_held_ratio(figure: str) -> bool:
+    """Whether a figure of `Summary.against_paper` is a law's error over Bingham's with the output held."""
+    return figure.startswith("zero-motion") and figure.endswith("over Bingham")
+
+
+def summarise(rig: RigParameters, seeds: Sequence[int], seconds: float = 60.0, thin: int = 1) -> Summary:
+    """Run the twin, fit the paper's laws to its training runs, and score them on all runs; means over the seeds."""
+    found = [_errors(rig, seed, seconds, thin) for seed in seeds]
+    errors = {
+        run: {law: float(np.mean([one[run][law] for one in found])) for law in laws} for run, laws in found[0].items()
+    }
+    return Summary(errors, warming(rig, seeds[0]))
+
+
+def _errors(rig: RigParameters, seed: int, seconds: float, thin: int) -> dict[str, dict[str, float]]:
+    """Errors by run and law of one training run."""
+    lengths = {"training": seconds, "zero-field": seconds / 1.5, "zero-motion": seconds / 1.5}
     rows = {
-        name: thinned(rows_of(prepare(name, rig=rig, seconds=length, seed=seed + 7 * i)), thin if i == 0 else 2)
+        name: thinned(rows_of(prepare(name, rig=rig, seconds=length, seed=seed + 1000 * i)), thin if i == 0 else 2)
         for i, (name, length) in enumerate(lengths.items())
     }
     errors: dict[str, dict[str, float]] = {name: {} for name in rows}
@@ -94,7 +115,7 @@ def summarise(rig: RigParameters, seed: int, seconds: float = 60.0, thin: int = 
         model = law_fit(rows["training"], law).model
         for name, data in rows.items():
             errors[name][law] = float(np.mean((data.effort - model.predict(data)) ** 2))
-    return Summary(errors, warming(rig, seed))
+    return errors
 
 
 def thinned(data: Dataset, step: int) -> Dataset:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,17 @@ COMMAND = {
     "place": 5,
 }
 
+#: Assumed before, and not printed by the paper: they take part in a calibration to its figures.
+ALSO_OPEN = (
+    "fluid.thinning_rate",
+    "clutch.seal_slip",
+    "clutch.gap",
+    "clutch.faces",
+    "screw.breakaway",
+    "screw.presliding",
+    "drive.torque_time",
+)
+
 
 def calibrate_twin(
     log: Annotated[Path | None, Parameter(name="LOG")] = None,
@@ -31,8 +43,11 @@ def calibrate_twin(
     vary: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
     rig_file: Path | None = None,
     seed: int = 1,
-    seconds: Annotated[float, SECONDS] = 60.0,
+    runs: int = 2,
+    held: float = 1.0,
+    seconds: Annotated[float, SECONDS] = 20.0,
     evaluations: int = 480,
+    rounds: int = 6,
     workers: int = 2,
     force: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
@@ -47,9 +62,12 @@ def calibrate_twin(
         out: Rig file to write.
         vary: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
         rig_file: A rig file (TOML) to start from.
-        seed: Seed of the search and, without a log, of the twin's runs.
-        seconds: Rig time of the training run in each evaluation, without a log.
+        seed: Seed of the search and, without a log, of the twin's first training run; the others follow.
+        runs: How many training runs each evaluation takes, without a log; figures are means over them.
+        held: Weight of the laws' ratios with the output held, without a log; 0 leaves them out.
+        seconds: Rig time of each training run, without a log.
         evaluations: How many rigs the wide search tries (CMA-ES).
+        rounds: How many rounds the local search takes after it, without a log; each tries a rig a parameter.
         workers: How many rigs are simulated side by side; changes no figure.
         force: Replace a rig file that is there.
         reading: How to read the log.
@@ -60,25 +78,34 @@ def calibrate_twin(
     from erclutch.wings.rig.twin.parameters_file import write_rig
 
     require(5, 3600, " s", seconds=seconds)
-    require(16, evaluations=evaluations)
-    require(0, seed=seed)
-    require(1, workers=workers)
+    require(0, seed=seed, evaluations=evaluations, rounds=rounds)
+    require(1, workers=workers, runs=runs)
+    require(0.0, held=held)
     may_write_file(out, force)
     start = load_rig(rig_file)
-    target = _target(log, seed, seconds, replace(reading, device="coaxial"))
+    target = _target(log, range(seed, seed + runs), seconds, held, replace(reading, device="coaxial"))
     names = vary or _open(start, log is not None)
     journal = out.with_suffix(".journal")
     terminal.tell(
-        f"TWIN: {evaluations} rigs are simulated, then some more. At the defaults this takes one to ten minutes. "
+        f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 2)} more. "
         f"After Ctrl-C the same command goes on from {journal}."
     )
+    total = evaluations + rounds * (len(names) + 2)
     with terminal.progress("TWIN: calibrating") as bar:
 
         def told(done: int, cost: float) -> None:
-            bar(done, evaluations, f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
+            bar(min(done, total), total, f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
 
         found = calibrate(
-            start, names, target, seed=seed, evaluations=evaluations, workers=workers, journal=journal, progress=told
+            start,
+            names,
+            target,
+            seed=seed,
+            evaluations=evaluations,
+            rounds=rounds,
+            workers=workers,
+            journal=journal,
+            progress=told,
         )
     write_rig(out, found.rig, _about(found, target))
     journal.unlink(missing_ok=True)
@@ -86,23 +113,34 @@ def calibrate_twin(
     terminal.say(f"{out}: use it with --rig-file {out}")
 
 
-def _target(log: Path | None, seed: int, seconds: float, reading: LogOptions) -> CalibrationTarget:
+def _target(
+    log: Path | None, seeds: Iterable[int], seconds: float, held: float, reading: LogOptions
+) -> CalibrationTarget:
     if log is None:
         from erclutch.wings.paper.calibration.paper_summary import PaperSummary
 
-        return PaperSummary(seed, seconds)
+        return PaperSummary(tuple(seeds), seconds, held)
     from erclutch.wings.paper.calibration.log_trace import LogTrace
 
     return LogTrace(reading.read([log])[0])
 
 
 def _open(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
-    """What the paper leaves open and a run can tell: all that a calibration has made before."""
+    """What the paper leaves open and a run can tell: all that a calibration has made before.
+
+    Without a log also how commands are drawn, and ALSO_OPEN.
+    """
+    made_before = ("calibrated", "prototype")
+    entries = {f"{section}.{key}": entry for section, names in rig.entries.items() for key, entry in names.items()}
+    if with_log:
+        known = ("excitation.", "thermal.")  # the log holds its own commands, and its heat is too slow to show
+        return tuple(p for p, entry in entries.items() if entry.source in made_before and not p.startswith(known))
     return tuple(
-        f"{section}.{key}"
-        for section, names in rig.entries.items()
-        for key, entry in names.items()
-        if entry.source in ("calibrated", "prototype") and not (with_log and section in ("excitation", "thermal"))
+        path
+        for path, entry in entries.items()
+        if entry.source in made_before
+        or path in ALSO_OPEN
+        or (path.startswith("excitation.") and entry.source == "assumed")
     )
 
 
@@ -121,8 +159,8 @@ def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
         "evaluations": found.evaluations,
     }
     if isinstance(target, PaperSummary):
-        pairs = summarise(found.rig, target.seed, target.seconds, target.thin).against_paper()
-        about["seed"] = target.seed
+        pairs = summarise(found.rig, target.seeds, target.seconds, target.thin).against_paper()
+        about["seeds"] = list(target.seeds)
         about["figures"] = {k: [float(f"{a:.4g}"), float(f"{b:.4g}")] for k, (a, b, _) in pairs.items()}
     return about
 

@@ -6,7 +6,7 @@ square or sine lasts 1 / (2 f). Usable on hardware: the sequence does not look a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -44,7 +44,8 @@ class FieldSettings:
 
 def field_settings(rig: RigParameters, **changes: float) -> FieldSettings:
     """How a rig's field commands are drawn, with some of it changed."""
-    own = {key: value for key, value in rig.section("excitation").items() if not key.startswith("motor")}
+    names = [one.name for one in fields(FieldSettings)]
+    own = {key: value for key, value in rig.section("excitation").items() if key in names}
     return FieldSettings(**{"largest": rig.value("supply.command_limit"), **own, **changes})
 
 
@@ -113,14 +114,15 @@ def torque_sequence(
     return out
 
 
-def half_sine_torque(rows: int, rng: np.random.Generator) -> Array:
+def half_sine_torque(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     """Positive halves of sines of random height and frequency in N m, shape (rows,), as in section IV-D."""
+    drawn = rig.section("excitation")
     out = np.zeros(rows)
     k = 0
     while k < rows:
-        frequency = rng.uniform(0.2, 1.5)
+        frequency = rng.uniform(drawn["half_sine_slowest"], drawn["half_sine_fastest"])
         width = int(500.0 / frequency)  # rows of 1 ms
-        wave = rng.uniform(0.04, 0.27) * np.sin(np.pi * np.arange(width) / width)
+        wave = rng.uniform(drawn["half_sine_low"], drawn["half_sine_high"]) * np.sin(np.pi * np.arange(width) / width)
         out[k : k + width] = wave[: rows - k]
         k += width
     return out

@@ -28,7 +28,12 @@ _MAY_BE_ZERO = {
 _SIGNED = {"thermal.room"}
 _FAR = 1000.0  # times beyond its plausible range a value is a slip of the pen, with which no simulation stays finite
 _SHARES = ("fluid.residual_field", "excitation.sines", "excitation.alternating")
-_ORDERED = (("excitation.lowest", "excitation.highest"), ("excitation.motor_low", "excitation.motor_high"))
+_ORDERED = (
+    ("excitation.lowest", "excitation.highest"),
+    ("excitation.motor_low", "excitation.motor_high"),
+    ("excitation.half_sine_low", "excitation.half_sine_high"),
+    ("excitation.half_sine_slowest", "excitation.half_sine_fastest"),
+)
 
 
 @dataclass(frozen=True)

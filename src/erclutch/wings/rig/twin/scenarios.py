@@ -78,7 +78,7 @@ def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
 
 
 def _half_sines(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
-    return half_sine_torque(rows, rng)
+    return half_sine_torque(rows, rng, rig)
 
 
 def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
@@ -238,8 +238,10 @@ _Stepper = Callable[[Array, slice, Array], None]
 def _stepper(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
     """Runs a slice of the rows from a state, and fills what is logged and what is true."""
     rng = np.random.default_rng(seed)
-    zero = scenario.excitation is None
-    wanted = np.zeros(rows) if zero else field_sequence(rows, rng, field_settings(rig, **scenario.excitation or {}))
+    if scenario.excitation is None:
+        wanted = np.zeros(rows)
+    else:
+        wanted = field_sequence(rows, rng, field_settings(rig, **_drawn(scenario, rig)))
     motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
     parts, steps = parts_of(rig), substeps(rig)
     dt = PERIOD / steps
@@ -254,6 +256,14 @@ def _stepper(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _S
         wanted, parts = np.abs(wanted), single_clutch(parts)
     commands = np.column_stack([wanted, motor, noise])
     return lambda state, at, out: run_open(state, parts, commands[at], locked, soft, guard, dt, steps, out)
+
+
+def _drawn(scenario: Scenario, rig: RigParameters) -> dict[str, float]:
+    """What differs from the rig's own excitation in a run's field sequence."""
+    drawn = dict(scenario.excitation or {})
+    if scenario.locked and not scenario.single:
+        drawn["peakedness"] = rig.value("excitation.peakedness") * rig.value("excitation.held_peakedness")
+    return drawn
 
 
 def _reference(frequency: float, rig: RigParameters, rows: int) -> Array:
