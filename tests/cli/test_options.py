@@ -23,6 +23,8 @@ from tests.support.installed_plugin import Install
 PLAIN = {"--k-p", "--k-d", "--torque-p", "--torque-i", "--field-limit", "--largest", "--field-rate"}
 #: Of a rig's motion: in rad of a brake, in m of a damper.
 PLAIN |= {"--speed", "--acceleration", "--stroke", "--largest-effort"}
+#: A weight.
+PLAIN |= {"--held"}
 #: A name may be one of several, or a choice of few.
 SAME = {
     "--as": "a format of what is written",

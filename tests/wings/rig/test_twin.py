@@ -169,8 +169,8 @@ def test_a_rig_file_sets_what_the_paper_leaves_open_of_a_run() -> None:
     assert weaker <= 0.1 < usual
     held = prepare("zero-motion", rig=rig, seconds=2.0).columns()["E1"][1].mean()
     assert held > prepare("zero-motion", seconds=2.0).columns()["E1"][1].mean()
-    same = [prepare("training", rig=r, seconds=1.0).columns()["E1"][1] for r in (rig, None)]
-    np.testing.assert_array_equal(*same)
+    trained, usual_training = (prepare("training", rig=r, seconds=1.0).columns()["E1"][1] for r in (rig, None))
+    np.testing.assert_array_equal(trained, usual_training)
 
 
 def test_backlash_parts_the_two_encoders_and_none_does_not() -> None:
