@@ -59,7 +59,9 @@ class AlignedLogs(Shown):
     notes: tuple[str, ...]
 
     def __repr__(self) -> str:
-        return one_line(self, self.joined.name, f"{self.joined.rows} rows", *(said(match) for match in self.matches))
+        return one_line(
+            self, self.joined.name, f"{self.joined.rows} rows", *(in_words(match) for match in self.matches)
+        )
 
     def notebook_card(self) -> Card:
         """What a notebook shows: each match with its intervals."""
@@ -67,18 +69,20 @@ class AlignedLogs(Shown):
         from erclutch.wings.align.clocks_plot import describe_clocks
 
         header = ("offset_s", "offset_low", "offset_high", "drift_ppm", "drift_low", "drift_high")
-        rows = [
-            (m.offset, *m.offset_interval, *(1e6 * drift for drift in (m.drift, *m.drift_interval)))
-            for m in self.matches
-        ]
+        rows: list[tuple[float, ...]] = []
+        for match in self.matches:
+            drifts_ppm = (1e6 * drift for drift in (match.drift, *match.drift_interval))
+            rows.append((match.offset, *match.offset_interval, *drifts_ppm))
         columns, units = self.joined.columns, self.joined.units
+        titled = {titled_column(name, units.get(name)): values for name, values in columns.items()}
+        signal = self.signal[0]
         return Card(
             self.joined.name,
             lambda: rows_as_frame(header, rows),
             badge=self.joined.origin,
             says=lambda: self.notes,
-            frame=lambda: as_frame({titled_column(n, units.get(n)): x for n, x in columns.items()}, "time [s]"),
-            plots={"clocks": partial(describe_clocks, self.matches, self.traces, self.signal[0], self.joined.origin)},
+            frame=lambda: as_frame(titled, "time [s]"),
+            plots={"clocks": partial(describe_clocks, self.matches, self.traces, signal, self.joined.origin)},
         )
 
     @property
@@ -107,14 +111,22 @@ class AlignedLogs(Shown):
             RunError: it cannot be written.
         """
         columns = dict(self.joined.columns)
-        period = float(np.median(np.diff(columns[_TIME])))
-        if float(np.abs(columns[_TIME]).max()) * _DIGITS > _FINE * period:  # seconds since 1970, say
-            columns[_TIME] = columns[_TIME] - columns[_TIME][0]
-        labels = [(name.replace(",", " ").replace('"', " "), self.joined.units.get(name) or "") for name in columns]
+        time = columns[_TIME]
+        period = float(np.median(np.diff(time)))  # [s]
+        rounding = float(np.abs(time).max()) * _DIGITS  # [s]
+        if rounding > _FINE * period:  # seconds since 1970, say
+            columns[_TIME] = time - time[0]
+
+        units = self.joined.units
+        labels = [(name.replace(",", " ").replace('"', " "), units.get(name) or "") for name in columns]
         rows = np.column_stack(list(columns.values()))
-        clocks = [{"offset_s": m.offset, "origin_s": m.origin, "drift_ppm": 1e6 * m.drift} for m in self.matches]
-        label = {"label": self.joined.origin} if self.joined.origin else {}
-        return write_log(path, labels, [rows], {**label, "aligned": self.joined.name, "clocks": clocks}, rows=len(rows))
+        metadata: dict[str, Any] = {"label": self.joined.origin} if self.joined.origin else {}
+        metadata["aligned"] = self.joined.name
+        metadata["clocks"] = [
+            {"offset_s": match.offset, "origin_s": match.origin, "drift_ppm": 1e6 * match.drift}
+            for match in self.matches
+        ]
+        return write_log(path, labels, [rows], metadata, rows=len(rows))
 
 
 def align(
@@ -138,14 +150,22 @@ def align(
         LogError: a log cannot be read, nothing correlates, or several offsets fit equally well.
         MappingError: no such column.
     """
-    own, others = (beside(Path(log)) if isinstance(log, str | Path) else None for log in (a, b))
-    one, other = (table_of(log, None if its is None else its.variable) for log, its in ((a, own), (b, others)))
-    if one.digest == other.digest:
-        raise LogError("both are the same log", where=other.name, remedy="Give two logs of one experiment")
-    if one.name == other.name:
-        one, other = replace(one, name=f"{one.name} A"), replace(other, name=f"{other.name} B")
-    maps = map_over(times[0], own), map_over(times[1], others)
-    return align_tables(one, other, (on,) if isinstance(on, str) else on, maps=maps, near=near)
+    table_a, map_a = _opened(a)
+    table_b, map_b = _opened(b)
+    if table_a.digest == table_b.digest:
+        raise LogError("both are the same log", where=table_b.name, remedy="Give two logs of one experiment")
+    if table_a.name == table_b.name:
+        table_a = replace(table_a, name=f"{table_a.name} A")
+        table_b = replace(table_b, name=f"{table_b.name} B")
+    maps = map_over(times[0], map_a), map_over(times[1], map_b)
+    names = (on,) if isinstance(on, str) else on
+    return align_tables(table_a, table_b, names, maps=maps, near=near)
+
+
+def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
+    """A log's table, and what the mapping beside its file says."""
+    mapping = beside(Path(log)) if isinstance(log, str | Path) else None
+    return table_of(log, mapping.variable if mapping else None), mapping
 
 
 def align_tables(
@@ -163,64 +183,82 @@ def align_tables(
     Raises:
         MappingError: no such column, or A's clock restarts; LogError: see `match_clocks`.
     """
-    (runs_a, clocks_a, notes_a), (runs_b, clocks_b, notes_b) = (
-        _runs(log, told) for log, told in zip((a, b), maps, strict=True)
-    )
+    runs_a, clocks_a, notes_a = _runs(a, maps[0])
+    runs_b, clocks_b, notes_b = _runs(b, maps[1])
     if len(runs_a) > 1:
-        problem = f"the clock restarts {len(runs_a) - 1} times"
         raise MappingError(
-            problem, where=a.name, remedy="Give the log whose clock runs through first, or split this log"
+            f"the clock restarts {len(runs_a) - 1} times",
+            where=a.name,
+            remedy="Give the log whose clock runs through first, or split this log",
         )
-    names, factors = _shared(a, b, on, clocks_a, clocks_b)
+    signal_a, signal_b = _shared(a, b, on, clocks_a, clocks_b)
     rows_a, clock_a = runs_a[0]
     with placed(a.name):
-        first = track_of(clock_a.time, factors[0] * a.columns[names[0]][rows_a], clock_a.period)
+        track_a = track_of(clock_a.time, signal_a.of(a)[rows_a], clock_a.period)
     with placed(b.name):
-        seconds = [track_of(clock.time, factors[1] * b.columns[names[1]][rows], clock.period) for rows, clock in runs_b]
+        tracks_b = tuple(track_of(clock.time, signal_b.of(b)[rows], clock.period) for rows, clock in runs_b)
     with placed(f"{a.name} and {b.name}"):
-        matches = tuple(match_clocks(first, second, near=near) for second in seconds)
+        matches = tuple(match_clocks(track_a, track_b, near=near) for track_b in tracks_b)
+
+    own = {name: values[rows_a] for name, values in a.columns.items() if name not in clocks_a}
     moved: dict[str, Array] = {name: np.full(clock_a.time.size, np.nan) for name in b.columns if name not in clocks_b}
-    there = np.zeros(clock_a.time.size, np.bool_)
+    there = np.zeros(clock_a.time.size, np.bool_)  # rows of A that B has
     for match, (rows, clock) in zip(matches, runs_b, strict=True):
-        wanted = match.on_b(clock_a.time)
-        within = _sampled(clock.time, clock.time, clock.period, wanted, clock_a.period)[1]
+        wanted = match.on_b(clock_a.time)  # [s], on B's clock
+        _, within = _sampled(clock, clock.time, wanted, clock_a.period)
         there |= within
-        for name, values in moved.items():
-            found, fine = _sampled(clock.time, b.columns[name][rows], clock.period, wanted, clock_a.period)
-            values[within] = np.where(fine, found, np.nan)[within]
-    table, renamed = _joined(
-        a, b, clock_a.time, {n: v[rows_a] for n, v in a.columns.items() if n not in clocks_a}, moved, there
-    )
-    notes = [f"{t.name}: {note}" for t, own in ((a, notes_a), (b, notes_b)) for note in dict.fromkeys(own)]
-    both = " and ".join(dict.fromkeys(names))
-    notes += [f"clock of {b.name} against {a.name} by {both}: {said(match)}" for match in matches]
+        for name, column in moved.items():
+            values, finite = _sampled(clock, b.columns[name][rows], wanted, clock_a.period)
+            column[within] = np.where(finite, values, np.nan)[within]
+    table, renamed = _joined(a, b, clock_a.time, own, moved, there)
+
+    notes: list[str] = []
+    for log, words in ((a, notes_a), (b, notes_b)):
+        notes += [f"{log.name}: {note}" for note in dict.fromkeys(words)]
+    names = signal_a.name, signal_b.name
+    by = " and ".join(dict.fromkeys(names))
+    notes += [f"clock of {b.name} against {a.name} by {by}: {in_words(match)}" for match in matches]
     if lost := int((~there).sum()):
         notes.append(f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach")
     if renamed:
-        notes.append(f"columns of {b.name} renamed: " + ", ".join(f"{old} is {new}" for old, new in renamed.items()))
+        listed = ", ".join(f"{old} is {new}" for old, new in renamed.items())
+        notes.append(f"columns of {b.name} renamed: {listed}")
     table = replace(table, notes=(*a.notes, *b.notes, *notes))
-    return AlignedLogs(matches, table, names, (first, tuple(seconds)), tuple(notes))
+    return AlignedLogs(matches, table, names, (track_a, tracks_b), tuple(notes))
 
 
-def said(match: ClockMatch) -> str:
+def in_words(match: ClockMatch) -> str:
     """Offset and drift with their intervals, in a phrase."""
-    half, wide = (0.5e3 * (high - low) for low, high in (match.offset_interval, match.drift_interval))
+    low, high = match.offset_interval  # [s]
+    slowest, fastest = match.drift_interval
+    offset_half = 0.5e3 * (high - low)  # [ms]
+    drift_half = 1e3 * (0.5e3 * (fastest - slowest))  # [ppm]
     return (
-        f"offset {1e3 * match.offset:.4f} ms (+- {half:.4f}) at {match.origin:.6g} s, "
-        f"drift {1e6 * match.drift:.2f} ppm (+- {1e3 * wide:.2f})"
+        f"offset {1e3 * match.offset:.4f} ms (+- {offset_half:.4f}) at {match.origin:.6g} s, "
+        f"drift {1e6 * match.drift:.2f} ppm (+- {drift_half:.2f})"
     )
 
 
-def _runs(log: Table, told: ColumnMap) -> tuple[list[tuple[NDArray[np.int64], LogClock]], set[str], list[str]]:
+def _runs(log: Table, mapping: ColumnMap) -> tuple[list[tuple[NDArray[np.int64], LogClock]], set[str], list[str]]:
     """See `erclutch.logs.applied.runs_of`."""
     with placed(log.name):
-        return runs_of(clock_plan(log, told, ()), log)
+        return runs_of(clock_plan(log, mapping, ()), log)
 
 
-def _shared(
-    a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b: set[str]
-) -> tuple[tuple[str, str], tuple[float, float]]:
-    """The column of each log that both have, and the sign to take it with.
+@dataclass(frozen=True)
+class _Signal:
+    """A column of a log, and the sign to take it with."""
+
+    name: str
+    sign: float
+
+    def of(self, log: Table) -> Array:
+        """Its values in the log."""
+        return self.sign * log.columns[self.name]
+
+
+def _shared(a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b: set[str]) -> tuple[_Signal, _Signal]:
+    """The signal that both logs have, in A and in B.
 
     Raises:
         MappingError: none or several, or no such column.
@@ -230,43 +268,56 @@ def _shared(
     if not on:
         both = [name for name in a.columns if name in b.columns and name not in clocks_a | clocks_b]
         if len(both) != 1:
-            listed = f"share the columns {', '.join(both)}" if both else "share no column by its name"
-            problem = f"the logs {listed}; {a.name} has {a.listed}; {b.name} has {b.listed}"
-            raise MappingError(problem, remedy="Say which signal both have: --on NAME, or --on NAME_IN_A NAME_IN_B")
+            shared = f"share the columns {', '.join(both)}" if both else "share no column by its name"
+            raise MappingError(
+                f"the logs {shared}; {a.name} has {a.listed}; {b.name} has {b.listed}",
+                remedy="Say which signal both have: --on NAME, or --on NAME_IN_A NAME_IN_B",
+            )
         on = both
-    found: list[tuple[str, float]] = []
-    for table, label, clocks in zip((a, b), (on[0], on[-1]), (clocks_a, clocks_b), strict=True):
-        with placed(table.name):
-            name, _, factor = locate(table, ColumnChoice(label), "on")
+
+    def signal(log: Table, label: str, clocks: set[str]) -> _Signal:
+        with placed(log.name):
+            name, _, sign = locate(log, ColumnChoice(label), "on")
             if name in clocks:
                 raise MappingError(f"column {name} is the log's own time", remedy="Choose a measured signal with --on")
-        found.append((name, factor))
-    return (found[0][0], found[1][0]), (found[0][1], found[1][1])
+        return _Signal(name, sign)
+
+    return signal(a, on[0], clocks_a), signal(b, on[-1], clocks_b)
 
 
-def _sampled(time: Array, values: Array, period: float, wanted: Array, coarse: float) -> tuple[Array, Mask]:
-    """A column at the times that are wanted, and where it has any."""
+def _sampled(clock: LogClock, values: Array, wanted: Array, period: float) -> tuple[Array, Mask]:
+    """A column of such a clock at the times that are wanted, a period apart, and where it has any value."""
     if np.isfinite(values).sum() < 2:
         return np.full(wanted.size, np.nan), np.zeros(wanted.size, np.bool_)
-    return track_of(time, values, period).sampler(coarse, plain=True)(wanted)
+    track = track_of(clock.time, values, clock.period)
+    return track.sampler(period, plain=True)(wanted)
 
 
 def _joined(
     a: Table, b: Table, time: Array, own: Mapping[str, Array], moved: Mapping[str, Array], there: Mask
 ) -> tuple[Table, dict[str, str]]:
     """One table of both logs' columns, and what columns of B are called in it."""
-    columns, units = {_TIME: time}, dict[str, str | None]({_TIME: "s"})
+    columns: dict[str, Array] = {_TIME: time}
+    units: dict[str, str | None] = {_TIME: "s"}
     renamed: dict[str, str] = {}
-    for table, each, mark in ((a, own, "_A"), (b, moved, "_B")):
-        for name, values in each.items():
-            new = name
-            while new in columns:
-                new += mark
-            columns[new], units[new] = values, table.units.get(name)
-            if new != name and table is b:
-                renamed[name] = new
-    digest = hashlib.sha256(f"{a.digest} {b.digest}".encode()).hexdigest()
-    metadata: dict[str, Any] = {"erclutch": json.dumps({"label": a.origin or b.origin})} if a.origin or b.origin else {}
-    kept = {name: values[there] for name, values in columns.items()}
-    constants = {**b.constants, **a.constants}
-    return Table(f"{a.name} + {b.name}", kept, units, digest, constants=constants, metadata=metadata), renamed
+    for log, log_columns, mark in ((a, own, "_A"), (b, moved, "_B")):
+        for name, values in log_columns.items():
+            free = name
+            while free in columns:
+                free += mark
+            columns[free] = values
+            units[free] = log.units.get(name)
+            if free != name and log is b:
+                renamed[name] = free
+
+    origin = a.origin or b.origin
+    metadata: dict[str, Any] = {"erclutch": json.dumps({"label": origin})} if origin else {}
+    table = Table(
+        f"{a.name} + {b.name}",
+        {name: values[there] for name, values in columns.items()},
+        units,
+        hashlib.sha256(f"{a.digest} {b.digest}".encode()).hexdigest(),
+        constants={**b.constants, **a.constants},
+        metadata=metadata,
+    )
+    return table, renamed

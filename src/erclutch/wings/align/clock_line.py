@@ -26,6 +26,11 @@ class ClockLine:
         """Times of B, in s, as A's clock shows them."""
         return self.at + (time - self.at - self.middle) / (1.0 + self.drift)
 
+    def about(self, time: float) -> ClockLine:
+        """The same line with its offset given at another time of A, in s."""
+        offset = float(self(np.array(time))) - time
+        return ClockLine(time, offset, self.drift)
+
 
 def overlap_of(a: Track, b: Track, line: ClockLine) -> tuple[float, float]:
     """First and last time on A's clock that both logs have."""

@@ -84,31 +84,35 @@ def _matched(a: Track, b: Track, near: float | None, sign: float) -> ClockMatch:
     line, width, independent = search_of_all(a, b, near, sign)
     period = a.period
     low, high = overlap_of(a, b, line)
+    # From rows as coarse as the peak to A's own, each grid twice as fine as the last: a Newton step finds the summit
+    # only from within the peak of its grid.
     width = min(width, 4.0 * (high - low) / _COARSEST)
     while width > 2.0 * period:
-        line = stepped(a, b, line, width / 4.0, flat)[0]
+        line, _ = stepped(a, b, line, width / 4.0, flat)
         width /= 2.0
-    for weigh in (flat, by_agreement, by_agreement):
-        line, found = stepped(a, b, line, period, weigh)
-    return _described(a, b, line, found, independent)
+    line, _ = stepped(a, b, line, period, flat)
+    line, _ = stepped(a, b, line, period, by_agreement)
+    line, last = stepped(a, b, line, period, by_agreement)
+    return _described(a, b, line, last, independent)
 
 
-def _turned(found: ClockMatch) -> ClockMatch:
+def _turned(match: ClockMatch) -> ClockMatch:
     """The match of A's clock against B's, of that of B's against A's."""
-    rate = 1.0 + found.drift
-    origin, stop = (float(t) for t in found.on_b(np.array(found.overlap)))
-    (least, most), (slowest, fastest) = found.offset_interval, found.drift_interval
+    rate = 1.0 + match.drift
+    origin, stop = match.on_b(np.array(match.overlap)).tolist()
+    least, most = match.offset_interval
+    slowest, fastest = match.drift_interval
     return replace(
-        found,
+        match,
         origin=origin,
-        offset=-found.offset,
+        offset=-match.offset,
         offset_interval=(-most, -least),
-        drift=-found.drift / rate,
+        drift=-match.drift / rate,
         drift_interval=(-fastest / rate, -slowest / rate),
         overlap=(origin, stop),
-        gain=1.0 / found.gain,
-        centres=found.on_b(found.centres),
-        residuals=-found.residuals,
+        gain=1.0 / match.gain,
+        centres=match.on_b(match.centres),
+        residuals=-match.residuals,
     )
 
 
@@ -121,41 +125,57 @@ def _described(a: Track, b: Track, line: ClockLine, step: StepSeen, independent:
     """
     from scipy.special import stdtrit
 
-    share = 0.5 * (step.slope.clip(0.0).cumsum() / step.slope.clip(0.0).sum() + np.linspace(0.0, 1.0, step.time.size))
-    window = np.minimum((share * WINDOWS).astype(np.int64), WINDOWS - 1)
-    scale = 0.5 * (step.time[-1] - step.time[0])
-    design = np.vstack([np.ones(step.time.size), (step.time - line.at) / scale])
-    scores = np.array([np.bincount(window, row * step.score, WINDOWS) for row in design])
-    constant, linear, square = (
-        np.bincount(window, row * step.slope, WINDOWS) for row in (design[0], design[1], design[1] ** 2)
-    )
-    each = np.array([[constant, linear], [linear, square]]).transpose(2, 0, 1)
+    # Windows of equal rows would leave some with nothing to say, and windows of equal information would be too wide
+    # where the signal rests: half by the rows, half by the information.
+    information = step.slope.clip(0.0)
+    by_information = information.cumsum() / information.sum()
+    by_rows = np.linspace(0.0, 1.0, step.time.size)
+    share = 0.5 * (by_information + by_rows)
+    window = np.minimum((share * WINDOWS).astype(np.int64), WINDOWS - 1)  # of each row
+
+    def total(rows: Array) -> Array:
+        """Sum over each window."""
+        return np.asarray(np.bincount(window, rows, WINDOWS), np.float64)
+
+    # The line in two numbers: its offset at `line.at`, and what its drift adds until the end.
+    scale = 0.5 * (step.time[-1] - step.time[0])  # [s]
+    along = (step.time - line.at) / scale
+    scores = np.array([total(step.score), total(along * step.score)])  # shape (2, windows)
+    constant = total(step.slope)
+    linear = total(along * step.slope)
+    square = total(along**2 * step.slope)
+    each = np.array([[constant, linear], [linear, square]]).transpose(2, 0, 1)  # information, shape (windows, 2, 2)
     inverse = np.asarray(np.linalg.pinv(each.sum(axis=0)), np.float64)
     against = np.asarray(np.linalg.solve(np.eye(2) - each @ inverse, scores.T[:, :, None]), np.float64)
-    others = inverse @ against[:, :, 0].T
+    moves = inverse @ against[:, :, 0].T  # of the line by each window, shape (2, windows)
 
-    def half(of: Array) -> float:
-        shares = np.einsum("i,gij,j->g", inverse @ of, each, inverse @ of)
+    def half_width(direction: Array) -> float:
+        """Half the 95 % interval of a sum of the line's two numbers."""
+        shares = np.einsum("i,gij,j->g", inverse @ direction, each, inverse @ direction)
         freedom = float(shares.sum() ** 2 / (shares @ shares))
-        return float(stdtrit(freedom, 0.975) * np.sqrt((1.0 - 1.0 / WINDOWS) * np.sum((of @ others) ** 2)))
+        variance = (1.0 - 1.0 / WINDOWS) * np.sum((direction @ moves) ** 2)
+        return float(stdtrit(freedom, 0.975) * np.sqrt(variance))
 
     overlap = overlap_of(a, b, line)
-    back = np.array([1.0, (overlap[0] - line.at) / scale])
-    offset = float(line.middle + line.drift * (overlap[0] - line.at))
-    error, wide = half(back), half(np.array([0.0, 1.0 / scale]))
-    lively = constant > 0.1 * np.median(constant)
-    counts = np.maximum(np.bincount(window, minlength=WINDOWS), 1)
-    centres = np.bincount(window, step.time, WINDOWS) / counts
+    origin = overlap[0]
+    offset = float(line.middle + line.drift * (origin - line.at))  # [s]
+    offset_half = half_width(np.array([1.0, (origin - line.at) / scale]))
+    drift_half = half_width(np.array([0.0, 1.0 / scale]))
+
+    lively = constant > 0.1 * np.median(constant)  # windows whose own offset means something
+    rows = np.maximum(np.bincount(window, minlength=WINDOWS), 1)
+    centres = total(step.time) / rows  # [s]
+    residuals = scores[0] / np.where(lively, constant, 1.0)  # [s]
     return ClockMatch(
-        overlap[0],
-        offset,
-        (offset - error, offset + error),
-        line.drift,
-        (line.drift - wide, line.drift + wide),
-        overlap,
-        step.gain * float(np.std(b.values)) / float(np.std(a.values)),
-        step.correlation,
-        independent,
-        centres[lively],
-        (scores[0] / np.where(lively, constant, 1.0))[lively],
+        origin=origin,
+        offset=offset,
+        offset_interval=(offset - offset_half, offset + offset_half),
+        drift=line.drift,
+        drift_interval=(line.drift - drift_half, line.drift + drift_half),
+        overlap=overlap,
+        gain=step.gain * float(np.std(b.values)) / float(np.std(a.values)),
+        correlation=step.correlation,
+        independent=independent,
+        centres=centres[lively],
+        residuals=residuals[lively],
     )

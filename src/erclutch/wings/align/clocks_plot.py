@@ -18,33 +18,30 @@ def describe_clocks(
     matches: Sequence[ClockMatch], traces: tuple[Track, tuple[Track, ...]], title: str, badge: str = ""
 ) -> Plot:
     """Three panels: both signals on their own clocks, on A's clock, and the offset that is left over time."""
-    a, match = traces[0], matches[0]
-    b = traces[1][0]
-    x = _section(a, b, match)
-    curves = [
-        (a.time, _scaled(a)),
-        (b.time, _scaled(b) * np.sign(match.gain)),
-        (match.on_a(b.time), _scaled(b) * np.sign(match.gain)),
-    ]
-    lines = [
-        Line(time[rows], values[rows], style, label)
-        for (time, values), style, label in zip(
-            curves, ("measured", "recommended", "recommended"), ("A", "B", "B"), strict=True
-        )
-        for rows in [(time >= x[0]) & (time <= x[1])]
-    ]
-    time = Axis("time on the clock of A", "s", *x)
-    centres = np.concatenate([m.centres for m in matches])
-    left = 1e3 * np.concatenate([m.residuals for m in matches])
+    a, all_b = traces
+    b, match = all_b[0], matches[0]
+    low, high = _section(a, b, match)
+    sign = np.sign(match.gain)  # a signal of the other sign is turned, so that both curves can lie on each other
+
+    def line(time: Array, values: Array, style: str, label: str) -> Line:
+        rows = (time >= low) & (time <= high)
+        return Line(time[rows], values[rows], style, label)
+
+    line_a = line(a.time, _scaled(a), "measured", "A")
+    before = line(b.time, _scaled(b) * sign, "recommended", "B")
+    after = line(match.on_a(b.time), _scaled(b) * sign, "recommended", "B")
+    centres = np.concatenate([m.centres for m in matches])  # [s]
+    left = 1e3 * np.concatenate([m.residuals for m in matches])  # [ms]
+
     rows = [("offset left", float(t), float(v)) for t, v in zip(centres, left, strict=True)]
-    names = ("A", "B before", "B after")
-    for name, line in zip(names, lines, strict=True):
-        rows += [(name, float(t), float(v)) for t, v in zip(line.x, line.y, strict=True)]
+    for name, curve in (("A", line_a), ("B before", before), ("B after", after)):
+        rows += [(name, float(t), float(v)) for t, v in zip(curve.x, curve.y, strict=True)]
+    time = Axis("time on the clock of A", "s", low, high)
     signal = Axis(f"{title}, scaled")
     return Plot(
         [
-            Panel(time, signal, [lines[0], lines[1]], f"{title} by both logs, each on its own clock.", "before"),
-            Panel(time, signal, [lines[0], lines[2]], f"{title} by both logs on the clock of A.", "after"),
+            Panel(time, signal, [line_a, before], f"{title} by both logs, each on its own clock.", "before"),
+            Panel(time, signal, [line_a, after], f"{title} by both logs on the clock of A.", "after"),
             Panel(
                 Axis("time on the clock of A", "s"),
                 Axis("offset left", "ms"),
@@ -66,9 +63,13 @@ def _scaled(track: Track) -> Array:
 def _section(a: Track, b: Track, match: ClockMatch) -> tuple[float, float]:
     """The liveliest of some sections that show the offset, if it is short enough to be seen, and single rows."""
     low, high = match.overlap
-    length = min(max(_ROWS * max(a.period, b.period), min(8.0 * abs(match.offset), 5.0)), high - low)
+    rows_seen = _ROWS * max(a.period, b.period)  # [s]
+    offset_seen = min(8.0 * abs(match.offset), 5.0)  # [s]
+    length = min(max(rows_seen, offset_seen), high - low)
     starts = np.linspace(low, high - length, 40)
-    inside = [a.values[(a.time >= start) & (a.time <= start + length)] for start in starts]
-    lively = [float(np.std(values)) if values.size else 0.0 for values in inside]
-    start = float(starts[int(np.argmax(lively))])
-    return start, start + length
+    spreads: list[float] = []
+    for start in starts:
+        values = a.values[(a.time >= start) & (a.time <= start + length)]
+        spreads.append(float(np.std(values)) if values.size else 0.0)
+    liveliest = float(starts[int(np.argmax(spreads))])
+    return liveliest, liveliest + length

@@ -44,8 +44,14 @@ class _Scan:
 
     @cached_property
     def heights(self) -> Array:
-        """Fisher's z of the correlations."""
-        return np.where(self.independent > 0.0, np.arctanh(np.minimum(np.abs(self.correlation), 0.99999)), 0.0)
+        """Fisher's z of the correlations: about normal, whatever the correlation."""
+        size = np.minimum(np.abs(self.correlation), 0.99999)
+        return np.where(self.independent > 0.0, np.arctanh(size), 0.0)
+
+    @cached_property
+    def errors(self) -> Array:
+        """Standard error of each height."""
+        return 1.0 / np.sqrt(np.maximum(self.independent, 4.0) - 3.0)
 
     @cached_property
     def scores(self) -> Array:
@@ -59,92 +65,126 @@ def search_of_all(a: Track, b: Track, near: float | None, sign: float) -> tuple[
     Raises:
         LogError: see `match_clocks`.
     """
-    shorter = min(track.ends[1] - track.ends[0] for track in (a, b))
-    period = max(a.period, b.period, shorter / 1e6)
-    width = max(min(width_of(track, period, shorter) for track in (a, b)), MOST_DRIFT * shorter / _DRIFTS)
-    step = max(period, width / 8.0)
-    grids = [_centred(track, step, shorter) for track in (a, b)]
+    shorter = min(a.length, b.length)  # [s]
+    period = max(a.period, b.period, shorter / 1e6)  # [s]
+    narrower = min(width_of(a, period, shorter), width_of(b, period, shorter))  # [s]
+    # A lively signal has a narrow peak and needs many drifts; the floor keeps them to `_DRIFTS`.
+    width = max(narrower, MOST_DRIFT * shorter / _DRIFTS)  # [s]
+    step = max(period, width / 8.0)  # [s], between rows of the grid
+
+    x, x_there = _centred(a, step, shorter)
+    y, y_there = _centred(b, step, shorter)
+    # From one drift to the next, the end of the shorter log moves by the width of the peak.
     drifts = int(np.ceil(MOST_DRIFT * shorter / width))
     shares: list[float] = (MOST_DRIFT * np.arange(-drifts, drifts + 1) / max(drifts, 1)).tolist()
-    scans = [_scanned(*grids[0], *grids[1], drift) for drift in shares]
+    scans = [_scanned(x, x_there, y, y_there, drift) for drift in shares]
     best = max(scans, key=lambda scan: float(scan.scores.max()))
-    shift: Array = np.arange(best.scores.size, dtype=np.float64) - (grids[0][0].size - 1)
-    lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])
-    place = _chosen(best, sign * lags, len(scans) * lags.size * step / width, 1.5 * width, shorter / width, near)
+
+    shift: Array = np.arange(best.scores.size, dtype=np.float64) - (x.size - 1)  # rows of the grid
+    lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])  # [s]
+    place = _chosen(
+        best,
+        sign * lags,
+        tried=len(scans) * lags.size * step / width,
+        apart=1.5 * width,
+        widths=shorter / width,
+        near=near,
+    )
     line = ClockLine(a.ends[0], float(lags[place]), best.drift)
     low, high = overlap_of(a, b, line)
-    middle = 0.5 * (low + high)
-    return ClockLine(middle, float(line(np.array(middle))) - middle, best.drift), width, float(best.independent[place])
+    return line.about(0.5 * (low + high)), width, float(best.independent[place])
 
 
-def _chosen(scan: _Scan, lags: Array, tried: float, apart: float, widths: float, near: float | None) -> int:
+def _chosen(scan: _Scan, lags: Array, *, tried: float, apart: float, widths: float, near: float | None) -> int:
     """The lag with the best correlation, which neither may be chance nor one of several that are as good.
+
+    Args:
+        scan: correlations at the best drift.
+        lags: in s, as the user would say them, shape (lags,).
+        tried: independent offsets and drifts among which chance could find a correlation.
+        apart: s beyond which another peak is another offset.
+        widths: of the peak in the shorter log.
+        near: what the user said, in s.
 
     Raises:
         LogError: it is.
     """
     from scipy.special import ndtri
 
-    scores, heights = scan.scores, scan.heights
+    heights, scores = scan.heights, scan.scores
     best = int(np.argmax(scores))
-    errors = 1.0 / np.sqrt(np.maximum(scan.independent, 4.0) - 3.0)
-    peaks = 1 + np.flatnonzero((heights[1:-1] >= heights[:-2]) & (heights[1:-1] > heights[2:]))
-    as_good = peaks[heights[best] - heights[peaks] < _APART * errors[best]]
-    others = as_good[np.abs(lags[as_good] - lags[best]) > apart]
-    needed = -float(ndtri(0.5 * _CHANCE / max(tried, 1.0)))
-    strong = abs(scan.correlation[best]) > 0.8 or scores[best] >= needed
-    if others.size and strong and near is not None:
-        return _nearest(np.append(others, best), lags, near)
-    if scores[best] >= needed and scan.independent[best] >= _FEWEST and not others.size:
+    correlation = scan.correlation[best]
+    independent = scan.independent[best]
+
+    inner = heights[1:-1]
+    peaks = 1 + np.flatnonzero((inner >= heights[:-2]) & (inner > heights[2:]))
+    as_good = peaks[heights[best] - heights[peaks] < _APART * scan.errors[best]]
+    rivals = as_good[np.abs(lags[as_good] - lags[best]) > apart]
+
+    needed = -float(ndtri(0.5 * _CHANCE / max(tried, 1.0)))  # standard errors
+    strong = abs(correlation) > 0.8 or scores[best] >= needed
+    if rivals.size and strong and near is not None:
+        return _nearest(np.append(rivals, best), lags, near)
+    if scores[best] >= needed and independent >= _FEWEST and not rivals.size:
         return best
-    short = scan.independent.max() < _FEWEST
-    if others.size and strong and not (short and widths < 2.0 * _FEWEST):
-        listed = ", ".join(f"{1e3 * lag:.6g}" for lag in sorted(lags[[best, *others]], key=abs)[:4])
-        alike = float(np.median(np.abs(scan.correlation[others]))) > 0.9 * abs(scan.correlation[best])
-        slow = f"the signal changes so slowly that the overlap holds {scan.independent[best]:.0f} independent samples"
+
+    longest = float(scan.independent.max())  # independent samples of the largest overlap
+    short = longest < _FEWEST
+    # In a log of a few widths any two humps look alike: there the log is to blame, not the signal.
+    if rivals.size and strong and not (short and widths < 2.0 * _FEWEST):
+        places = sorted(lags[[best, *rivals]], key=abs)
+        listed = ", ".join(f"{1e3 * lag:.6g}" for lag in places[:4])
+        alike = float(np.median(np.abs(scan.correlation[rivals]))) > 0.9 * abs(correlation)
+        slow = f"the signal changes so slowly that the overlap holds {independent:.0f} independent samples"
         raise LogError(
-            f"{others.size + 1} offsets fit {'equally' if alike else 'about as'} well, such as {listed} ms: "
+            f"{rivals.size + 1} offsets fit {'equally' if alike else 'about as'} well, such as {listed} ms: "
             f"{'the signal repeats itself' if alike else slow}",
             remedy="Say about where the offset is, such as --near 2.5s, or choose another signal with --on",
         )
     if short:
-        raise _too_short(float(scan.independent.max()))
-    stands = f"the best of all offsets stands {scores[best]:.1f} standard errors from none, {needed:.1f} are needed"
-    raise LogError(f"nothing correlates: {stands}", remedy=REMEDY)
-
-
-def _too_short(independent: float) -> LogError:
-    worth = f"{independent:.0f} independent samples of this signal, {_FEWEST:.0f} are needed"
-    problem = f"the logs are too short: where they overlap they hold at most {worth}"
-    return LogError(problem, remedy="Give longer logs, or choose a livelier signal with --on")
+        worth = f"{longest:.0f} independent samples of this signal, {_FEWEST:.0f} are needed"
+        raise LogError(
+            f"the logs are too short: where they overlap they hold at most {worth}",
+            remedy="Give longer logs, or choose a livelier signal with --on",
+        )
+    stands = f"the best of all offsets stands {scores[best]:.1f} standard errors from none"
+    raise LogError(f"nothing correlates: {stands}, {needed:.1f} are needed", remedy=REMEDY)
 
 
 def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> int:
-    """The place whose lag is nearest to what the user said."""
+    """The place whose lag is nearest to what the user said.
+
+    Raises:
+        LogError: the two nearest are about as near.
+    """
     distance = np.abs(lags[places] - near)
     order = np.argsort(distance)
-    if distance[order[0]] > 0.6 * distance[order[1]]:
+    nearest, second = order[:2]
+    if distance[nearest] > 0.6 * distance[second]:
         listed = " and ".join(f"{1e3 * lags[place]:.6g} ms" for place in places[order[:2]])
         problem = f"--near {1e3 * near:.6g} ms lies between two offsets that fit equally well, {listed}"
         raise LogError(problem, remedy="Say more exactly where the offset is")
-    return int(places[order[0]])
+    return int(places[nearest])
 
 
 def width_of(track: Track, period: float, shorter: float) -> float:
     """Where the autocorrelation of the signal falls to a half, in s."""
-    values, there = _centred(track, period, shorter)
+    values, _ = _centred(track, period, shorter)
     size = 2 * values.size
-    r = np.fft.irfft(np.abs(np.fft.rfft(values, size)) ** 2, size)[: values.size]
-    below = np.flatnonzero(r < 0.5 * r[0])
-    return period * float(below[0] if below.size else there.size)
+    power = np.abs(np.fft.rfft(values, size)) ** 2
+    autocorrelation = np.fft.irfft(power, size)[: values.size]
+    below = np.flatnonzero(autocorrelation < 0.5 * autocorrelation[0])
+    rows = below[0] if below.size else values.size
+    return period * float(rows)
 
 
 def _centred(track: Track, step: float, shorter: float) -> tuple[Array, Mask]:
     """The signal on a grid, less its trend, and where it is."""
     from scipy.ndimage import uniform_filter1d
 
-    count = max(int((track.ends[1] - track.ends[0]) / step), 1)
+    count = max(int(track.length / step), 1)
     values, there = track.means(track.ends[0], step, count)
+    # The trend is a running mean over the rows that are there: their sum over their share.
     size = max(int(shorter / _TRENDS / step), 3)
     share = uniform_filter1d(there.astype(np.float64), size, mode="constant")
     trend = uniform_filter1d(values, size, mode="constant") / np.maximum(share, 1e-9)
@@ -153,32 +193,47 @@ def _centred(track: Track, step: float, shorter: float) -> tuple[Array, Mask]:
 
 def _scanned(x: Array, x_there: Mask, y: Array, y_there: Mask, drift: float) -> _Scan:
     """Correlations of x with y, which runs on a clock that drifts; lag k pairs x[i] with y[i + k - (x.size - 1)]."""
-    at = np.arange(max(int(y.size / (1.0 + drift)), 1)) * (1.0 + drift)
-    there = np.interp(at, np.arange(y.size), y_there) > 0.99
-    y = np.where(there, np.interp(at, np.arange(y.size), y), 0.0)
-    size = 1 << (x.size + y.size - 1).bit_length()
-    transform = np.fft.rfft
-    xs, ys = (
-        [transform(v, size) for v in (signal, signal * signal, mask.astype(np.float64))]
-        for signal, mask in ((x, x_there), (y, there))
+    # y as a clock without a drift would have sampled it
+    rows = np.arange(y.size)
+    drifted = np.arange(max(int(y.size / (1.0 + drift)), 1)) * (1.0 + drift)
+    y_there = np.interp(drifted, rows, y_there) > 0.99
+    y = np.where(y_there, np.interp(drifted, rows, y), 0.0)
+
+    size = 1 << (x.size + y.size - 1).bit_length()  # all lags, so that no end meets the other log's beginning
+
+    def spectrum(signal: Array | Mask) -> NDArray[np.complex128]:
+        return np.fft.rfft(signal.astype(np.float64), size)
+
+    def lagged(of_x: NDArray[np.complex128], of_y: NDArray[np.complex128]) -> Array:
+        """Sum of the products of both signals at every lag."""
+        circular = np.fft.irfft(np.conj(of_x) * of_y, size)
+        return np.concatenate([circular[size - (x.size - 1) :], circular[: y.size]])
+
+    x_spectrum, x_mask = spectrum(x), spectrum(x_there)
+    y_spectrum, y_mask = spectrum(y), spectrum(y_there)
+    overlap = np.maximum(np.rint(lagged(x_mask, y_mask)), 0.0)  # rows that both have
+    # Power of each signal in the overlap. The floor is a tenth of its mean: a stretch at rest correlates by chance.
+    x_power = np.maximum(lagged(spectrum(x * x), y_mask), 0.1 * overlap * float(np.mean(x[x_there] ** 2)))
+    y_power = np.maximum(lagged(x_mask, spectrum(y * y)), 0.1 * overlap * float(np.mean(y[y_there] ** 2)))
+    scale = np.sqrt(x_power * y_power)
+    correlation = np.divide(
+        lagged(x_spectrum, y_spectrum),
+        scale,
+        out=np.zeros(overlap.size),
+        where=scale > 0.0,
     )
 
-    def lagged(i: int, j: int) -> Array:
-        whole = np.fft.irfft(np.conj(xs[i]) * ys[j], size)
-        return np.concatenate([whole[size - (x.size - 1) :], whole[: y.size]])
-
-    rows = np.maximum(np.rint(lagged(2, 2)), 0.0)
-    powers = [
-        np.maximum(lagged(i, j), 0.1 * rows * float(np.mean(v[mask] ** 2)))
-        for i, j, v, mask in ((1, 2, x, x_there), (2, 1, y, there))
-    ]
-    both = np.sqrt(powers[0] * powers[1])
-    r = np.divide(lagged(0, 0), both, out=np.zeros(rows.size), where=both > 0.0)
-    spectra = [np.abs(each[0]) ** 2 for each in (xs, ys)]
     # Rows that are worth one independent row: the sum of the product of both autocorrelations (Bartlett).
-    spread = (
-        float(np.sum(spectra[0][1:] * spectra[1][1:])) / float(np.sum(spectra[0][1:])) / float(np.sum(spectra[1][1:]))
+    x_density = (np.abs(x_spectrum) ** 2)[1:]
+    y_density = (np.abs(y_spectrum) ** 2)[1:]
+    product = float(np.sum(x_density * y_density))
+    spread = product / float(np.sum(x_density)) / float(np.sum(y_density))
+    independent = overlap / max(spread * (size // 2), 1.0)
+
+    least = _LEAST_SHARE * min(x_there.sum(), y_there.sum())  # rows
+    enough = (overlap >= least) & (overlap >= 8)
+    return _Scan(
+        drift,
+        np.clip(correlation, -1.0, 1.0),
+        np.where(enough, independent, 0.0),
     )
-    worth = rows / max(spread * (size // 2), 1.0)
-    enough = (rows >= _LEAST_SHARE * min(x_there.sum(), there.sum())) & (rows >= 8)
-    return _Scan(drift, np.clip(r, -1.0, 1.0), np.where(enough, worth, 0.0))

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import LogError
 from erclutch.signals.array import Array, Mask
@@ -19,7 +20,8 @@ from erclutch.wings.align.track import Track
 #: Windows whose offsets scatter about the line.
 WINDOWS = 20
 _ASTRAY = 10.0 * MOST_DRIFT  # what no step on the way may reach
-_MOST_STEPS, _SETTLED = 25, 1e-6  # Newton steps; a step that ends them, in periods
+_MOST_STEPS = 25
+_SETTLED = 1e-6  # periods: a Newton step that ends them
 _SEGMENT = 128  # rows of a spectrum, at most
 
 
@@ -50,32 +52,41 @@ def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights)
     Raises:
         LogError: too few rows without a gap are left, or the steps lead to no such drift as clocks have.
     """
-    low, high = overlap_of(a, b, line)
-    grid = a.ends[0] + period * np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
-    sample = b.sampler(period)
-    x, x_there = a.sampler(period)(grid)
+    low, high = overlap_of(a, b, line)  # [s]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    line = ClockLine(middle, float(line(np.array(middle))) - middle, line.drift)
-    y, y_there = sample(line(grid))
+    # A's rows stay where they are, so that they are filtered and interpolated once.
+    rows = np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
+    grid = a.ends[0] + period * rows  # [s], on A's clock
+    x, x_there = a.sampler(period)(grid)
+    sample_b = b.sampler(period)
+    line = line.about(middle)
+    y, y_there = sample_b(line(grid))
     taps = _taps(weigh(x, y, x_there & y_there))
+
     for _ in range(_MOST_STEPS):
-        seen = _seen(grid, (x, y), x_there & y_there, taps)
+        seen = _seen(grid, x, y, x_there & y_there, taps)
+        # Offset and drift alike in s: the drift counts as what it moves the end of the overlap.
         design = np.vstack([np.ones(seen.time.size), (seen.time - middle) / half])
-        move = np.linalg.lstsq((design * seen.slope) @ design.T, design @ seen.score, rcond=1e-9)[0]
+        curvature = (design * seen.slope) @ design.T
+        move = np.linalg.lstsq(curvature, design @ seen.score, rcond=1e-9)[0]
         size = float(np.abs(move).sum())
         if size < _SETTLED * period:
             return line, seen
+        # Beyond one row the signals' slopes say nothing of what comes.
         move *= min(1.0, period / size)
-        line = replace(line, middle=line.middle + float(move[0]), drift=line.drift + float(move[1]) / half)
+        offset, drift = float(move[0]), float(move[1]) / half
+        line = replace(line, middle=line.middle + offset, drift=line.drift + drift)
         if abs(line.drift) > _ASTRAY:
             problem = f"the fine search goes astray, to a drift of {1e6 * abs(line.drift):.0f} ppm"
-            remedy = "Say where else the offset may be with --near, or choose another signal with --on"
-            raise LogError(f"{problem}, {1e6 * _ASTRAY:.0f} at most", remedy=remedy)
-        y, y_there = sample(line(grid))
-    return line, _seen(grid, (x, y), x_there & y_there, taps)
+            raise LogError(
+                f"{problem}, {1e6 * _ASTRAY:.0f} at most",
+                remedy="Say where else the offset may be with --near, or choose another signal with --on",
+            )
+        y, y_there = sample_b(line(grid))
+    return line, _seen(grid, x, y, x_there & y_there, taps)
 
 
-def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Array, Array]) -> StepSeen:
+def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array]) -> StepSeen:
     """What a Newton step sees of both signals on one grid, filtered.
 
     Raises:
@@ -83,22 +94,36 @@ def _seen(grid: Array, signals: tuple[Array, Array], there: Mask, taps: tuple[Ar
     """
     from scipy.signal import fftconvolve
 
-    rows = _far_from_gaps(there, taps[0].size // 2)
-    if rows.sum() < 4 * WINDOWS:
-        lie = f"{int(rows.sum())} rows of the overlap lie far enough from its ends and from gaps"
-        raise LogError(f"{lie}, {4 * WINDOWS} are needed", remedy="Give longer logs, or logs with fewer gaps")
-    period = float(grid[1] - grid[0])
+    smooth, slope = taps
+    rows = _far_from_gaps(there, smooth.size // 2)
+    count = int(rows.sum())
+    if count < 4 * WINDOWS:
+        raise LogError(
+            f"{count} rows of the overlap lie far enough from its ends and from gaps, {4 * WINDOWS} are needed",
+            remedy="Give longer logs, or logs with fewer gaps",
+        )
 
     def filtered(signal: Array, by: Array) -> Array:
         whole: Array = fftconvolve(np.where(there, signal, 0.0), by, "same")
         return whole[rows]
 
-    (fx, fy), (dx, dy) = ([filtered(signal, by) for signal in signals] for by in taps)
-    fx, fy = fx - fx.mean(), fy - fy.mean()  # each log has a mean of its own, which the filter lets through in part
-    gain = float(fx @ fy) / (float(fy @ fy) or 1.0)
-    correlation = float(fx @ fy) / (float(np.sqrt(float(fx @ fx) * float(fy @ fy))) or 1.0)
-    score, slope = gain * dy * (fx - gain * fy) / period, gain * dy * dx / period**2
-    return StepSeen(grid[rows], score, slope, gain, correlation)
+    fx, fy = filtered(x, smooth), filtered(y, smooth)
+    dx, dy = filtered(x, slope), filtered(y, slope)  # a row
+    # Each log has a mean of its own, which the filter lets through in part.
+    fx = fx - fx.mean()
+    fy = fy - fy.mean()
+
+    xx, xy, yy = float(fx @ fx), float(fx @ fy), float(fy @ fy)
+    gain = xy / (yy or 1.0)
+    correlation = xy / (float(np.sqrt(xx * yy)) or 1.0)
+    period = float(grid[1] - grid[0])  # [s]
+    return StepSeen(
+        time=grid[rows],
+        score=gain * dy * (fx - gain * fy) / period,
+        slope=gain * dy * dx / period**2,
+        gain=gain,
+        correlation=correlation,
+    )
 
 
 def _far_from_gaps(there: Mask, reach: int) -> Mask:
@@ -111,6 +136,7 @@ def _taps(weights: Array) -> tuple[Array, Array]:
     """A symmetric filter of such weights, shape (m / 2 + 1,), and the same with a derivative after the row."""
     size = 2 * (weights.size - 1)
     even = np.roll(np.fft.irfft(weights, size), size // 2) * np.hanning(size + 1)[:size]
+    # The derivative rings beyond the filter's ends: it is taken in a wider room, and an eighth more is kept.
     padded = np.concatenate([np.zeros(size), even, np.zeros(size)])
     turn = 1j * np.linspace(0.0, np.pi, padded.size // 2 + 1)
     turn[-1] = 0.0
@@ -127,20 +153,30 @@ def flat(x: Array, y: Array, there: Mask) -> Array:
 
 def by_agreement(x: Array, y: Array, there: Mask) -> Array:
     """Square root of the weights of Hannan and Thomson: coherence over what is not coherent, each frequency alike."""
-    size = int(2 ** np.clip(np.floor(np.log2(max(there.sum() / 24, 1))), 5, np.log2(_SEGMENT)))
+    # Segments of a length that leaves about two dozen of them, as a power of two.
+    wished = np.floor(np.log2(max(there.sum() / 24, 1)))
+    size = int(2 ** np.clip(wished, 5, np.log2(_SEGMENT)))
     starts = np.arange(0, max(there.size - size, 0) + 1, size // 2)
-    total = np.concatenate([[0], np.cumsum(there)])
-    starts = starts[total[starts + size] - total[starts] == size]
+    so_far = np.concatenate([[0], np.cumsum(there)])
+    whole = so_far[starts + size] - so_far[starts] == size
+    starts = starts[whole]
     if starts.size < 8:
         return flat(x, y, there)
-    window = np.hanning(size)
-    rows = starts[:, None] + np.arange(size)
-    fx, fy = (np.fft.rfft((s[rows] - s[rows].mean(axis=1, keepdims=True)) * window) for s in (x, y))
+
+    rows = starts[:, None] + np.arange(size)  # shape (segments, size)
+    taper = np.hanning(size)
+
+    def spectra(signal: Array) -> NDArray[np.complex128]:
+        segments = signal[rows]
+        return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * taper)
+
+    fx, fy = spectra(x), spectra(y)
     cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))
     powers = np.mean(np.abs(fx) ** 2, axis=0) * np.mean(np.abs(fy) ** 2, axis=0)
-    agreed = np.minimum(cross**2 / np.maximum(powers, 1e-300), 0.9999)
+    coherence = np.minimum(cross**2 / np.maximum(powers, 1e-300), 0.9999)
     # Noise that agrees by chance would hold the line where it is: its coherence exceeds this once in ten thousand.
-    agreed[agreed < 10.0 / starts.size] = 0.0
-    weights = np.sqrt(agreed / (1.0 - agreed) / np.maximum(cross, 1e-300))
+    coherence[coherence < 10.0 / starts.size] = 0.0
+    weights = np.sqrt(coherence / (1.0 - coherence) / np.maximum(cross, 1e-300))
     weights[0] = 0.0
-    return weights / weights.max() if weights.max() > 0.0 else flat(x, y, there)
+    highest = weights.max()
+    return weights / highest if highest > 0.0 else flat(x, y, there)

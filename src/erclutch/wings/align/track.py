@@ -39,6 +39,12 @@ class Track:
         """First and last time in s."""
         return float(self.time[0]), float(self.time[-1])
 
+    @property
+    def length(self) -> float:
+        """From the first to the last time, in s."""
+        first, last = self.ends
+        return last - first
+
     @cached_property
     def scaled(self) -> Array:
         """The values around zero with a standard deviation of one."""
@@ -58,38 +64,48 @@ class Track:
 
         values = self.values if plain else self.scaled
         curve_of: Callable[..., Any] = PchipInterpolator if plain else make_interp_spline
-        taps = low_pass_taps(period / self.period) if period > 1.2 * self.period else np.ones(1)
-        reach = len(taps) // 2
-        curves: list[tuple[float, float, Callable[[Array], Array]]] = []
+        slower = period > 1.2 * self.period
+        taps = low_pass_taps(period / self.period) if slower else np.ones(1)
+        reach = len(taps) // 2  # rows that the filter takes from either end of a stretch
+
+        curves: list[tuple[float, float, Callable[[Array], Array]]] = []  # first and last time, and the curve
         for start, stop in self.stretches:
-            if stop - start > 2 * reach + 4:
-                even: Array = np.asarray(np.convolve(values[start:stop], taps / taps.sum(), "valid"), np.float64)
-                time = self.time[start + reach : stop - reach]
-                curves.append((float(time[0]), float(time[-1]), curve_of(time, even)))
+            if stop - start <= 2 * reach + 4:
+                continue  # too short for a curve
+            filtered: Array = np.asarray(
+                np.convolve(values[start:stop], taps / taps.sum(), "valid"),
+                np.float64,
+            )
+            time = self.time[start + reach : stop - reach]
+            curves.append((float(time[0]), float(time[-1]), curve_of(time, filtered)))
 
         def sample(times: Array) -> tuple[Array, Mask]:
-            found, there = np.zeros(times.size), np.zeros(times.size, np.bool_)
+            sampled = np.zeros(times.size)
+            there = np.zeros(times.size, np.bool_)
             for first, last, curve in curves:
                 rows = slice(*np.searchsorted(times, [first, last + 1e-9 * period]))
-                found[rows], there[rows] = curve(times[rows]), True
-            return found, there
+                sampled[rows] = curve(times[rows])
+                there[rows] = True
+            return sampled, there
 
         return sample
 
     def means(self, first: float, period: float, count: int) -> tuple[Array, Mask]:
         """Mean in each cell of a grid that begins at a time, and which cells the log fills by half at least."""
         edges = first + period * np.arange(count + 1)
-        total: Array = np.zeros(count)
-        filled: Array = np.zeros(count)
+        area: Array = np.zeros(count)  # under the signal, in each cell
+        filled: Array = np.zeros(count)  # [s], of each cell
         for start, stop in self.stretches:
-            time, values = self.time[start:stop], self.scaled[start:stop]
-            steps = np.diff(time)
-            area = np.concatenate([[0.0], np.cumsum(steps * 0.5 * (values[1:] + values[:-1]))])
+            time = self.time[start:stop]
+            values = self.scaled[start:stop]
+            trapezoids = np.diff(time) * 0.5 * (values[1:] + values[:-1])
+            so_far = np.concatenate([[0.0], np.cumsum(trapezoids)])
             # The area under straight lines, exact at the samples; between them straight too: cells hold some samples.
-            total = total + np.diff(np.interp(edges, time, area))
+            area = area + np.diff(np.interp(edges, time, so_far))
             filled = filled + np.diff(np.clip(edges, time[0], time[-1]))
         there: Mask = filled >= 0.5 * period
-        return np.divide(total, filled, out=np.zeros(count), where=there), there
+        mean = np.divide(area, filled, out=np.zeros(count), where=there)
+        return mean, there
 
 
 def track_of(time: Array, values: Array, period: float) -> Track:
@@ -103,14 +119,23 @@ def track_of(time: Array, values: Array, period: float) -> Track:
     Raises:
         LogError: fewer than two samples.
     """
-    fine = np.isfinite(values)
-    time, values = time[fine], values[fine]
+    finite = np.isfinite(values)
+    time, values = time[finite], values[finite]
     if time.size < 2:
         raise LogError(f"the column has {time.size} finite samples", remedy="Choose another column with --on")
-    steps = np.maximum(np.rint(np.diff(time) / period), 1.0).astype(np.int64)
-    gaps = steps > _BRIDGED
-    place: NDArray[np.int64] = np.concatenate([[0], np.cumsum(np.where(gaps, 1, steps))]).astype(np.int64)
-    every: Array = np.arange(int(place[-1]) + 1, dtype=np.float64)
-    bounds: list[int] = [0, *place[1:][gaps].tolist(), every.size]
-    stretches = tuple((a, b) for a, b in itertools.pairwise(bounds) if b - a > 1)
-    return Track(np.interp(every, place, time), np.interp(every, place, values), period, stretches)
+
+    # Each sample's row: a short gap keeps its rows, a long gap none, since a stretch ends there.
+    periods = np.maximum(np.rint(np.diff(time) / period), 1.0).astype(np.int64)
+    gaps = periods > _BRIDGED
+    steps = np.where(gaps, 1, periods)
+    row: NDArray[np.int64] = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
+    every: Array = np.arange(int(row[-1]) + 1, dtype=np.float64)
+
+    bounds: list[int] = [0, *row[1:][gaps].tolist(), every.size]
+    stretches = tuple((start, stop) for start, stop in itertools.pairwise(bounds) if stop - start > 1)
+    return Track(
+        np.interp(every, row, time),
+        np.interp(every, row, values),
+        period,
+        stretches,
+    )

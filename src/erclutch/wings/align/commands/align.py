@@ -51,15 +51,20 @@ def align(
         rate: Sampling rate in Hz instead of a time column, of both logs or of A and of B.
         force: Replace files that are there.
     """
-    shown = picture or out.with_name(f"{out.stem}-clocks.png")
+    image = picture or out.with_name(f"{out.stem}-clocks.png")
+    numbers = image.with_suffix(".csv")
     may_write_file(out, force)
-    if shown.suffix.lower() not in (".png", ".svg", ".pdf") or shown.with_suffix(".csv") == out:
-        remedy = "Give --picture a name of its own that ends in .png, .svg or .pdf"
-        raise SettingError("the picture cannot have this name", where=str(shown), remedy=remedy)
+    if image.suffix.lower() not in (".png", ".svg", ".pdf") or numbers == out:
+        raise SettingError(
+            "the picture cannot have this name",
+            where=str(image),
+            remedy="Give --picture a name of its own that ends in .png, .svg or .pdf",
+        )
     if len(time) > 2 or len(rate) > 2:
         raise SettingError("more than two values", where="--time, --rate", remedy="Give one for both logs, or two")
-    for each in (shown, shown.with_suffix(".csv")):  # the numbers behind the picture
-        may_write_file(each, force, "picture")
+    may_write_file(image, force, "picture")
+    may_write_file(numbers, force, "picture")
+
     logs = aligned(a, b, on, near, time, rate)
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.align.clocks_plot import describe_clocks
@@ -70,8 +75,9 @@ def align(
         f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
     )
     logs.write(out)
-    save_plot(describe_clocks(logs.matches, logs.traces, logs.signal[0], logs.joined.origin), shown)
-    terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {shown}")
+    plot = describe_clocks(logs.matches, logs.traces, logs.signal[0], logs.joined.origin)
+    save_plot(plot, image)
+    terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {image}")
 
 
 def aligned(
@@ -90,10 +96,16 @@ def aligned(
     from erclutch.logs.time_window import seconds_of
     from erclutch.wings.align.aligned_logs import align as aligned_logs
 
-    def given(i: int) -> dict[str, str]:
-        named: dict[str, str] = {"time": time[min(i, len(time) - 1)]} if time else {}
-        return named | ({"rate": rate[min(i, len(rate) - 1)]} if rate else {})
+    def own(option: tuple[str, ...], log: int) -> str:
+        """A log's value of an option; a single value is for both."""
+        return option[min(log, len(option) - 1)]
 
+    times: list[dict[str, str]] = [{}, {}]  # what is said of A's time, and of B's
+    for log, known in enumerate(times):
+        if time:
+            known["time"] = own(time, log)
+        if rate:
+            known["rate"] = own(rate, log)
     about = None if near is None else seconds_of("near", near, "2.5s or --near=-7ms")
     with terminal.progress("matching clocks"):
-        return aligned_logs(a, b, on, near=about, times=(given(0), given(1)))
+        return aligned_logs(a, b, on, near=about, times=times)
