@@ -22,35 +22,45 @@ _FEW = 8  # so many Python floats are faster than one array
 
 
 def _own(name: str) -> Callable[..., Array]:
+    """An elementary function on arrays of any size; the C never sees what is not a number, and here it stays one."""
     function = elementary(FLOAT64)[name]
 
     def apply(x: Any, *more: Any) -> Array:
-        # The C never sees what is not a number; here it stays one.
+        shape = np.shape(x)
         if np.size(x) <= _FEW:
             values = [function(v, *more) if v == v else v for v in np.ravel(x).tolist()]
-            return np.array(values, np.float64).reshape(np.shape(x))
+            return np.array(values, np.float64).reshape(shape)
         flat = np.ascontiguousarray(x, np.float64).reshape(-1)
         out = np.empty(flat.size)
-        for at in range(0, flat.size, _BLOCK):
-            out[at : at + _BLOCK] = function(flat[at : at + _BLOCK], *more)
+        for start in range(0, flat.size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            out[block] = function(flat[block], *more)
         lost = np.isnan(flat)
         if np.any(lost):
             out[lost] = np.nan
-        return out.reshape(np.shape(x))
+        return out.reshape(shape)
 
     return apply
 
 
-exp, tanh = _own("exp"), _own("tanh")
-_expm1, _power = _own("expm1"), _own("power")
+exp = _own("exp")
+tanh = _own("tanh")
+_expm1 = _own("expm1")
+_power = _own("power")
 
 
 def power(x: Any, n: Any) -> Any:
     """x^n for x > 0; the exponents 0, 1, 2 and -1 by multiplication and division, as they are exported."""
     exponent = float(n)
-    if exponent in (0.0, 1.0, 2.0):
-        return np.ones(np.shape(x)) if exponent == 0.0 else (x * 1.0 if exponent == 1.0 else x * x)
-    return 1.0 / x if exponent == -1.0 else _power(x, exponent)
+    if exponent == 0.0:
+        return np.ones(np.shape(x))
+    if exponent == 1.0:
+        return x * 1.0
+    if exponent == 2.0:
+        return x * x
+    if exponent == -1.0:
+        return 1.0 / x
+    return _power(x, exponent)
 
 
 _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {np.exp: exp, np.expm1: _expm1, np.tanh: tanh, np.power: power}
@@ -60,15 +70,21 @@ class ArrayAsInC(np.ndarray[Any, np.dtype[np.float64]]):
     """An array of doubles on which exp, expm1, tanh and powers are those of the exported C; all else is NumPy's."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        plain = [x.view(np.ndarray) if isinstance(x, ArrayAsInC) else x for x in inputs]
+        plain = [_plain(x) for x in inputs]
         if not kwargs and method == "__call__":
-            own = _FUNCTIONS.get(ufunc)
-            made: Any = ufunc(*plain) if own is None else own(*plain)
-            return made.view(ArrayAsInC) if np.ndim(made) and made.dtype == _DOUBLE else made
+            function = _FUNCTIONS.get(ufunc, ufunc)
+            outcome: Any = function(*plain)
+            return outcome.view(ArrayAsInC) if np.ndim(outcome) and outcome.dtype == _DOUBLE else outcome
         if "out" in kwargs:
-            kwargs["out"] = tuple(x.view(np.ndarray) if isinstance(x, ArrayAsInC) else x for x in kwargs["out"])
-        found: Any = getattr(ufunc, method)(*plain, **kwargs)
-        return found.view(ArrayAsInC) if getattr(found, "dtype", None) == np.float64 and np.ndim(found) else found
+            kwargs["out"] = tuple(_plain(x) for x in kwargs["out"])
+        outcome = getattr(ufunc, method)(*plain, **kwargs)
+        of_doubles = getattr(outcome, "dtype", None) == np.float64
+        return outcome.view(ArrayAsInC) if of_doubles and np.ndim(outcome) else outcome
+
+
+def _plain(x: Any) -> Any:
+    """NumPy's own array of an `ArrayAsInC`, or the thing itself."""
+    return x.view(np.ndarray) if isinstance(x, ArrayAsInC) else x
 
 
 def array_as_in_c(x: Any) -> ArrayAsInC:

@@ -123,19 +123,22 @@ def partial_of(x: Any, index: int) -> Any:
 
 def pick(x: Any, rows: slice | NDArray[np.int64]) -> Any:
     """Some rows of an array or of a dual of arrays."""
-    if isinstance(x, Dual):
-        return Dual(_rows(x.value, rows), {index: _rows(partial, rows) for index, partial in x.partials.items()})
-    return _rows(x, rows)
 
+    def picked(values: Any) -> Any:
+        return values[rows] if np.ndim(values) else values  # a number is the same in all rows
 
-def _rows(value: Any, rows: slice | NDArray[np.int64]) -> Any:
-    return value[rows] if np.ndim(value) else value
+    if not isinstance(x, Dual):
+        return picked(x)
+    partials = {index: picked(partial) for index, partial in x.partials.items()}
+    return Dual(picked(x.value), partials)
 
 
 def chosen(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where a mask is true and ``no`` elsewhere, of numbers, arrays and duals of them."""
-    seeds = {index for x in (yes, no) if isinstance(x, Dual) for index in x.partials}
     choose: Any = np.where
     value: Any = choose(condition, value_of(yes), value_of(no))
-    partials: dict[int, Value] = {i: choose(condition, partial_of(yes, i), partial_of(no, i)) for i in sorted(seeds)}
+    seeds = {seed for x in (yes, no) if isinstance(x, Dual) for seed in x.partials}
+    partials: dict[int, Value] = {}
+    for seed in sorted(seeds):
+        partials[seed] = choose(condition, partial_of(yes, seed), partial_of(no, seed))
     return Dual(value, partials) if partials else value

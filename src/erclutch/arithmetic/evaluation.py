@@ -55,7 +55,8 @@ class Numbers:
         if node.operation == "network":
             assert self.network is not None
             return self.network(np.array(np.broadcast_arrays(*arguments)))
-        return (_NUMPY.get(node.operation) or self._functions[node.operation])(*arguments)
+        function = _NUMPY.get(node.operation) or self._functions[node.operation]
+        return function(*arguments)
 
     @cached_property
     def _functions(self) -> Mapping[str, Callable[..., Any]]:
@@ -100,19 +101,22 @@ def evaluate(
     """
     rows = max((np.shape(x)[-1] for x in inputs.values()), default=1)
     wanted = record.outputs if outputs is None else outputs
-    run = _Run(record, inputs, arithmetic, rows, dict(given or {}))
+    run = _Run(record, inputs, arithmetic, rows, known=dict(given or {}))
     with np.errstate(all="ignore"):
         for part, cyclic in _parts(record, wanted, run.known):
-            if cyclic:
-                if not run.hold(part):
-                    run.row_by_row(part)
-            elif part[0] not in run.known:
-                run.known[part[0]] = run.value(part[0])
-    return [run.all_rows(n) for n in wanted]
+            if not cyclic:
+                (node,) = part
+                if node not in run.known:
+                    run.known[node] = run.value(node)
+            elif not run.hold(part):  # all rows at once if the cycle only holds a value
+                run.row_by_row(part)
+    return [run.all_rows(node) for node in wanted]
 
 
 @dataclass
 class _Run:
+    """A record on its way through some rows; `known` holds the nodes that have a value over all rows."""
+
     record: Record
     inputs: Mapping[str, AnyArray]
     arithmetic: Arithmetic
@@ -140,63 +144,78 @@ class _Run:
         if node.operation != "call":
             return self.arithmetic.apply(node, arguments)
         called = self.record.calls[str(node.value)]
-        return evaluate(called, dict(zip(called.inputs(), arguments, strict=True)), self.arithmetic)[0]
+        inputs = dict(zip(called.inputs(), arguments, strict=True))
+        return evaluate(called, inputs, self.arithmetic)[0]
 
     def _rows_back(self, node: Node) -> NDArray[np.int64]:
         """For each row the row that a delay reads: none ahead of the last row without one before it."""
-        going = self.all_rows(node.arguments[1])
-        at = np.arange(self.rows)
-        first = np.maximum.accumulate(np.where(going, 0, at))
-        return np.maximum(at - node.value[1], first)
+        _, back = node.value  # rows
+        has_one_before = self.all_rows(node.arguments[1])
+        row = np.arange(self.rows)
+        first = np.maximum.accumulate(np.where(has_one_before, 0, row))
+        return np.maximum(row - back, first)
 
     def hold(self, part: Sequence[Node]) -> bool:
-        """The nodes of a cycle that only keeps a value until another replaces it; whether it is such a cycle."""
-        inside, state = set(part), part[0]
+        """The nodes of a cycle that only keeps a value until another replaces it; whether it is such a cycle.
+
+        Each node of such a cycle is in each row either the state as it was before, or a value from outside. So all
+        rows are known at once: the state is the last value that came from outside.
+        """
+        inside = set(part)
+        state = part[0]
         if state.operation != "state" or not all(_holds(node, inside) for node in part[1:]):
             return False
         zero = self.arithmetic.zero(state)
-        found: dict[Node, tuple[Any, Any]] = {state: (np.ones(self.rows, np.bool_), zero)}  # kept?, else which value
+        nowhere, everywhere = np.zeros(self.rows, np.bool_), np.ones(self.rows, np.bool_)
+        held: dict[Node, tuple[Any, Any]] = {state: (everywhere, zero)}  # the rows that keep the state; else the value
 
         def of(node: Node) -> tuple[Any, Any]:
-            return found[node] if node in inside else (np.zeros(self.rows, np.bool_), self.all_rows(node))
+            return held[node] if node in inside else (nowhere, self.all_rows(node))
 
         for node in part[1:]:
             if node.operation == "choose":
-                chosen = self.all_rows(node.arguments[0])
-                (yes_kept, yes), (no_kept, no) = (of(a) for a in node.arguments[1:])
-                found[node] = np.where(chosen, yes_kept, no_kept), np.where(chosen, yes, no)
-            else:
-                (kept, value), (_, other) = (of(a) for a in sorted(node.arguments, key=lambda a: a not in inside))
-                found[node] = kept & ~other, value | other
-        kept, value = found[self.record.after[str(state.value)]]
-        last = np.maximum.accumulate(np.where(kept, -1, np.arange(self.rows)))
-        after = np.where(last >= 0, np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))[..., last], zero)
-        before = np.concatenate([np.broadcast_to(zero, (*after.shape[:-1], 1)), after[..., :-1]], axis=-1)
-        for node, (kept, value) in found.items():
+                condition, yes, no = node.arguments
+                chosen = self.all_rows(condition)
+                yes_kept, yes_value = of(yes)
+                no_kept, no_value = of(no)
+                held[node] = np.where(chosen, yes_kept, no_kept), np.where(chosen, yes_value, no_value)
+            else:  # "either": a truth from outside makes it true, whatever the state
+                within, outer = sorted(node.arguments, key=lambda a: a not in inside)
+                kept, value = of(within)
+                _, other = of(outer)
+                held[node] = kept & ~other, value | other
+
+        kept, value = held[self.record.after[str(state.value)]]
+        values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))
+        last = np.maximum.accumulate(np.where(kept, -1, np.arange(self.rows)))  # row of the last value from outside
+        after = np.where(last >= 0, values[..., last], zero)
+        first = np.broadcast_to(zero, (*after.shape[:-1], 1))
+        before = np.concatenate([first, after[..., :-1]], axis=-1)
+        for node, (kept, value) in held.items():
             self.known[node] = np.where(kept, before, value)
         return True
 
     def row_by_row(self, part: Sequence[Node]) -> None:
         """The nodes of a cycle."""
         inside = set(part)
-        found: dict[Node, list[Any]] = {node: [] for node in part}
-        back = {n: self._rows_back(n) for n in part if n.operation == "delay"}
+        so_far: dict[Node, list[Any]] = {node: [] for node in part}  # a value a row
+        delayed = {n: self._rows_back(n) for n in part if n.operation == "delay"}
         outer = {a: self.all_rows(a) for n in part for a in n.arguments if a not in inside}
 
-        def at(node: Node, k: int) -> Any:
-            return found[node][k] if node in inside else outer[node][..., k : k + 1]
+        def at(node: Node, row: int) -> Any:
+            return so_far[node][row] if node in inside else outer[node][..., row : row + 1]
 
-        for k in range(self.rows):
+        for row in range(self.rows):
             for node in part:
                 if node.operation == "state":
                     later = self.record.after[str(node.value)]
-                    value = found[later][k - 1] if k else self.arithmetic.zero(node)
+                    value = so_far[later][row - 1] if row else self.arithmetic.zero(node)
                 elif node.operation == "delay":
-                    value = at(node.arguments[0], int(back[node][k]))
+                    value = at(node.arguments[0], int(delayed[node][row]))
                 else:
-                    value = self._applied(node, [at(a, k) for a in node.arguments])
-                found[node].append(value)
-        for node, values in found.items():
+                    value = self._applied(node, [at(a, row) for a in node.arguments])
+                so_far[node].append(value)
+        for node, values in so_far.items():
             self.known[node] = np.concatenate(values, axis=-1)
 
 
@@ -214,38 +233,45 @@ def _parts(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -
     def needs(node: Node) -> tuple[Node, ...]:
         if node in known:
             return ()
-        return (record.after[str(node.value)],) if node.operation == "state" else node.arguments
+        if node.operation == "state":
+            return (record.after[str(node.value)],)
+        return node.arguments
 
-    parts = [sorted(part, key=lambda n: n.index) for part in _components(outputs, needs)]
-    return [(part, len(part) > 1 or part[0] in needs(part[0])) for part in parts]
+    parts: list[tuple[list[Node], bool]] = []
+    for component in _components(outputs, needs):
+        part = sorted(component, key=lambda node: node.index)
+        cyclic = len(part) > 1 or part[0] in needs(part[0])
+        parts.append((part, cyclic))
+    return parts
 
 
 def _components(roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]]) -> list[list[Node]]:
     """Strongly connected parts of all that the roots need, each after what it needs (Tarjan, without recursion)."""
-    place: dict[Node, int] = {}
-    lowest: dict[Node, int] = {}
-    open_: dict[Node, None] = {}
-    found: list[list[Node]] = []
+    place: dict[Node, int] = {}  # in the order of visits
+    lowest: dict[Node, int] = {}  # place that can be reached from a node
+    pending: dict[Node, None] = {}  # visited, in no part as yet
+    parts: list[list[Node]] = []
     for root in roots:
         work = [] if root in place else [(root, iter(needs(root)))]
         while work:
             node, rest = work[-1]
             if node not in place:
                 place[node] = lowest[node] = len(place)
-                open_[node] = None
+                pending[node] = None
             for other in rest:
                 if other not in place:
                     work.append((other, iter(needs(other))))
                     break
-                if other in open_:
+                if other in pending:
                     lowest[node] = min(lowest[node], place[other])
             else:
                 work.pop()
                 if work:
-                    lowest[work[-1][0]] = min(lowest[work[-1][0]], lowest[node])
-                if lowest[node] == place[node]:
-                    part = [other for other in open_ if place[other] >= place[node]]
+                    above, _ = work[-1]
+                    lowest[above] = min(lowest[above], lowest[node])
+                if lowest[node] == place[node]:  # nothing earlier can be reached: the part is complete
+                    part = [other for other in pending if place[other] >= place[node]]
                     for other in part:
-                        del open_[other]
-                    found.append(part)
-    return found
+                        del pending[other]
+                    parts.append(part)
+    return parts

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.precision import FLOAT64
-from erclutch.arithmetic.record import FUNCTIONS, Record, traced
+from erclutch.arithmetic.record import FUNCTIONS, Node, Record, traced
 from erclutch.arithmetic.recursion import machine_code
 from erclutch.signals.array import Array
 
@@ -46,11 +46,15 @@ class Machine:
 def machine_of(record: Record) -> Machine:
     """The machine of a record without state."""
     inputs = [n.index for n in record.nodes if n.operation == "input"]
-    made = _Writing([np.uint64(0)] * len(inputs), [0] * len(inputs))
-    output = made.write(record, {index: place for place, index in enumerate(inputs)})
+    writing = _Writing(registers=[np.uint64(0)] * len(inputs), depths=[0] * len(inputs))
+    output = writing.write(record, {index: register for register, index in enumerate(inputs)})
     # Equal operations side by side: processors foresee which comes next.
-    made.code.sort(key=lambda line: (made.depths[line[1]], line[0]))
-    return Machine(np.array(made.code, np.uint32), np.array(made.registers).view(np.float64), output)
+    writing.code.sort(key=lambda line: (writing.depths[line[1]], line[0]))
+    return Machine(
+        np.array(writing.code, np.uint32),
+        np.array(writing.registers).view(np.float64),
+        output,
+    )
 
 
 @dataclass
@@ -67,21 +71,28 @@ class _Writing:
             if node.index in places:
                 continue
             arguments = [places[a.index] for a in node.arguments]
-            if node.operation in ("bits_of", "real_of_bits"):
+            if node.operation in ("bits_of", "real_of_bits"):  # a register is both
                 places[node.index] = arguments[0]
             elif node.operation in FUNCTIONS or node.operation in record.calls:
                 called = record.calls.get(node.operation) or traced(node.operation, FLOAT64)
                 inputs = [n.index for n in called.nodes if n.operation == "input"]
                 places[node.index] = self.write(called, dict(zip(inputs, arguments, strict=True)))
             else:
-                places[node.index] = len(self.registers)
-                if node.operation != "constant":
-                    padded = (*arguments, 0, 0, 0)[:3]
-                    self.code.append((_OPERATIONS.index(node.operation), len(self.registers), *padded))
-                value = node.value if node.operation == "constant" else 0
-                self.registers.append(np.uint64(value) if node.kind == "bits" else np.float64(value).view(np.uint64))
-                self.depths.append(1 + max((self.depths[a] for a in arguments), default=0))
+                places[node.index] = self._written(node, arguments)
         return places[record.outputs[0].index]
+
+    def _written(self, node: Node, arguments: list[int]) -> int:
+        """A new register for an operation on registers, or for a constant."""
+        register = len(self.registers)
+        constant = node.value
+        if node.operation != "constant":
+            constant = 0
+            a, b, c = (*arguments, 0, 0, 0)[:3]
+            self.code.append((_OPERATIONS.index(node.operation), register, a, b, c))
+        bits = np.uint64(constant) if node.kind == "bits" else np.float64(constant).view(np.uint64)
+        self.registers.append(bits)
+        self.depths.append(1 + max((self.depths[a] for a in arguments), default=0))
+        return register
 
 
 def _run(code: NDArray[np.uint32], registers: Array, inputs: Array, output: int) -> float:  # noqa: C901  # a switch

@@ -80,19 +80,22 @@ class Record:
         """The node of an operation, a new one if it is the first time."""
         key = (operation, tuple(a.index for a in arguments), repr(value), kind)
         if key not in self._known:
-            self._known[key] = Node(len(self.nodes), operation, arguments, value, kind)
-            self.nodes.append(self._known[key])
+            new = Node(len(self.nodes), operation, arguments, value, kind)
+            self.nodes.append(new)
+            self._known[key] = new
         return self._known[key]
 
     def node_of(self, x: Any) -> Node:
         """The node of an operand or of a number."""
         if isinstance(x, Traced):
             return x.node
-        return self.node("constant", (), float(np.asarray(x).reshape(())[()] if np.size(x) == 1 else np.nan))
+        number = float(np.asarray(x).reshape(())[()]) if np.size(x) == 1 else np.nan
+        return self.node("constant", (), number)
 
     def operand(self, operation: str, *arguments: Any, value: Any = None, kind: ValueKind = "real") -> Traced:
         """The operand for an operation on operands and numbers."""
-        return Traced(self, self.node(operation, tuple(self.node_of(x) for x in arguments), value, kind))
+        nodes = tuple(self.node_of(x) for x in arguments)
+        return Traced(self, self.node(operation, nodes, value, kind))
 
     def input(self, name: str) -> Traced:
         """An operand for an input."""
@@ -114,8 +117,9 @@ class Record:
 
     def give(self, value: Any) -> Node:
         """Make a traced value, or a plain number, an output."""
-        self.outputs.append(self.node_of(value))
-        return self.outputs[-1]
+        output = self.node_of(value)
+        self.outputs.append(output)
+        return output
 
     # Truths: operands of this kind, or a plain bool that is known while recording.
 
@@ -154,8 +158,9 @@ class Record:
     def call(self, name: str, function: Callable[..., Any], **arguments: Any) -> Any:
         """A function that is recorded by itself and called here; targets with functions print it once."""
         called = self.calls.get(name) or recorded(function, tuple(arguments))
-        if called.outputs[0].operation == "input":  # it gives back what it gets
-            return arguments[str(called.outputs[0].value)]
+        output = called.outputs[0]
+        if output.operation == "input":  # it gives back what it gets
+            return arguments[str(output.value)]
         self.calls[name] = called
         return self.operand("call", *arguments.values(), value=name)
 
@@ -169,17 +174,22 @@ class Record:
 
     def registers(self) -> dict[str, int]:
         """Delay registers by name: how many rows each goes back."""
-        found: dict[str, int] = {}
+        longest: dict[str, int] = {}
         for node in self.needed():
             if node.operation == "delay":
                 name, rows = node.value
-                found[name] = max(rows, found.get(name, 0))
-        return found
+                longest[name] = max(rows, longest.get(name, 0))
+        return longest
 
     def entering(self) -> dict[str, tuple[Node, Node]]:
         """What enters each delay register, and whether there was a row before: if not, it fills all of it."""
-        delays = [n for n in self.needed() if n.operation == "delay"]
-        return {n.value[0]: (n.arguments[0], n.arguments[1]) for n in delays}
+        entering: dict[str, tuple[Node, Node]] = {}
+        for node in self.needed():
+            if node.operation == "delay":
+                name, _ = node.value
+                signal, has_row_before = node.arguments
+                entering[name] = signal, has_row_before
+        return entering
 
     def inputs(self) -> list[str]:
         """Names of the inputs, in the order in which they were made."""
@@ -187,14 +197,15 @@ class Record:
 
     def flat(self) -> Record:
         """The same with what it calls in place of the calls."""
-        made = Record()
-        known = _copy(self, made, {})
-        made.outputs = [known[n.index] for n in self.outputs]
-        made.after = {name: known[n.index] for name, n in self.after.items()}
-        return made
+        flat = Record()
+        copies = _copy(self, flat, {})
+        flat.outputs = [copies[n.index] for n in self.outputs]
+        flat.after = {name: copies[n.index] for name, n in self.after.items()}
+        return flat
 
 
 def _copy(record: Record, into: Record, known: dict[int, Node]) -> dict[int, Node]:
+    """The copies of a record's nodes by their index; some, such as its inputs, are known before."""
     for node in record.needed():
         if node.index in known:
             continue
@@ -245,21 +256,25 @@ class Traced(RecordingOperand):
                 f"no C for NumPy's {ufunc.__name__}",
                 remedy=f"Write the law with {', '.join(sorted(u.__name__ for u in _UFUNCS))}",
             )
-        return Traced(self.owner, self._record(operation, [self.owner.node_of(x) for x in inputs]))
+        nodes = [self.owner.node_of(x) for x in inputs]
+        return Traced(self.owner, self._record(operation, nodes))
 
     def record(self, operation: str, *arguments: Any, bits: bool = False) -> Traced:
         """A choice, or an operation on bits; a plain integer stands for bits."""
+        record = self.owner
         if operation == "less_select":
-            return self.owner.choose(self.owner.less(*arguments[:2]), *arguments[2:])
+            a, b, yes, no = arguments
+            return record.choose(record.less(a, b), yes, no)
         if operation == "table":
+            table, *places = arguments
             kinds: dict[str, ValueKind] = {"b": "truth", "i": "bits", "f": "real"}
-            kind = kinds[np.array(arguments[0]).dtype.kind]
-            return self.owner.operand("table", *arguments[1:], value=arguments[0], kind=kind)
-        nodes = [
-            self.owner.node("constant", (), x, kind="bits") if bits and isinstance(x, int) else self.owner.node_of(x)
-            for x in arguments
-        ]
-        return Traced(self.owner, self.owner.node(operation, tuple(nodes), kind="bits" if bits else "real"))
+            kind = kinds[np.array(table).dtype.kind]
+            return record.operand("table", *places, value=table, kind=kind)
+        nodes: list[Node] = []
+        for x in arguments:
+            as_bits = bits and isinstance(x, int)
+            nodes.append(record.node("constant", (), x, kind="bits") if as_bits else record.node_of(x))
+        return Traced(record, record.node(operation, tuple(nodes), kind="bits" if bits else "real"))
 
     def _record(self, operation: str, nodes: list[Node]) -> Node:
         """A node, or a simpler one of exactly the same value."""
@@ -277,14 +292,16 @@ class Traced(RecordingOperand):
     def _power(self, nodes: list[Node], exponent: Any) -> Node:
         if exponent is None:
             raise ExportError("a power whose exponent is no constant", remedy="Write it with exp and a parameter")
+        base = nodes[0]
         one = self.owner.node("constant", (), 1.0)
-        exact = {0.0: one, 1.0: nodes[0]}
-        if exponent in exact:
-            return exact[exponent]
+        if exponent == 0.0:
+            return one
+        if exponent == 1.0:
+            return base
         if exponent == -1.0:
-            return self.owner.node("divide", (one, nodes[0]))
+            return self.owner.node("divide", (one, base))
         if exponent == 2.0:
-            return self.owner.node("multiply", (nodes[0], nodes[0]))
+            return self.owner.node("multiply", (base, base))
         return self.owner.node("power", tuple(nodes))
 
 
@@ -308,6 +325,10 @@ _UFUNCS: dict[np.ufunc, str] = {
 def traced(name: str, precision: Precision) -> Record:
     """An elementary function as a record, with inputs x (and n)."""
     record = Record()
-    arguments = [record.input(a) for a in (("x", "n") if name == "power" else ("x",))]
-    record.give(absolute(*arguments) if name == "absolute" else BY_NAME[name](format_of(precision), *arguments))
+    names = ("x", "n") if name == "power" else ("x",)
+    arguments = [record.input(name_of) for name_of in names]
+    if name == "absolute":
+        record.give(absolute(*arguments))
+    else:
+        record.give(BY_NAME[name](format_of(precision), *arguments))
     return record

@@ -29,6 +29,10 @@ from erclutch.signals.clock import Clock
 #: The new states from those before and from the inputs of a row.
 Advance = Callable[[tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
 
+#: Rows up to which a loop runs in Python: a prediction of a few rows need not wait for a compiler.
+_FEW_ROWS = 1000
+#: Rows after which Numba, which takes a second to load and to compile, has paid.
+_WORTH_COMPILING = 100_000
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -37,13 +41,15 @@ def steps_of(clock: Clock) -> Array:
     """Sampling step that ends at each row, in s; the first row of a span gets the following one's."""
     steps = np.empty(clock.time.size)
     for span in clock.spans:
-        at = slice(span.start, span.stop)
+        rows = slice(span.start, span.stop)
         if span.period is not None:
-            steps[at] = span.period
+            steps[rows] = span.period
         elif span.stop - span.start > 1:
-            steps[at] = np.diff(clock.time[at], prepend=2 * clock.time[span.start] - clock.time[span.start + 1])
+            time = clock.time[rows]
+            before = 2 * time[0] - time[1]  # as if the first step had been the second
+            steps[rows] = np.diff(time, prepend=before)
         else:
-            steps[at] = 1.0  # a lone row is settled, whatever the step
+            steps[rows] = 1.0  # a lone row is settled, whatever the step
     return steps
 
 
@@ -68,33 +74,45 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
         first: the value in the first row of each span: shape (n,) of which those rows count, or a number, or a dual.
         clock: the rows' spans.
     """
-    keeps, values = np.asarray(value_of(keep)), np.asarray(value_of(drive))
-    keeps = np.ascontiguousarray(np.broadcast_to(keeps, values.shape), np.float64)
-    x = _solved(keeps, [values], [value_of(first)], clock)[0]
+    drives = np.asarray(value_of(drive))
+    keeps = np.ascontiguousarray(
+        np.broadcast_to(np.asarray(value_of(keep)), drives.shape),
+        np.float64,
+    )
+    x = _solved(keeps, [drives], [value_of(first)], clock)[0]
     if isinstance(drive, ArrayAsInC):
         return array_as_in_c(x)
-    seeds = sorted({seed for part in (keep, drive, first) if isinstance(part, Dual) for seed in part.partials})
+    seeds = _seeds_of(keep, drive, first)
     if not seeds:
         return x
+
+    # The derivative of x_k = keep_k x_{k-1} + drive_k: the same recursion, driven by the derivatives of its parts.
     before = np.concatenate([[0.0], x[:-1]])
     slopes = [partial_of(drive, seed) + partial_of(keep, seed) * before for seed in seeds]
-    partials = _solved(keeps, slopes, [partial_of(first, seed) for seed in seeds], clock)
+    firsts = [partial_of(first, seed) for seed in seeds]
+    partials = _solved(keeps, slopes, firsts, clock)
     return Dual(x, dict(zip(seeds, partials, strict=True)))
+
+
+def _seeds_of(*operands: Any) -> list[int]:
+    """Seeds on which some operands depend, in order."""
+    return sorted({seed for x in operands if isinstance(x, Dual) for seed in x.partials})
 
 
 def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> Array:
     """The recursion of several drives with the same share kept, shape (drives, n)."""
     starts = starts_of(clock)
-    right = np.empty((len(drives), keep.size))
-    for row, drive, first in zip(right, drives, firsts, strict=True):
+    x = np.empty((len(drives), keep.size))  # the drives, in whose place the loop writes the values
+    for row, drive, first in zip(x, drives, firsts, strict=True):
         row[:] = drive
         row[starts] = first if np.ndim(first) == 0 else first[starts]
     if clock.carry:
-        clock.carry.into(right[:, 0])
-    _quick(_run_one if len(right) == 1 else _run_all, keep.size)(keep, right, np.array(starts))
+        clock.carry.into(x[:, 0])
+    loop = _quick(_run_one if len(x) == 1 else _run_all, keep.size)
+    loop(keep, x, np.array(starts))
     if clock.carry:
-        clock.carry.end.append(right[:, clock.carry.at].copy())
-    return right
+        clock.carry.end.append(x[:, clock.carry.at].copy())
+    return x
 
 
 @cache
@@ -106,12 +124,11 @@ def machine_code(function: F) -> F:
     return cast(F, compiler(function))
 
 
-def _quick(function: F, rows: int) -> F:
-    """A loop over rows as machine code; a prediction of a few rows need not wait for a compiler."""
-    return machine_code(function) if rows > _FEW_ROWS else np.errstate(all="ignore")(function)
-
-
-_FEW_ROWS = 1000
+def _quick(loop: F, rows: int) -> F:
+    """A loop over rows, as machine code where the rows are many."""
+    if rows > _FEW_ROWS:
+        return machine_code(loop)
+    return np.errstate(all="ignore")(loop)
 
 
 def _run_one(keep: Array, right: Array, starts: Array) -> None:
@@ -155,74 +172,81 @@ def follow(
     Returns:
         Each state, shape (n,); duals where an argument is a dual.
     """
-    rows, starts = clock.time.size, starts_of(clock)
-    exactly = any(isinstance(value_of(x), ArrayAsInC) for x in inputs)
-    begin = _begun([_at(value_of(x), starts, rows) for x in first], clock)
-    if linear and not exactly:
-        values = [value_of(x) for x in inputs]
-        solve, drive = _linearised(advance, [np.zeros(rows) for _ in first], values, starts)
+    rows = clock.time.size
+    starts = starts_of(clock)
+
+    def begun(firsts: Sequence[Any]) -> list[Array]:
+        """The states in the first row of each span; those of the first span may come from the rows before."""
+        states = [np.asarray(np.broadcast_to(np.asarray(x, np.float64), (rows,))[starts]) for x in firsts]
+        if not (clock.carry and clock.carry.begin):
+            return states
+        carried = np.array(states)
+        clock.carry.into(carried[:, 0])
+        return list(carried)
+
+    def handed_on(states: Sequence[Array]) -> None:
+        """Keep the last states for the rows that come later."""
+        if clock.carry:
+            clock.carry.end.append(np.array([x[clock.carry.at] for x in states]))
+
+    as_in_c = any(isinstance(value_of(x), ArrayAsInC) for x in inputs)
+    begin = begun([value_of(x) for x in first])
+    values = [value_of(x) for x in inputs]
+    if linear and not as_in_c:
+        at_rest = [np.zeros(rows) for _ in first]
+        solve, drive = _linearised(advance, at_rest, values, starts)
         states = solve([value_of(x) for x in drive], begin)
     else:
-        states = _rolled(advance, begin, [value_of(x) for x in inputs], clock)
-    _handed_on(states, clock)
-    seeds = sorted({seed for x in (*first, *inputs) if isinstance(x, Dual) for seed in x.partials})
-    if exactly or not seeds:
-        return tuple(array_as_in_c(x) if exactly else x for x in states)
+        states = _rolled(advance, begin, values, clock)
+    handed_on(states)
+    if as_in_c:
+        return tuple(array_as_in_c(x) for x in states)
+    seeds = _seeds_of(*first, *inputs)
+    if not seeds:
+        return tuple(states)
+
     before = [np.concatenate([[0.0], x[:-1]]) for x in states]
     solve, drive = _linearised(advance, before, inputs, starts)
-    partials: dict[int, list[Array]] = {}
+    partials: dict[int, list[Array]] = {}  # of all states, by seed
     for seed in seeds:
-        begin = _begun([_at(partial_of(x, seed), starts, rows) for x in first], clock)
+        begin = begun([partial_of(x, seed) for x in first])
         partials[seed] = solve([partial_of(x, seed) for x in drive], begin)
-        _handed_on(partials[seed], clock)
+        handed_on(partials[seed])
     return tuple(Dual(x, {seed: partials[seed][i] for seed in seeds}) for i, x in enumerate(states))
-
-
-def _begun(firsts: list[Array], clock: Clock) -> list[Array]:
-    """The states in the first row of each span; that of the first span may come from the rows before."""
-    if clock.carry and clock.carry.begin:
-        own = np.array(firsts)
-        clock.carry.into(own[:, 0])
-        return list(own)
-    return firsts
-
-
-def _handed_on(states: Sequence[Array], clock: Clock) -> None:
-    if clock.carry:
-        clock.carry.end.append(np.array([x[clock.carry.at] for x in states]))
 
 
 def _linearised(
     advance: Advance, before: Sequence[Array], inputs: Sequence[Any], starts: list[int]
 ) -> tuple[_Triangular, Sequence[Any]]:
     """The linear system of a recursion around some states, and the new states with their other derivatives."""
-    own = [Dual(x, {-1 - j: 1.0}) for j, x in enumerate(before)]
-    after = advance(tuple(own), tuple(inputs))
-    keeps = [[partial_of(x, -1 - j) for j in range(len(before))] for x in after]
+    # Seeds of the states are negative: those of parameters count from zero.
+    own = [-1 - j for j in range(len(before))]
+    states = tuple(Dual(x, {seed: 1.0}) for x, seed in zip(before, own, strict=True))
+    after = advance(states, tuple(inputs))
+    keeps = [[partial_of(x, seed) for seed in own] for x in after]
     return _Triangular(keeps, starts, before[0].size), after
 
 
 def _rolled(advance: Advance, first: Sequence[Array], inputs: Sequence[Any], clock: Clock) -> list[Array]:
     """The states row by row, in Python's floats or compiled: with the same bits, as IEEE arithmetic has no choice."""
-    given = np.column_stack([np.broadcast_to(np.asarray(x, np.float64), clock.time.shape) for x in inputs])
-    begin = np.column_stack(first)
-    out = np.empty((clock.time.size, len(first)))
+    rows = clock.time.size
+    given = np.column_stack([np.broadcast_to(np.asarray(x, np.float64), (rows,)) for x in inputs])
+    begin = np.column_stack(first)  # shape (spans, states)
+    states = np.empty((rows, len(first)))
     loop = _loop_of(advance)
-    loop.rows += clock.time.size
+    loop.rows += rows
     if loop.rows > _WORTH_COMPILING:
-        loop.compiled()(begin, np.array(starts_of(clock)), given, out)
-        return [np.ascontiguousarray(out[:, j]) for j in range(len(first))]
-    rows: list[tuple[float, ...]] = [tuple(row) for row in given.tolist()]
-    for start, span in zip(begin.tolist(), clock.spans, strict=True):
-        state: tuple[float, ...] = tuple(start)
-        out[span.start] = state
-        for k in range(span.start + 1, span.stop):
-            state = out[k] = advance(state, rows[k])
-    return [np.ascontiguousarray(out[:, j]) for j in range(len(first))]
-
-
-#: Rows after which Numba, which takes a second to load and to compile, has paid.
-_WORTH_COMPILING = 100_000
+        loop.compiled()(begin, np.array(starts_of(clock)), given, states)
+    else:
+        # Python's floats are faster than NumPy's, one at a time.
+        inputs_of: list[tuple[float, ...]] = [tuple(row) for row in given.tolist()]
+        for start, span in zip(begin.tolist(), clock.spans, strict=True):
+            state: tuple[float, ...] = tuple(start)
+            states[span.start] = state
+            for k in range(span.start + 1, span.stop):
+                state = advance(state, inputs_of[k])
+                states[k] = state
+    return [np.ascontiguousarray(states[:, j]) for j in range(len(first))]
 
 
 @dataclass
@@ -235,12 +259,14 @@ class _Loop:
 
     def compiled(self) -> Callable[..., None]:
         """The loop as machine code, by Numba, without fast-math."""
-        self.made = self.made or _compiled_loop(self.advance)
+        if self.made is None:
+            self.made = _compiled_loop(self.advance)
         return self.made
 
 
 @cache
 def _loop_of(advance: Advance) -> _Loop:
+    """The step's loop, which is the same at every call, so that its rows add up."""
     return _Loop(advance)
 
 
@@ -250,16 +276,16 @@ def _compiled_loop(advance: Advance) -> Any:
     _teach_numba()
     step: Any = numba.njit(error_model="numpy")(advance)
 
-    def loop(first: Any, starts: Any, given: Any, out: Any) -> None:
+    def loop(first: Any, starts: Any, given: Any, states: Any) -> None:
         span = 0
         for k in range(given.shape[0]):
             if span < starts.size and k == starts[span]:
-                out[k] = first[span]
+                states[k] = first[span]
                 span += 1
             else:
-                after = step(out[k - 1], given[k])
-                for j in range(out.shape[1]):
-                    out[k, j] = after[j]
+                after = step(states[k - 1], given[k])
+                for j in range(states.shape[1]):
+                    states[k, j] = after[j]
 
     return numba.njit(nogil=True, error_model="numpy")(loop)
 
@@ -278,10 +304,6 @@ def _teach_numba() -> None:
     extending.overload(less_select)(choice)
 
 
-def _at(first: Any, starts: list[int], rows: int) -> Array:
-    return np.asarray(np.broadcast_to(np.asarray(first, np.float64), (rows,))[starts])
-
-
 class _Triangular:
     """The system of a linear recursion of m states, solved for one drive after another.
 
@@ -292,22 +314,26 @@ class _Triangular:
     """
 
     def __init__(self, keeps: Sequence[Sequence[Any]], starts: list[int], rows: int) -> None:
-        self.starts, self.rows, self.states = starts, rows, len(keeps)
-        m = self.states
+        self.starts = starts
+        self.rows = rows
+        self.states = m = len(keeps)
+        # The unknowns stand row by row, all states of a row together, so state i of a row stands m + i - j below
+        # state j of the row before. BLAS wants each diagonal as a line.
         self.band = np.zeros((2 * m, m * rows), order="F")
-        for i, line in enumerate(keeps):
-            for j, keep in enumerate(line):
-                column = self.band[m + i - j, j::m]
-                column[:-1] = -np.broadcast_to(np.asarray(keep), (rows,))[1:]
-                column[[start - 1 for start in starts if start]] = 0.0
+        last_of_spans = [start - 1 for start in starts if start]
+        for i, kept in enumerate(keeps):
+            for j, keep in enumerate(kept):
+                line = self.band[m + i - j, j::m]
+                line[:-1] = -np.broadcast_to(np.asarray(keep), (rows,))[1:]
+                line[last_of_spans] = 0.0  # nothing goes on into another span
 
     def __call__(self, drive: Sequence[Any], first: Sequence[Array]) -> list[Array]:
         from scipy.linalg.blas import dtbsv
 
         m = self.states
         right = np.empty(m * self.rows)
-        for i, (part, begin) in enumerate(zip(drive, first, strict=True)):
-            right[i::m] = part
+        for i, (driven, begin) in enumerate(zip(drive, first, strict=True)):
+            right[i::m] = driven
             right[[m * start + i for start in self.starts]] = begin
         x: Array = dtbsv(2 * m - 1, self.band, right, lower=1, diag=1, overwrite_x=1)
         return [np.ascontiguousarray(x[i::m]) for i in range(m)]
@@ -326,7 +352,8 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
     if clock.carry and clock.carry.begin:  # the state of the recursion that follows
         u = u.copy()
         clock.carry.into(u[:1])
-    _quick(_run_switched, u.size)(np.ascontiguousarray(u, np.float64), up, down, np.array(starts_of(clock)), rising)
+    u = np.ascontiguousarray(u, np.float64)
+    _quick(_run_switched, u.size)(u, up, down, np.array(starts_of(clock)), rising)
     return rising
 
 
