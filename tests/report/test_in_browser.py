@@ -13,6 +13,7 @@ import pytest
 
 from erclutch.report.html.report_page import write_report
 from erclutch.report.html.runs_page import write_comparison
+from erclutch.report.html.verdict_section import RANKING
 from erclutch.report.numbers.paired_runs import pair
 from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.runs.run_folder import read_run
@@ -129,7 +130,7 @@ def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
         factor, close = material.effort.factor, 0.06 * rmse * material.effort.factor
         read = float(re.search(r"measured (-?[\d.]+)", text)[1])  # pyright: ignore[reportOptionalSubscript]
         assert read == pytest.approx(material.rows.data.effort[row] * factor, abs=close)
-        name = re.escape(material.recommended)
+        name = re.escape(material.title)
         found = re.search(rf"{name} (-?[\d.]+) \S+, off by (-?[\d.]+)", text)
         assert found is not None, text
         assert float(found[1]) == pytest.approx(material.rows.predicted[material.recommended][row] * factor, abs=close)
@@ -146,10 +147,10 @@ def test_a_heading_sorts_the_ranking(report: Path, material: Material, visit: Ca
     ranking = material.body["ranking"]
 
     def names() -> list[str]:
-        rows = page.locator("table.ranking tbody tr .name").all_text_contents()
-        return [row.split(" ")[0].strip() for row in rows]
+        ids = page.locator("table.ranking").first.locator("tbody tr .rank").all_text_contents()
+        return [ranking[int(each.removeprefix("m")) - 1]["name"] for each in ids]
 
-    best_first = [entry["name"] for entry in ranking]
+    best_first = [entry["name"] for entry in RANKING.fill(material)["first"]]
     assert names() == best_first
     page.get_by_role("button", name="Parameters", exact=True).click()
     assert names() == sorted(best_first, key=lambda name: material.run.entry(name)["parameters_count"])
@@ -228,11 +229,11 @@ def test_the_keyboard_is_enough(report: Path, material: Material, visit: Callabl
 def test_a_model_is_added_and_left_out(report: Path, material: Material, visit: Callable[..., Any]) -> None:
     page = visit(report)
     before = shown(page)
-    other = next(n for n in material.run.names if n not in before.split())
+    other = next(name for name, title in material.titles.items() if title not in before)
     page.select_option("#add-model", other)
     rows_of(page)
-    assert other in shown(page)
-    page.get_by_role("button", name=f"Leave out {other}").click()
+    assert material.titles[other] in shown(page)
+    page.get_by_role("button", name=f"Leave out {material.titles[other]}", exact=True).click()
     rows_of(page)
     assert shown(page) == before
 
@@ -273,7 +274,8 @@ def test_loops_and_the_constants_of_the_stages(scheme: str, report: Path, visit:
     ]
     paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert len({*colours, paper}) == 3
-    table = page.locator("#dynamics details[open] table").inner_text()
+    page.locator("#dynamics details summary").click()
+    table = page.locator("#dynamics details[open] table").first.inner_text()
     assert "time constant" in table
     assert "ms" in table
 
@@ -285,6 +287,12 @@ def test_nothing_sticks_out(report: Path, visit: Callable[..., Any]) -> None:
         page.set_viewport_size({"width": width, "height": 900})
         rows_of(page)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize(("width", "height", "screens"), [(1440, 900, 8), (390, 844, 12)])
+def test_it_is_short(width: int, height: int, screens: int, report: Path, visit: Callable[..., Any]) -> None:
+    page = visit(report, width)
+    assert page.evaluate("document.documentElement.scrollHeight") <= screens * height
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (1440, "dark"), (390, "light")])
@@ -306,7 +314,7 @@ def test_a_comparison(
     other = run_maker(tmp_path, models=("casson",))
     path = write_comparison(pair([read_run(kept_run), read_run(other)]), tmp_path / "c.html")
     page = visit(path)
-    assert "casson" in shown(page)
+    assert "Casson law" in shown(page)
     drag(page, "effort", 0.4, 0.6)
     rows_of(page)
 

@@ -137,7 +137,7 @@ def long_chain(run_maker: Callable[..., Path], tmp_path_factory: pytest.TempPath
 def test_constants_of_any_chain_have_units_and_intervals(long_chain: Material) -> None:
     values = DYNAMICS.fill(long_chain)
     (model,) = values["models"]
-    assert model["name"] == LONG
+    assert model["title"] == long_chain.titles[LONG]
     assert [len(stage["rows"]) for stage in model["stages"]] == [3, 4, 1, 1]
     units = {str(row["meaning"]): row["unit"] for stage in model["stages"] for row in stage["rows"]}
     assert units["time constant of the rising field"] == "ms"

@@ -85,7 +85,13 @@ def test_another_log_is_refused(recording: Recording, runs: tuple[Run, Run], tmp
 
 def test_the_page_holds_all_runs(runs: tuple[Run, Run], tmp_path: Path) -> None:
     text = write_comparison(pair(runs), tmp_path / "c.html").read_text()
-    for words in ("a: quadratic", "b: ", "What was done differently", 'id="traces-plot"', 'class="badge synthetic"'):
+    for words in (
+        "a: Quadratic law",
+        "b: ",
+        "What was done differently",
+        'id="traces-plot"',
+        'class="badge synthetic"',
+    ):
         assert words in text
 
 

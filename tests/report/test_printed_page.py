@@ -65,10 +65,10 @@ def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_mode
     page = report_html(material)
     traces = page.partition('<section id="traces"')[2].partition("</section>")[0]
     assert traces.partition('class="print figures"')[2].count('<svg class="plot') == 3
-    parameters = page.partition('<section id="parameters"')[2].partition("</section>")[0]
-    shown = parameters.partition("<details open>")[2].partition("</details>")[0]
-    assert f"<b>{material.recommended}</b>" in shown
-    assert shown.count('<th scope="row">') >= len(material.law_parts[material.recommended].gains)
+    model = page.partition('<section id="model"')[2].partition("</section>")[0]
+    assert material.title in model
+    assert "<details" not in model, "a folded part is not printed"
+    assert model.count('<th scope="row">') == len(material.run.entry(material.recommended)["fit"]["parameters"])
 
 
 def test_without_a_browser_it_says_how_to_print(

@@ -55,7 +55,8 @@ def test_the_ranking_for_siunitx_and_for_a_program(material: Material) -> None:
     body = [line for line in text.splitlines() if line.endswith(r"\\")][1:]
     assert [line.count("&") for line in body] == [7, 7]
     rows = list(csv.DictReader(io.StringIO(PRINTERS["csv"](ranking_table(run)))))
-    assert [float(row["RMSE [N·m]"]) for row in rows] == [run.entry(row["Model"])["test"]["rmse"][0] for row in rows]
+    errors = {run.titles[name]: run.entry(name)["test"]["rmse"][0] for name in run.names}
+    assert {row["Model"]: float(row["RMSE [N·m]"]) for row in rows} == errors
 
 
 def test_parameters_of_a_law_and_of_a_network(material: Material) -> None:

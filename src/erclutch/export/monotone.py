@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from erclutch.models.model import Model, margins
@@ -37,24 +40,80 @@ def middles(model: Model) -> list[float]:
     return [0.5 * (low + high) for low, high in model.extras.values()]
 
 
-def monotone_share(model: Model) -> float:
-    """Share of lines of growing field, one for each side and pair of speeds, along which effort never turns."""
+@dataclass(frozen=True)
+class _Lines:
+    """Effort along lines of growing field on one side of zero field, each line at one pair of slips.
+
+    Attributes:
+        field: signed, from the origin outwards, shape (n,).
+        slips: of each element, shape (lines,) each.
+        effort: settled, shape (n, lines).
+    """
+
+    field: Array
+    slips: list[Array]
+    effort: Array
+
+
+def _lines(model: Model) -> Iterator[_Lines]:
     origin, plus, minus = sides(model)
     low, high = model.trained_on.slip
     grid = np.linspace(low, high, _SPEEDS)
     slips = [w.ravel() for w in np.meshgrid(*([grid] * (2 if model.structure.device == "coaxial" else 1)))]
     lines = slips[0].size
-    good = total = 0
-    scale = float(np.max(np.abs(model.trained_on.effort)))
     for end in (plus, minus):
         if end == origin:
             continue
-        field = np.repeat(np.linspace(origin, end, _FIELDS), lines)
-        tiled = [np.tile(w, _FIELDS) for w in slips]
-        extras = [np.full(field.size, v) for v in middles(model)]
-        effort = model.steady(apart(model, field), tiled, extras).reshape(_FIELDS, lines)
-        change = np.diff(effort, axis=0)
+        field = np.linspace(origin, end, _FIELDS)
+        repeated = np.repeat(field, lines)
+        extras = [np.full(repeated.size, v) for v in middles(model)]
+        effort = model.steady(apart(model, repeated), [np.tile(w, _FIELDS) for w in slips], extras)
+        yield _Lines(field, slips, effort.reshape(_FIELDS, lines))
+
+
+def monotone_share(model: Model) -> float:
+    """Share of lines of growing field, one for each side and pair of speeds, along which effort never turns."""
+    scale = float(np.max(np.abs(model.trained_on.effort)))
+    good = total = 0
+    for lines in _lines(model):
+        change = np.diff(lines.effort, axis=0)
         one_way = np.all(change >= -_SLACK * scale, axis=0) | np.all(change <= _SLACK * scale, axis=0)
         good += int(np.count_nonzero(one_way))
-        total += lines
+        total += one_way.size
     return good / total if total else 1.0
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Where a growing field moves the effort back the most.
+
+    Attributes:
+        back: by how much, as an effort of at least 0; 0 where the effort is monotone along all lines.
+        fields: magnitudes of the field where it begins and where it ends to move back.
+        slips: of each element.
+        farthest: the effort of the largest magnitude along all lines.
+    """
+
+    back: float
+    fields: tuple[float, float]
+    slips: tuple[float, ...]
+    farthest: float
+
+
+def worst_turn(model: Model) -> Turn:
+    """The largest way back of the settled effort along the lines that `monotone_share` counts."""
+    worst = Turn(0.0, (0.0, 0.0), (), 0.0)
+    farthest = 0.0
+    for lines in _lines(model):
+        way = np.where(lines.effort[-1] >= lines.effort[0], 1.0, -1.0)
+        ahead = lines.effort * way
+        reached = np.maximum.accumulate(ahead, axis=0)
+        end, line = np.unravel_index(int(np.argmax(reached - ahead)), ahead.shape)
+        begin = int(np.argmax(ahead[: end + 1, line]))
+        back = float(reached[end, line] - ahead[end, line])
+        if back > worst.back:
+            fields = abs(float(lines.field[begin])), abs(float(lines.field[end]))
+            worst = Turn(back, fields, tuple(float(w[line]) for w in lines.slips), 0.0)
+        largest = lines.effort.flat[int(np.argmax(np.abs(lines.effort)))]
+        farthest = max(farthest, float(largest), key=abs)
+    return Turn(worst.back, worst.fields, worst.slips, farthest)

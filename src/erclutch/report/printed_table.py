@@ -72,7 +72,7 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     """Models of a run, best first: parameters, RMSE on the rows held out, share of the standard deviation."""
     body, unit = run.body, unit_text(run.body["units"]["effort"])
     rows = [
-        (e["name"], e["parameters_count"], tuple(e["test"]["rmse"]), _per_cent(e["test"]["share"]))
+        (e["title"], e["parameters_count"], tuple(e["test"]["rmse"]), _per_cent(e["test"]["share"]))
         for e in body["ranking"][:most]
     ]
     error = f"RMSE [{unit}]" if unit else "RMSE"
@@ -81,8 +81,13 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     more = f" {left} more models are left out." if left > 0 else ""
     origins = {log["origin"] for log in body["logs"]} - {""}
     made = f" Data: {', '.join(sorted(origins))}." if origins else ""
-    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; recommended: {body['recommended']}."
+    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {_standing(run)}."
     return PaperTable(header, rows, f"{caption}{more}{made}")
+
+
+def _standing(run: Run) -> str:
+    chosen = run.body["recommended"]
+    return f"recommended: {run.titles[chosen]}" if chosen else "no model is recommended"
 
 
 def _per_cent(figure: Sequence[float | None]) -> Interval:
@@ -108,7 +113,7 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
         for p in numbers
     ]
     header = ("Parameter", "Value", "low", "high", "Unit", "Meaning")
-    return PaperTable(header, rows, f"Parameters of {entry['name']} with 95 % intervals.")  # pyright: ignore[reportArgumentType]
+    return PaperTable(header, rows, f"Parameters of the {entry['title']} with 95 % intervals.")  # pyright: ignore[reportArgumentType]
 
 
 def _latex(table: PaperTable) -> str:

@@ -31,8 +31,8 @@ def figure(
     """Draw a figure of a run at IEEE column width, with the numbers behind it as CSV. Without a name: list.
 
     Args:
-        name: Which figure: ranking, trace, error-map, parity, residual, flow-curves, loops or lag; 'all' for all that
-            the run can give.
+        name: Which figure: ranking, trace, error-map, parity, residual, model, flow-curves, loops or lag; 'all' for
+            all that the run can give.
         run: Folder that erclutch fit --out wrote.
         out: Folder for the files.
         start: First second of a trace, on the log's own clock.

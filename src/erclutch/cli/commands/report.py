@@ -17,6 +17,11 @@ COMMAND = {
 def report(
     run: Annotated[Path, Parameter(name="RUN")],
     *,
+    title: str | None = None,
+    device: str | None = None,
+    author: str | None = None,
+    date: str | None = None,
+    note: str | None = None,
     out: Path | None = None,
     pdf: Annotated[bool, Parameter(negative=())] = False,
     open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
@@ -25,7 +30,12 @@ def report(
     """Write the report of a run: one HTML file that needs nothing else, from the run folder alone.
 
     Args:
-        run: Folder that erclutch fit --out wrote.
+        run: Folder that erclutch fit --out wrote. What is said of it below is kept there, in about.json.
+        title: Title of the report. Default: the name of the log.
+        device: Which device was measured.
+        author: Who measured it, or fitted it.
+        date: Day, as 2026-07-31. Default: the day on which the run was written.
+        note: A sentence or two under the title.
         out: File to write. Default: report.html (or report.pdf) in the run folder.
         pdf: Let a browser print it to a PDF, in place of the HTML file; so does an --out that ends in .pdf.
         open_: Open the file when it is written.
@@ -33,12 +43,16 @@ def report(
     """
     from erclutch.report.html.report_file import may_write_report
     from erclutch.report.numbers.run_material import material_of
+    from erclutch.runs.run_about import about_with, kept_about, write_about
     from erclutch.runs.run_folder import read_run
 
     found = read_run(run)
     pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
     path = out or run / ("report.pdf" if pdf else "report.html")
     may_write_report(path, force)
+    said = {"title": title, "device": device, "author": author, "date": date, "note": note}
+    if any(text is not None for text in said.values()):
+        write_about(run, about_with(kept_about(run), **said))
     material = material_of(found)
     if pdf:
         from erclutch.report.html.printed_page import print_report

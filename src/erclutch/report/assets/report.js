@@ -42,7 +42,7 @@
     const heads = [...table.querySelectorAll("thead th:first-child, thead th.n")];
     const value = (row, k) => {
       const cell = row.cells[k], text = (cell.querySelector(".rank, b") ?? cell.firstChild)?.textContent ?? "";
-      const number = parseFloat(text.replace("−", "-").replace(/\s/g, ""));
+      const number = parseFloat(text.replace(/^m/, "").replace("−", "-").replace(/\s/g, ""));
       return Number.isNaN(number) ? Infinity : number;
     };
     for (const head of heads) {
@@ -375,7 +375,7 @@
       for (const m of chosen) {
         const [colour, d] = style(m);
         const rest = show(`residual:${m}`, E.factor, "");
-        items.push([m, colour, dash(d), show(`estimate:${m}`, E.factor, E.unit) + (rest ? `, off by ${rest}` : ""), chosen.length > 1 ? m : null]);
+        items.push([models.get(m).title, colour, dash(d), show(`estimate:${m}`, E.factor, E.unit) + (rest ? `, off by ${rest}` : ""), chosen.length > 1 ? m : null]);
       }
       T.inputs.forEach((i) => {
         const n = inputs(i.kind).indexOf(i);
@@ -394,7 +394,7 @@
         if (gone && k < 0) {
           const b = element("button", "", "×");
           b.type = "button";
-          b.setAttribute("aria-label", `Leave out ${gone}`);
+          b.setAttribute("aria-label", `Leave out ${models.get(gone).title}`);
           b.addEventListener("click", () => { chosen = chosen.filter((n) => n !== gone); select(); build(); later(); });
           item.append(b);
         }
@@ -409,7 +409,7 @@
     const list = $("add-model");
     function select() {
       list.replaceChildren(new Option(chosen.length >= 4 ? "four at most" : "…", ""));
-      for (const m of T.models) if (!chosen.includes(m.name) && chosen.length < 4) list.append(new Option(m.name, m.name));
+      for (const m of T.models) if (!chosen.includes(m.name) && chosen.length < 4) list.append(new Option(m.title, m.name));
       list.disabled = list.options.length < 2;
     }
     list.addEventListener("change", () => {

@@ -28,7 +28,7 @@ def _fill(material: Material) -> dict[str, Any]:
     drawn = after is not None or material.step_responses
     return {
         "figures": describe_lag(material).panels if drawn else [],
-        "models": [_model(e, material.rows.data.units) | {"open": k == 0} for k, e in enumerate(staged[:_MOST])],
+        "models": [_model(e, material.rows.data.units) for e in staged[:_MOST]],
         "lead": _lead(material, after, staged=bool(staged)),
     }
 
@@ -38,7 +38,7 @@ DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
     found = [(capital(s.title), list(_constants(entry, s, units))) for s in stages_in(entry)]
-    return {"name": entry["name"], "stages": [{"title": title, "rows": rows} for title, rows in found if rows]}
+    return {"title": entry["title"], "stages": [{"title": title, "rows": rows} for title, rows in found if rows]}
 
 
 def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator[dict[str, Any]]:
@@ -74,7 +74,7 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
     if after is not None:
         curve = after.rmse[material.recommended]
         parts.append(
-            f"Over {count(after.switches)} switches held out, the RMSE of {material.recommended} is largest "
+            f"Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
             f"{_worst_time(float(after.since[int(curve.argmax())]))}: {material.effort.of(float(curve.max()))}."
         )
     else:
@@ -96,7 +96,8 @@ def _gain(material: Material) -> str:
         return "No two models differ in their stages alone, so nothing tells what the stages gain."
     change = f"{percent(1 - a / b, 2)} smaller" if a < b else f"{percent(a / b - 1, 2)} larger"
     return (
-        f"{found.richer['name']} errs by {material.effort.of(a)}, {found.plainer['name']} by {material.effort.of(b)}: "
+        f"{found.richer['title']} errs by {material.effort.of(a)}, "
+        f"{found.plainer['title']} by {material.effort.of(b)}: "
         f"with {' and '.join(found.added)}, and nothing else changed, the error is {change}."
     )
 

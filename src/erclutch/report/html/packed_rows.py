@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from erclutch.signals.array import Array
 
 #: Bytes of base64 for all layers of a page; the page's limit is 2 MB.
-BUDGET = 1_350_000
+BUDGET = 1_300_000
 _MOST = 32000  # rounded values reach this far from zero
 
 

@@ -12,29 +12,27 @@ from erclutch.models.stages import slip_stages, stages_at, temperature_stages
 from erclutch.report.html.equations import memory_terms_of, terms_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import equation_text, plain_symbol, symbol
-from erclutch.report.numbers.number_text import Scale, interval, number, unit_text
+from erclutch.report.numbers.number_text import Scale, interval, number, scale_for
 from erclutch.report.numbers.run_material import Material
 
 
 def _fill(material: Material) -> dict[str, Any]:
-    """One table a law; the recommended one open."""
+    """One table a law, the recommended one first."""
     ranking = sorted(material.body["ranking"], key=lambda e: e["name"] != material.recommended)
     laws = [_law(material, e) for e in ranking if e["name"] in material.law_parts]
     networks = [e for e in ranking if e["name"] not in material.law_parts]
     return {
         "laws": laws,
-        "networks": [{"name": e["name"], "weights": e["fit"]["weights"]} for e in networks],
-        "recommended": material.recommended,
+        "networks": [{"title": e["title"], "weights": e["fit"]["weights"]} for e in networks],
     }
 
 
-PARAMETERS = Section("parameters", "Parameters", "Parameters", _fill)
+PARAMETERS = Section("parameters", "Equations and constants of all laws", "Parameters", _fill, folded=True)
 
 
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
     model = material.law_parts[entry["name"]]
     fit = entry["fit"]
-    chosen = entry["name"] == material.recommended
     return {
         "name": entry["name"],
         "title": entry["title"],
@@ -42,12 +40,11 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "stages": [(stage.name, equation_text(stage.equation)) for stage in model.structure.stages],
         "reference": _reference(material, model),
         "source": model.structure.law.source,
-        "rows": [_parameter(p) for p in fit["parameters"]],
+        "rows": [parameter_row(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
         "condition": number(fit["condition"], 2),
         "odd": negative_gains(model),
         "weights": fit["weights"],
-        "open": chosen,
     }
 
 
@@ -57,8 +54,10 @@ def negative_gains(model: TorqueModel) -> list[str]:
     return [f"{plain_symbol(gain.name)}, {gain.meaning}, is negative. {gain.negative}" for gain in odd]
 
 
-def _parameter(p: Mapping[str, Any]) -> dict[str, Any]:
-    scale = Scale(1e3, "ms") if p["unit"] == "s" else Scale(1.0, "" if p["unit"] == "1" else unit_text(p["unit"]))
+def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
+    """A number of run.json as a row of a table."""
+    unit = "" if p["unit"] == "1" else p["unit"]
+    scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(p["value"]))
     band, identified = interval(p, scale.factor)
     return {
         "symbol": symbol(p["name"]),

@@ -103,7 +103,7 @@ def _flow_curves(material: Material) -> dict[str, Any] | None:
         "groups": [
             {
                 "element": material.element_name(k),
-                "plots": [{"name": c.model, "panel": p} for c, p in zip(*both, strict=True)],
+                "plots": [{"name": material.titles[c.model], "panel": p} for c, p in zip(*both, strict=True)],
             }
             for k, both in enumerate(zip(curves, groups, strict=True))
         ],
@@ -118,7 +118,8 @@ def _loops(material: Material) -> dict[str, Any] | None:
     if not material.effort_loops:
         return None
     panels = describe_loops(material).panels
-    return {"figures": panels, "models": material.looped, "lead": _drawn(material)}
+    models = {material.titles[name]: role for name, role in material.looped.items()}
+    return {"figures": panels, "models": models, "lead": _drawn(material)}
 
 
 def _drawn(material: Material) -> str:
@@ -132,12 +133,14 @@ def _drawn(material: Material) -> str:
     )
     if areas.measured < _NARROW:
         return f"{wide}: this {material.word} hardly remembers the motion."
-    shares = " and ".join(f"{name} draws {percent(max(share, 0.0), 2)}" for name, share in areas.drawn.items())
+    shares = " and ".join(
+        f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}" for name, share in areas.drawn.items()
+    )
     return f"{wide}; of that area {shares}."
 
 
-ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Error map", _error_map)
-PARITY = Section("parity", "How errors are distributed", "Parity", _parity)
-RESIDUAL = Section("residual", "What is left in the residual", "Residual", _residual)
-FLOW_CURVES = Section("flow_curves", "Flow curves of the laws", "Flow curves", _flow_curves)
+ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Where it errs", _error_map)
+PARITY = Section("parity", "How errors are distributed", "Errors", _parity)
+RESIDUAL = Section("residual", "What is left in the residual", "Residual", _residual, folded=True)
+FLOW_CURVES = Section("flow_curves", "Flow curves of all laws", "Flow curves", _flow_curves, folded=True)
 LOOPS = Section("loops", "Loops of effort over slip and over travel", "Loops", _loops)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from erclutch.fit.comparison import Settings
+from erclutch.models.model_titles import id_of
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number
 from erclutch.report.numbers.run_material import Material
@@ -34,13 +35,14 @@ def _fill(material: Material) -> dict[str, Any]:
         "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
         "reading": [(key, setting_text(value)) for key, value in reading.items()],
         "versions": list(body["versions"].items()),
+        "specifications": [(id_of(place), e["title"], e["name"]) for place, e in enumerate(body["ranking"])],
         "command": command_of(body),
         "digest": body["digest"],
         "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",
     }
 
 
-PROVENANCE = Section("provenance", "Provenance", "Provenance", _fill)
+PROVENANCE = Section("provenance", "Where every number comes from", "Provenance", _fill, folded=True, printed=True)
 
 
 def _mappings(body: Mapping[str, Any]) -> list[dict[str, str]]:

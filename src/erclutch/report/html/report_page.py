@@ -14,6 +14,7 @@ from markupsafe import Markup
 
 from erclutch.report.html.band_section import BAND
 from erclutch.report.html.dynamics_section import DYNAMICS
+from erclutch.report.html.model_section import MODEL
 from erclutch.report.html.parameters_section import PARAMETERS
 from erclutch.report.html.picture_sections import ERROR_MAP, FLOW_CURVES, LOOPS, PARITY, RESIDUAL
 from erclutch.report.html.provenance_section import PROVENANCE
@@ -21,7 +22,7 @@ from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import safe_json
 from erclutch.report.html.traces_section import TRACES
 from erclutch.report.html.verdict_section import RANKING, VERDICT
-from erclutch.report.numbers.number_text import count, number, percent, span
+from erclutch.report.numbers.number_text import capital, count, number, percent, span
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.paper_style import placed
 from erclutch.report.plots.svg_painter import svg
@@ -29,15 +30,16 @@ from erclutch.report.plots.svg_painter import svg
 _STYLES = ("uplot/uPlot.min", "report", "print")
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
-    *(VERDICT, RANKING, TRACES, BAND, ERROR_MAP, PARITY),
-    *(RESIDUAL, FLOW_CURVES, LOOPS, DYNAMICS, PARAMETERS, PROVENANCE),
+    *(VERDICT, MODEL, RANKING, TRACES, ERROR_MAP, PARITY, LOOPS, DYNAMICS, BAND),
+    *(RESIDUAL, FLOW_CURVES, PARAMETERS, PROVENANCE),
 )
 
 
 def report_html(material: Material) -> str:
     """The report of a run as one HTML document."""
     heading, line = headings(material)
-    return page(material, SECTIONS, f"{material.recommended}: {heading}", heading, line)
+    heading = material.about.title or heading
+    return page(material, SECTIONS, f"{material.title}: {heading}", heading, line)
 
 
 def headings(material: Material) -> tuple[str, str]:
@@ -83,8 +85,9 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
         "material": material,
         "body": material.body,
         "recommended": material.recommended,
+        "titles": material.titles,
         "effort": material.effort,
-        "legend": material.shown,
+        "legend": {material.titles[name]: role for name, role in material.shown.items()},
         "word": material.word,
     }
     bodies = [_body(environment, section, common | values) for section, values in filled]
@@ -127,7 +130,8 @@ def _document(
             line=line,
             badge=badge[0],
             badge_means=badge[1],
-            sections=sections,
+            sections=[section for section in sections if not section["folded"]],
+            details=[section for section in sections if section["folded"]],
             style=Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
             scripts=[Markup(s) for s in scripts],
             allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
@@ -141,6 +145,8 @@ def _body(environment: Any, section: Section, values: dict[str, Any]) -> dict[st
         "name": section.name,
         "title": section.title,
         "short": section.short,
+        "folded": section.folded,
+        "printed": section.printed,
         "html": Markup(environment.get_template(f"{section.name}.html.j2").render(**values)),
     }
 
@@ -169,13 +175,6 @@ def templates(first: Path | None = None) -> Any:
         lstrip_blocks=True,
     )
     made.filters["svg"] = svg
-    made.filters["stages"] = _broken_at_stages
+    made.filters["capital"] = capital
     made.globals.update(count=count, number=number, percent=percent, span=span)
     return made
-
-
-def _broken_at_stages(name: str) -> Markup:
-    """A model's name that breaks into lines before a stage; where that is too long, after a slash too."""
-    first, *stages = name.split("+")
-    parts = [Markup("/<wbr>").join(part.split("/")) for part in (first, *(f"+{s}" for s in stages))]
-    return Markup("<wbr>").join(Markup("<span>{}</span>").format(part) for part in parts)

@@ -63,7 +63,7 @@ def _short(text: str) -> str:
 
 def title_of(contender: Contender) -> str:
     """Label of a run and the model that stands for it."""
-    return f"{contender.label}: {contender.model}"
+    return f"{contender.label}: {contender.run.titles[contender.model]}"
 
 
 def band(figure: BandedFigure | None, factor: float, unit: str = "") -> str:
@@ -90,7 +90,10 @@ class _Joined(Material):
 def joined(found: Pairing) -> _Joined:
     """The material of a comparison's pictures: the first run's rows, one model a run."""
     first = found.contenders[0]
-    entries = [{**c.run.entry(c.model), "name": title_of(c), MODEL: c.model, APART: apart(c)} for c in found.contenders]
+    entries = [
+        {**c.run.entry(c.model), "name": title_of(c), "title": title_of(c), MODEL: c.model, APART: apart(c)}
+        for c in found.contenders
+    ]
     body = {**first.run.body, "ranking": entries, "recommended": entries[0]["name"], "best": entries[0]["name"]}
     predicted = {title_of(c): c.rows.predicted[c.model] for c in found.contenders}
     return _Joined(Run(first.run.folder, body), RunRows(first.rows.data, first.rows.test, predicted), found)

@@ -18,9 +18,13 @@ class Section:
         title: on the page.
         short: title in the list of contents.
         fill: gives the values for the template by name; None leaves the section out.
+        folded: whether it stands among the details, which a reader opens.
+        printed: whether a folded section is printed too.
     """
 
     name: str
     title: str
     short: str
     fill: Callable[[Material], Any]
+    folded: bool = False
+    printed: bool = False

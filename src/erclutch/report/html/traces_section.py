@@ -30,7 +30,12 @@ def _fill(material: Material) -> dict[str, Any]:
     """The interactive plot."""
     packer, inputs = _packed(material)
     models = [
-        {"name": name, "role": material.shown.get(name, ""), "detail": _detail(packer, material, name)}
+        {
+            "name": name,
+            "title": material.titles[name],
+            "role": material.shown.get(name, ""),
+            "detail": _detail(packer, material, name),
+        }
         for name in material.run.names
         if f"estimate:{name}" in packer.channels
     ]
@@ -134,7 +139,7 @@ def _detail(packer: Packer, material: Material, model: str) -> str:
 
 def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> str:
     """Which rows are whole, in a sentence."""
-    by = {kind: [m["name"] for m in models if m["detail"] == kind] for kind in ("all", "test", "coarse")}
+    by = {kind: [m["title"] for m in models if m["detail"] == kind] for kind in ("all", "test", "coarse")}
     rows = material.rows.data.rows
     if packer.has("measured", 0, rows) and not by["test"] and not by["coarse"]:
         return f"Each of the {count(rows)} rows is in this page."

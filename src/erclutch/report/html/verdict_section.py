@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
 from erclutch.registry import names
+from erclutch.report.html.model_section import why_not_measured
 from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
+from erclutch.report.html.symbols import plain_symbol
 from erclutch.report.numbers.number_text import capital, count, number, percent, span
 from erclutch.report.numbers.run_material import Material, standing
+from erclutch.runs.every_row_folder import read_every_row
 
 _FEW_INDEPENDENT = 0.02
+#: Models of the ranking that are read at once; the others are folded.
+SHOWN = 8
+#: How notes begin of which the section of the model tells more.
+_TOLD_WITH_ITS_CONSTANTS = ("at a bound", "not identified", "test RMSE")
 
 
 def _fill(material: Material) -> dict[str, Any]:
@@ -23,26 +31,37 @@ def _fill(material: Material) -> dict[str, Any]:
     body, effort = material.body, material.effort
     entry = material.run.entry(material.recommended)
     test = entry["test"]
+    rest = _rest(material)
+    matters = rest.held_out >= MANY_AT_REST and rest.moving > 0
+    over_all = (
+        f"RMSE on {'all ' if matters else ''}{count(body['test_rows'])} rows held out",
+        effort.of(test["rmse"][0]),
+        f"95 % band {effort.band(test['rmse'])}",
+    )
+    in_motion = ("RMSE in motion", effort.of(rest.rmse), f"on {count(rest.moving)} rows held out that move")
     return {
+        "about": [text for text in (material.about.device, material.about.author, material.about.date) if text],
+        "note": material.about.note,
+        "tags": material.about.tags,
         "headline": {
-            "model": entry["name"],
-            "error": effort.of(test["rmse"][0]),
-            "share": percent(test["share"][0]),
+            "model": material.title,
+            "recommended": standing(body) == "recommended",
+            "error": effort.of(rest.rmse if matters else test["rmse"][0]),
+            "share": percent(rest.share if matters else test["share"][0]),
             "word": material.word,
+            "over_all": effort.of(test["rmse"][0]) if matters else "",
+            "at_rest": percent(rest.held_out, 2),
         },
         "why": choice(material),
         "facts": [
-            (
-                f"RMSE on {count(body['test_rows'])} rows held out",
-                effort.of(test["rmse"][0]),
-                f"95 % band {effort.band(test['rmse'])}{_in_motion(material)}",
-            ),
+            *([in_motion] if matters else []),
+            over_all,
             (
                 "of the standard deviation",
                 percent(test["share"][0]),
                 f"{span(100 * _or_nan(test['share'][1]), 100 * _or_nan(test['share'][2]))} %",
             ),
-            ("of the variance explained (R²)", number(test["r2"][0], 4), span(test["r2"][1], test["r2"][2], 4)),
+            *([] if matters else [_explained(test)]),
             ("largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"),
         ],
         "against": _against(material),
@@ -58,23 +77,43 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def _moving(material: Material) -> tuple[float, float, str]:
-    """Shares of rows at rest, held out and training, and the error over the rows held out that move."""
+def _explained(test: Mapping[str, Any]) -> tuple[str, str, str]:
+    return "of the variance explained (R²)", number(test["r2"][0], 4), span(test["r2"][1], test["r2"][2], 4)
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """Rows at rest, where every model is right.
+
+    Attributes:
+        held_out, training: share of these rows that are at rest.
+        moving: number of rows held out that move.
+        rmse: over these rows; 0 where there are none.
+        share: of the standard deviation of the effort over these rows.
+    """
+
+    held_out: float
+    training: float
+    moving: int
+    rmse: float
+    share: float
+
+
+def _rest(material: Material) -> _Rest:
     still, test = material.rows.data.at_rest, material.rows.test
-    error = material.rows.residual(material.recommended)[test & ~still]
-    rmse = material.effort.of(float(np.sqrt(np.mean(error**2)))) if error.size else ""
-    return float(still[test].mean()), float(still[~test].mean()), rmse
-
-
-def _in_motion(material: Material) -> str:
-    """The error over rows in motion, where many of those held out are at rest."""
-    share, _, rmse = _moving(material)
-    return f"; in motion {rmse}" if share >= MANY_AT_REST and rmse else ""
+    moving = test & ~still
+    error, effort = (
+        values[moving] for values in (material.rows.residual(material.recommended), material.rows.data.effort)
+    )
+    rmse = float(np.sqrt(np.mean(error**2))) if error.size else 0.0
+    spread = float(np.std(effort)) if effort.size else 0.0
+    share = rmse / spread if spread else float("nan")
+    return _Rest(float(still[test].mean()), float(still[~test].mean()), error.size, rmse, share)
 
 
 def choice(material: Material) -> str:
     """Why this model, in a sentence."""
-    best, chosen = (material.run.entry(material.body[key]) for key in ("best", "recommended"))
+    best, chosen = (material.run.entry(name) for name in (material.body["best"], material.recommended))
     more = chosen["excess_over_best"]
     if "recalibration" in material.body:
         return str(material.body["recalibration"]["verdict"])
@@ -93,18 +132,18 @@ def choice(material: Material) -> str:
     extra = f"{number(100 * _or_nan(more[0]), 2)} % ({span(100 * _or_nan(more[1]), 100 * _or_nan(more[2]), 2)} %)"
     if _or_nan(more[0]) > TOLERATED and _or_nan(more[1]) > 0.0:
         return (
-            f"It is the best model that can be trusted. {best['name']} errs by less, but: "
+            f"It is the best model that can be trusted. {best['title']} errs by less, but: "
             f"{'; '.join(best['notes'])}. The error here is larger by {extra}."
         )
     doubt = (
         ""
         if best["sound"] or not best["notes"]
-        else f" {best['name']} is not to be trusted: {'; '.join(best['notes'])}."
+        else f" {best['title']} is not to be trusted: {'; '.join(best['notes'])}."
     )
     band = f"{material.effort.band(best['test']['rmse'])} {material.effort.unit}"
     return (
         f"With {chosen['parameters_count']} parameters it is the simplest model that is as good as the best one, "
-        f"{best['name']} with {best['parameters_count']}: inside its 95 % band of {band}, with an error {extra} over "
+        f"{best['title']} with {best['parameters_count']}: inside its 95 % band of {band}, with an error {extra} over "
         f"its own.{doubt}"
     )
 
@@ -119,14 +158,16 @@ def _against(material: Material) -> str:
     if not mine or not theirs or mine >= theirs:
         return ""
     less = percent(1 - mine / theirs, 2)
-    return f"{plain}, the plainest model here, errs by {material.effort.of(theirs)}: this one by {less} less."
+    error = material.effort.of(theirs)
+    return f"{material.titles[plain]}, the plainest model here, errs by {error}: this one by {less} less."
 
 
 def worries(material: Material) -> list[str]:
     """What may mislead, the gravest first; each a sentence or two."""
     body, entry = material.body, material.run.entry(material.recommended)
     found = [f"{capital(f['message'])}." for f in body["findings"]]
-    found += [f"{material.recommended}: {note}." for note in entry["notes"]]
+    found += [f"{capital(note)}." for note in entry["notes"] if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)]
+    found += _not_measured(material, entry)
     found += negative_gains(material.laws[entry["name"]]) if entry["name"] in material.laws else []
     found += [*_of_rows(material, entry), *_of_errors(material, entry)]
     if material.badge in ("TWIN", "SYNTHETIC"):
@@ -141,11 +182,11 @@ def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     train, test = entry["train"]["share"][0], entry["test"]["share"][0]
     if test is not None and test > NEXT_TO_NOTHING:
         yield "It explains next to nothing of the rows held out: a constant would do about as well."
-    still, usual, rmse = _moving(material)
-    if still >= MANY_AT_REST and rmse:
+    rest = _rest(material)
+    if rest.held_out >= MANY_AT_REST and rest.moving:
         yield (
-            f"{percent(still, 2)} of the rows held out are at rest ({percent(usual, 2)} of the training rows). "
-            f"Over those in motion the RMSE is {rmse}."
+            f"{percent(rest.held_out, 2)} of the rows held out are at rest ({percent(rest.training, 2)} of the "
+            f"training rows). Over those in motion the RMSE is {material.effort.of(rest.rmse)}."
         )
     if train is not None and test is not None and test >= 1.25 * train:
         yield (
@@ -188,19 +229,39 @@ def _next(material: Material) -> list[dict[str, str]]:
         fills = "excite" in names("erclutch.commands")
         steps.append((text, f"erclutch excite --run {material.run.folder.name} --criterion fill" if fills else ""))
     name = material.run.c_name
-    text = f"Take {material.recommended} to a controller: {name}_c/{name}.c, C99 in one file, with its check."
+    text = f"Take it to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
     code = f'erclutch.predict("{material.run.folder.name}", "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
 
 
+def _not_measured(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
+    """How many constants the data do not tell, and why the first of them."""
+    numbers = entry["fit"]["parameters"]
+    lost = [(number, why) for number in numbers if (why := why_not_measured(material, number))]
+    if lost:
+        first, why = lost[0]
+        names = ", ".join(plain_symbol(number["name"]) for number, _ in lost)
+        yield (
+            f"{len(lost)} of its {len(numbers)} constants {'were' if len(lost) > 1 else 'was'} not measured: {names}. "
+            f"{plain_symbol(first['name'])}, {first['meaning']}: {why}."
+        )
+
+
 def _ranking(material: Material) -> dict[str, Any]:
-    """The table of models."""
+    """The table of models: the first ones, and the others folded."""
     ranking = material.body["ranking"]
-    finite = [e["test"]["rmse"] for e in ranking if e["test"]["rmse"][0] is not None]
+    first = ranking[:SHOWN]
+    if all(entry["name"] != material.recommended for entry in first):
+        first = [*first[:-1], material.run.entry(material.recommended)]
+    left = [entry for entry in ranking if entry not in first]
+    finite = [e["test"]["rmse"] for e in first if e["test"]["rmse"][0] is not None]
     folds = {e["name"]: e["folds_rmse"] for e in ranking if e["folds_rmse"] and None not in e["folds_rmse"]}
     return {
+        "first": first,
+        "left": left,
+        "every_row": _every_row(material),
         # One model gone wild must not flatten the bars of all others.
         "most": (min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 0.0) or 1.0,
         "standing": standing(material.body),
@@ -208,4 +269,22 @@ def _ranking(material: Material) -> dict[str, Any]:
     }
 
 
-RANKING = Section("ranking", "All models, best first", "Models", _ranking)
+def _every_row(material: Material) -> dict[str, Any] | None:
+    """Figures of every row of logs of which stretches were fitted; None where all rows were fitted or held out."""
+    figures = read_every_row(material.run)
+    if figures is None:
+        return None
+    scored = {name: (of.get("test"), of.get("train")) for name, of in figures["models"].items()}
+    known = {name: pair for name, pair in scored.items() if (pair[0] or pair[1])["rmse"][0] is not None}
+    ranked = sorted(known, key=lambda name: (known[name][0] or known[name][1])["rmse"][0])
+    held_out = next((test["rows"] for test, _ in known.values() if test), 0)
+    return {
+        "rows": count(figures["rows"]),
+        "held_out": count(held_out),
+        "models": [(name, *known[name]) for name in ranked[:SHOWN]],
+        "left": max(0, len(ranked) - SHOWN),
+        "not_scored": {material.titles[name]: why for name, why in figures["not_scored"].items()},
+    }
+
+
+RANKING = Section("ranking", "Models, best first", "Ranking", _ranking)

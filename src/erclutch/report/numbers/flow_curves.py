@@ -1,4 +1,7 @@
-"""Flow curves show effort against slip at several fields: each law as a curve, the data beside it as dots."""
+"""Flow curves show settled effort against slip at several fields, or against the field at several slips.
+
+Each model is a curve, the data beside it are dots.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.models.law_model import TorqueModel
+from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import period_of
 from erclutch.report.numbers.switching import step_response
 from erclutch.runs.run_rows import RunRows
@@ -19,6 +22,8 @@ Rows = NDArray[np.intp]
 
 _LEVELS, _CURVE, _DOTS = 5, 81, 160
 _RARE = 0.005  # of all rows
+_PARTS, _SHOWN = 12, 8  # of the range of slips; parts that have dots of a curve
+_BINS, _DWELT, _WHOLE = 40, 0.01, 0.95  # of the range of fields; shares of all rows
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,25 @@ class FlowCurves:
     alike: tuple[FlowCurves, ...] = ()
 
 
+@dataclass(frozen=True)
+class FieldCurves:
+    """Effort of one model over the field of one element, at a few slips.
+
+    Attributes:
+        element: its number, from 0.
+        slips: of the curves, shape (k,).
+        field: magnitude, shape (n,).
+        effort: in the settled field, shape (k, n).
+        dots: measured (field, effort) near each slip, each (m, 2), as of `FlowCurves`.
+    """
+
+    element: int
+    slips: Array
+    field: Array
+    effort: Array
+    dots: tuple[Array, ...]
+
+
 def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the laws of a run, each with its best stages, best first."""
     found: dict[str, str] = {}
@@ -54,16 +78,24 @@ def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(found.values())
 
 
-def flow_curves(rows: RunRows, models: Sequence[TorqueModel], element: int = 0) -> list[FlowCurves]:
-    """Curves of laws on one element and the rows near them."""
+def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: int | None = None) -> list[FlowCurves]:
+    """Curves of models on one element and the rows near them.
+
+    Args:
+        rows: of the run.
+        models: of the run.
+        element: its number, from 0.
+        wait: rows that the field must have stayed before a row is a dot; the curves are then at the fields at which the
+            log dwells, where there are such. None: until the model's field has settled; curves all over the range.
+    """
     own = rows.data.elements[element]
-    levels = _levels(np.abs(own.field))
+    levels = _levels(np.abs(own.field)) if wait is None else _met(np.abs(own.field))
     first, last = (float(v) for v in np.quantile(own.slip, (0.0005, 0.9995)))
     slip = _spaced(first, last)
     near: dict[int, list[Rows]] = {}  # by the rows in which a law's field settles
     found: list[FlowCurves] = []
     for model in models:
-        settling = _settling(rows, model)
+        settling = _settling(rows, model) if wait is None else wait
         if settling not in near:
             near[settling] = [_thinned(own.slip, m, first, last) for m in _near(rows, settling, element, levels)]
         curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
@@ -73,6 +105,56 @@ def flow_curves(rows: RunRows, models: Sequence[TorqueModel], element: int = 0) 
         )
         found.append(FlowCurves(model.name, element, levels, slip, curves, dots))
     return found
+
+
+def waited(rows: RunRows, model: Model, element: int = 0) -> int:
+    """Rows that the field must have stayed before a row is a dot: until the model's field has settled, or less.
+
+    A field that switches all the time never settles. Then the longest wait is taken that leaves dots over most of the
+    slips.
+    """
+    own = rows.data.elements[element]
+    levels = _met(np.abs(own.field))
+    low, high = (float(v) for v in np.quantile(own.slip, (0.01, 0.99)))
+    parts = np.linspace(low, high, _PARTS + 1)
+
+    def shown(wait: int) -> float:
+        counts = [np.histogram(own.slip[near], parts)[0] for near in _near(rows, wait, element, levels)]
+        return float(np.median([np.count_nonzero(count) for count in counts]))
+
+    wait = _settling(rows, model)
+    while wait > 1 and low < high and shown(wait) < _SHOWN:
+        wait //= 2
+    return wait
+
+
+def field_curves(rows: RunRows, model: Model, element: int, wait: int) -> FieldCurves:
+    """Curves of a model over the field of one element, and rows near their slips whose field has stayed for a wait."""
+    own = rows.data.elements[element]
+    strength = np.abs(own.field)
+    first, last = (float(v) for v in np.quantile(own.slip, (0.01, 0.99)))
+    slips = np.linspace(first, last, _LEVELS)
+    field = np.linspace(float(strength.min()), float(strength.max()), _CURVE)
+    settled, _ = _settled(rows, wait, element)
+    near = 0.1 * float(np.diff(slips).min()) if first < last else np.inf
+    few = [_spread(strength, settled & (np.abs(own.slip - slip) <= near)) for slip in slips]
+    dots = (np.column_stack([strength[k], rows.data.effort[k] - _others(rows, model, element, k)]) for k in few)
+    curves = np.array([_alone(model, element, field, np.full(field.size, slip)) for slip in slips])
+    return FieldCurves(element, slips, field, curves, tuple(dots))
+
+
+def dwelled_fields(strength: Array) -> Array:
+    """The few fields at which nearly all rows are, shape (k,); empty where the field takes many values."""
+    low, high = float(strength.min()), float(strength.max())
+    if low == high:
+        return np.array([low])
+    place = np.minimum((_BINS * (strength - low) / (high - low)).astype(np.intp), _BINS - 1)
+    share = np.bincount(place, minlength=_BINS) / strength.size
+    held = np.flatnonzero(share >= _DWELT)
+    groups = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)
+    if not held.size or len(groups) > _LEVELS + 2 or share[held].sum() < _WHOLE or max(map(len, groups)) > 2:
+        return np.zeros(0)
+    return np.array([float(np.median(strength[(place >= g[0]) & (place <= g[-1])])) for g in groups])
 
 
 def rare_fields(rows: RunRows, element: int) -> Array:
@@ -98,25 +180,25 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
     )
 
 
-def _alone(model: TorqueModel, element: int, field: Array, slip: Array) -> Array:
+def _alone(model: Model, element: int, field: Array, slip: Array) -> Array:
     """Effort of the device with one element moving under field and the others at rest without."""
     nothing = np.zeros(slip.size)
-    count = model.structure.elements
+    count = 1 if model.structure.device == "single" else 2
     fields = [field if i == element else nothing for i in range(count)]
     slips = [slip if i == element else nothing for i in range(count)]
     return _steady(model, fields, slips)
 
 
-def _others(rows: RunRows, model: TorqueModel, element: int, at: Rows) -> Array:
+def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
     """Effort that the law gives the other elements, without field, at the slips that they had in some rows."""
     nothing = np.zeros(at.size)
-    if model.structure.elements == 1 or not at.size:
+    if model.structure.device == "single" or not at.size:
         return nothing
     slips = [nothing if i == element else e.slip[at] for i, e in enumerate(rows.data.elements)]
     return _steady(model, [nothing] * len(slips), slips)
 
 
-def _steady(model: TorqueModel, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
+def _steady(model: Model, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
     """Effort at rest with further inputs, such as a temperature, in the middle of their ranges."""
     return model.steady(
         fields, slips, [np.full(slips[0].size, 0.5 * (low + high)) for low, high in model.extras.values()]
@@ -130,19 +212,35 @@ def _levels(strength: Array) -> Array:
     return np.linspace(0.0, float(np.quantile(strength, 0.98)), _LEVELS)
 
 
+def _met(strength: Array) -> Array:
+    """The fields at which the log dwells, else some over its range."""
+    dwelled = dwelled_fields(strength)
+    return dwelled if dwelled.size > 1 else _levels(strength)
+
+
 def _near(rows: RunRows, settling: int, element: int, levels: Array) -> list[NDArray[np.bool_]]:
     """Rows whose field is near each level and has been there long enough for the lag to be over."""
+    strength = np.abs(rows.data.elements[element].field)
+    settled, slack = _settled(rows, settling, element, levels)
+    return [settled & (np.abs(strength - level) <= slack) for level in levels]
+
+
+def _settled(
+    rows: RunRows, settling: int, element: int, levels: Array | None = None
+) -> tuple[NDArray[np.bool_], float]:
+    """Rows whose field has stayed where it is for so many rows, the other elements without field; how near that is."""
     fields = [np.abs(e.field) for e in rows.data.elements]
-    largest = max(float(f.max()) for f in fields) or 1.0
-    slack = min(0.04 * largest, 0.3 * float(np.diff(levels).min())) if levels.size > 1 else 0.04 * largest
+    slack = 0.04 * (max(float(f.max()) for f in fields) or 1.0)
+    if levels is not None and levels.size > 1:
+        slack = min(slack, 0.3 * float(np.diff(levels).min()))
     settled = _still(fields[element], settling, 2.0 * slack)
     for i, other in enumerate(fields):
         if i != element:
             settled &= other <= slack
-    return [settled & (np.abs(fields[element] - level) <= slack) for level in levels]
+    return settled, slack
 
 
-def _settling(rows: RunRows, model: TorqueModel) -> int:
+def _settling(rows: RunRows, model: Model) -> int:
     """Rows after which the model's field has settled."""
     response = step_response({"name": model.name, "dynamics": model.times})
     return 1 if response is None else int(np.clip(response.settled / period_of(rows), 1, rows.data.rows // 4))
@@ -170,11 +268,14 @@ def _spaced(low: float, high: float) -> Array:
 
 def _thinned(slip: Array, mask: NDArray[np.bool_], first: float, last: float) -> Rows:
     """Rows of a mask, few enough to be seen one by one."""
+    return _spread(slip, mask & (slip >= first) & (slip <= last))
+
+
+def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
+    """Some rows of a mask, evenly over their values, not over time: most rows lie near zero."""
     inside = np.flatnonzero(mask)
-    inside = inside[(slip[inside] >= first) & (slip[inside] <= last)]
     if inside.size <= _DOTS:
         return inside
-    # Evenly over the slip, not over time: most rows lie near zero.
-    order = inside[np.argsort(slip[inside], kind="stable")]
-    targets = np.linspace(slip[order[0]], slip[order[-1]], _DOTS)
-    return np.unique(order[np.clip(np.searchsorted(slip[order], targets), 0, order.size - 1)])
+    order = inside[np.argsort(values[inside], kind="stable")]
+    targets = np.linspace(values[order[0]], values[order[-1]], _DOTS)
+    return np.unique(order[np.clip(np.searchsorted(values[order], targets), 0, order.size - 1)])

@@ -22,12 +22,22 @@ from erclutch.report.numbers.correlation import (
 )
 from erclutch.report.numbers.effort_loops import EffortLoop, LoopAreas, effort_loops, loop_areas
 from erclutch.report.numbers.error_map import ErrorMap, error_maps
-from erclutch.report.numbers.flow_curves import FlowCurves, flow_curves, grouped, law_names, rare_fields
+from erclutch.report.numbers.flow_curves import (
+    FieldCurves,
+    FlowCurves,
+    field_curves,
+    flow_curves,
+    grouped,
+    law_names,
+    rare_fields,
+    waited,
+)
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
 from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
 from erclutch.report.numbers.windows import Windows, windows
+from erclutch.runs.run_about import RunAbout, read_about
 from erclutch.runs.run_folder import Run, run_to_dict
 from erclutch.runs.run_rows import RunRows, read_rows
 from erclutch.signals.array import Array
@@ -38,11 +48,16 @@ if TYPE_CHECKING:
 Role = Literal["recommended", "best", "baseline"]
 
 
+def chosen_name(body: Mapping[str, Any]) -> str:
+    """The model that stands for a run (`run.json`): the recommended one, else the nearest."""
+    return str(body["recommended"] or body["best"])
+
+
 def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     """Models that pictures show: the recommended, the best and the plainest one of a run (`run.json`), and why."""
     ranking = body["ranking"]
     picks: tuple[tuple[Role, str], ...] = (
-        ("recommended", body["recommended"]),
+        ("recommended", chosen_name(body)),
         ("best", body["best"]),
         ("baseline", _plainest(ranking)),
     )
@@ -54,9 +69,9 @@ def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
 
 def standing(body: Mapping[str, Any]) -> str:
     """What the model that a run names is: recommended, or the nearest where no fit is sound or explains anything."""
-    chosen = next(entry for entry in body["ranking"] if entry["name"] == body["recommended"])
+    chosen = next(entry for entry in body["ranking"] if entry["name"] == chosen_name(body))
     told = explains(chosen["test"]["share"][0], chosen["test"]["r2"][1])
-    return "recommended" if chosen["sound"] and told else "nearest"
+    return "recommended" if body["recommended"] and chosen["sound"] and told else "nearest"
 
 
 def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:
@@ -103,10 +118,37 @@ class Material:
         """run.json."""
         return self.run.body
 
+    @cached_property
+    def about(self) -> RunAbout:
+        """What people say of the run."""
+        return read_about(self.run.folder)
+
     @property
     def recommended(self) -> str:
-        """Name of the recommended model."""
-        return str(self.body["recommended"])
+        """Name of the recommended model, or of the nearest where none is recommended."""
+        return chosen_name(self.body)
+
+    @cached_property
+    def titles(self) -> Mapping[str, str]:
+        """What each model is called in plain words, by its name."""
+        return {entry["name"]: str(entry["title"]) for entry in self.body["ranking"]}
+
+    @property
+    def title(self) -> str:
+        """What the recommended model is called."""
+        return self.titles[self.recommended]
+
+    @cached_property
+    def rival(self) -> str | None:
+        """The model to show beside the recommended one: the best of another kind that is sound; None where none is.
+
+        Of a model with a network it is the best law alone, of a law the best other law.
+        """
+        own = self.run.entry(self.recommended)
+        law = self.recommended.partition("+")[0]
+        others = (e for e in self.body["ranking"] if e["name"] != self.recommended and not e["fit"]["weights"])
+        of_another_kind = (e for e in others if own["fit"]["weights"] or e["name"].partition("+")[0] != law)
+        return next((str(e["name"]) for e in of_another_kind if e["test"]["rmse"][0] is not None), None)
 
     @cached_property
     def shown(self) -> dict[str, Role]:
@@ -244,6 +286,22 @@ class Material:
         laws = [self.laws[name] for name in law_names(self.body)]
         return grouped([flow_curves(self.rows, laws, k) for k in range(len(self.rows.data.elements))], self.unexplained)
 
+    @cached_property
+    def recommended_curves(self) -> list[tuple[list[FlowCurves], FieldCurves]]:
+        """The recommended model and its rival over slip, and the recommended one over the field, of each element."""
+        models = [self.models[name] for name in (self.recommended, self.rival) if name]
+        wait = self.dot_wait
+        return [
+            (flow_curves(self.rows, models, k, wait), field_curves(self.rows, models[0], k, wait))
+            for k in range(len(self.rows.data.elements))
+        ]
+
+    @cached_property
+    def dot_wait(self) -> int:
+        """Rows that the field has stayed before each dot of these curves."""
+        model = self.models[self.recommended]
+        return min(waited(self.rows, model, k) for k in range(len(self.rows.data.elements)))
+
     @property
     def unexplained(self) -> float:
         """RMSE of the best model on the rows held out: what no model of the run explains; 0 where nobody knows."""
@@ -254,7 +312,11 @@ class Material:
     def about_flow_curves(self) -> str:
         """What to know of the flow curves, in words: laws drawn once, fields without rows, laws without dots."""
         curves, said = self.flow_curves[0], list[str]()
-        same = [f"{c.model} stands for {', '.join(other.model for other in c.alike)} too" for c in curves if c.alike]
+        same = [
+            f"{self.titles[c.model]} stands for {', '.join(self.titles[other.model] for other in c.alike)} too"
+            for c in curves
+            if c.alike
+        ]
         if same:
             limit = f"{self.effort.of(self.unexplained, 2)}, the RMSE of the best model"
             said.append(f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(same)}.")
@@ -262,7 +324,7 @@ class Material:
         if at := ", ".join(self.field.of(field, 2) for field in rare):
             said.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
         dots = {c.model: sum(map(len, c.dots)) for c in curves}
-        few = ", ".join(name for name, count in dots.items() if count < 0.25 * max(dots.values()))
+        few = ", ".join(self.titles[name] for name, count in dots.items() if count < 0.25 * max(dots.values()))
         if few:
             said.append(f"{few}: few dots or none, for a dot is a row whose field was still as long as the law's lag.")
         return " ".join(said)

@@ -72,8 +72,9 @@ def _panel(material: Material, found: FlowCurves, y: Axis) -> Panel:
         Axis("slip", material.slip.unit, float(x[0]), float(x[-1])),
         y,
         marks,
-        f"{material.word} over slip of {found.model} at {found.fields.size} fields, with measured rows as dots.",
-        f"{found.model} {material.element_name(found.element)}".strip()
+        f"{material.word} over slip of {material.titles[found.model]} at {found.fields.size} fields, "
+        "with measured rows as dots.",
+        f"{material.titles[found.model]} {material.element_name(found.element)}".strip()
         + (f" (and {len(found.alike)} alike)" if found.alike else ""),
         chosen=found.model == material.recommended,
         size=(330, 230),

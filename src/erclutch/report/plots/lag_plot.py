@@ -41,10 +41,12 @@ def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
     return Panel(
         Axis("time since the command switched", "ms", float(x[0]), float(x[-1]), log=True),
         Axis("RMSE", material.effort.unit, 0.0, 1.08 * max(float(v.max()) for v in curves.values())),
-        [Line(x, curves[name], role, material.run.titles[name]) for name, role in reversed(material.shown.items())],
-        f"RMSE over the time since the command last switched, of {', '.join(found.rmse)}.",
+        [Line(x, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())],
+        "RMSE over the time since the command last switched, of "
+        f"{', '.join(material.titles[name] for name in found.rmse)}.",
         caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
         "the model does not have.",
+        size=(430, 250),
     )
 
 
@@ -56,14 +58,19 @@ def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> 
         ways = {"step": up} if np.allclose(down, 1.0 - up, atol=1e-3) else {"step": up, "fall": down}
         for name, share in ways.items():
             way = "" if len(ways) == 1 else ", rise" if name == "step" else ", fall"
-            lines.append(Line(t * 1e3, share, material.shown[step.model], step.model + way, dashed=name == "fall"))
+            lines.append(
+                Line(
+                    t * 1e3, share, material.shown[step.model], material.titles[step.model] + way, dashed=name == "fall"
+                )
+            )
             rows += [(name, step.model, float(a), float(b)) for a, b in zip(t, share, strict=True)]
     highest = max(1.05, *(1.03 * float(line.y.max()) for line in lines))
     return Panel(
         Axis("time since the command stepped", "ms", 0.0, float(t[-1]) * 1e3),
         Axis("field in the fluid, share of the step", "", min(0.0, *(float(line.y.min()) for line in lines)), highest),
         lines,
-        f"Step responses of {', '.join(s.model for s in found)}.",
+        f"Step responses of {', '.join(material.titles[s.model] for s in found)}.",
         caption="How the field in the fluid follows a step, as the models with a lag have it"
         + ("; dashed: a step down." if any(line.dashed for line in lines) else "."),
+        size=(430, 250),
     )

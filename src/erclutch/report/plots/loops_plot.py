@@ -49,7 +49,7 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
     factor = material.effort.factor
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
     lines += [
-        Line(values, loop.modelled[name] * factor, role, material.run.titles[name])
+        Line(values, loop.modelled[name] * factor, role, material.titles[name])
         for name, role in material.looped.items()
     ]
     at = _field_of(material, loop)
@@ -58,9 +58,11 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
         x,
         Axis(material.word, material.effort.unit),
         lines,
-        f"{material.word} over {x.label} at {at}, measured and estimated by {', '.join(loop.modelled)}.",
+        f"{material.word} over {x.label} at {at}, measured and estimated by "
+        f"{', '.join(material.titles[name] for name in loop.modelled)}.",
         f"{at}, {where}",
         caption=f"Over {x.label} at {at}, {where}.",
+        size=(430, 250),
     )
 
 

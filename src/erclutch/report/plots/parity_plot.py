@@ -36,10 +36,10 @@ def _parity(material: Material) -> Panel:
             Cells(edges, edges, counts, float(found.counts.max()), "mass", "", log=True),
             Line(np.array([low, high]), np.array([low, high]), "ref"),
         ],
-        f"Estimated over measured {material.word} of {material.recommended}, rows held out; on the diagonal they "
+        f"Estimated over measured {material.word} of {material.title}, rows held out; on the diagonal they "
         f"agree. R² {number(r2, 4)}.",
-        material.recommended,
-        f"{material.recommended}, rows held out. Darker: more rows (logarithmic). On the line the two agree.{beyond}",
+        material.title,
+        f"{material.title}, rows held out. Darker: more rows (logarithmic). On the line the two agree.{beyond}",
         square=True,
         size=(430, 350),
         share=1.6,
@@ -63,7 +63,7 @@ def _distribution(material: Material) -> Panel:
         marks,
         f"Distribution of the residual of {', '.join(d.model for d in spread)}. Half of the errors of {first.model} "
         f"are below {effort.of(first.quantiles[0])}, 99 % below {effort.of(first.quantiles[2])}.",
-        caption=f"Filled: {material.recommended}. Thin line: a normal distribution of the same width.",
+        caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
         size=(430, 350),
     )
 

@@ -36,7 +36,7 @@ def _spectrum(material: Material, found: Spectrum) -> Panel:
     curves = {name: np.maximum(d * material.effort.factor, 1e-300) for name, d in found.density.items()}
     positive = np.concatenate([d[d > 1e-300] for d in curves.values()])
     lines = [Line(x, curves["measured"], "measured", "measured")]
-    lines += [Line(x, curves[name], role, material.run.titles[name]) for name, role in reversed(material.shown.items())]
+    lines += [Line(x, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())]
     low, high = float(np.quantile(positive, 0.002)) / 1.5, 1.6 * float(positive.max())
     return Panel(
         Axis("frequency", "Hz", float(x[0]), float(x[-1]), log=True),

@@ -13,6 +13,7 @@ from erclutch.report.plots.flow_curves_plot import describe_flow_curves
 from erclutch.report.plots.lag_plot import describe_lag
 from erclutch.report.plots.loops_plot import describe_loops
 from erclutch.report.plots.matplotlib_painter import save_plot
+from erclutch.report.plots.model_plot import describe_model
 from erclutch.report.plots.parity_plot import describe_parity
 from erclutch.report.plots.plot_description import PAGE, Plot
 from erclutch.report.plots.ranking_plot import describe_ranking
@@ -26,6 +27,7 @@ FIGURES: dict[str, tuple[str, Callable[..., Plot]]] = {
     "error-map": ("error and training rows over field and slip", describe_error_map),
     "parity": ("estimated against measured, and the residual's distribution", describe_parity),
     "residual": ("spectrum and autocorrelation of the residual", describe_residual),
+    "model": ("the recommended model: effort over slip and field, beside a rival", describe_model),
     "flow-curves": ("effort over slip of each law", describe_flow_curves),
     "loops": ("effort around periods of the motion, over slip and over travel", describe_loops),
     "lag": ("error after a switch, step responses", describe_lag),

@@ -29,7 +29,7 @@ def describe_trace(
     models = {n: role for n, role in reversed(material.shown.items()) if role != "best"} or material.shown
     measured = Line(time, data.effort[at] * effort.factor, "measured", "measured")
     estimates = [
-        Line(time, rows.predicted[n][at] * effort.factor, role, material.run.titles[n]) for n, role in models.items()
+        Line(time, rows.predicted[n][at] * effort.factor, role, material.titles[n]) for n, role in models.items()
     ]
     residuals = [Line(time, rows.residual(n)[at] * effort.factor, role) for n, role in models.items()]
     commands = [

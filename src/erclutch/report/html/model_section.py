@@ -1,0 +1,119 @@
+"""This section shows the recommended model itself: its curves, where its effort turns, its constants, its network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from erclutch.export.monotone import monotone_share, worst_turn
+from erclutch.models.laws.yield_stress import YIELD_FORMS
+from erclutch.models.residual_model import ResidualModel
+from erclutch.report.html.parameters_section import equation_of, parameter_row
+from erclutch.report.html.section import Section
+from erclutch.report.numbers.flow_curves import dwelled_fields
+from erclutch.report.numbers.number_text import Scale, percent
+from erclutch.report.numbers.run_material import Material
+from erclutch.report.plots.model_plot import describe_model
+
+#: Numbers that say how the yield effort grows with the field: two fields give one number for any of them.
+_FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
+_FIELDS_FOR_A_CURVE = 3
+_LONG = 7  # constants that stand in one column
+_FAR = 1.1  # of the largest measured effort, from which on a guess is told
+
+
+def _fill(material: Material) -> dict[str, Any]:
+    """Curves, and what to know of them; a law's constants."""
+    name = material.recommended
+    entry, law = material.run.entry(name), material.law_parts.get(name)
+    rows = [_constant(material, number) for number in entry["fit"]["parameters"]]
+    half = (len(rows) + 1) // 2
+    return {
+        "title": material.title,
+        "rival": material.titles[material.rival] if material.rival else "",
+        "wait": Scale(1e3, "ms").of(material.dot_wait * material.period, 2),
+        "figures": describe_model(material).panels,
+        "says": [*_curve_words(material), *_network_words(material)],
+        "halves": [rows[:half], rows[half:]] if len(rows) > _LONG else [rows] if rows else [],
+        "lost": [row for row in rows if "why" in row],
+        "equation": None if law is None else equation_of(law),
+        "weights": entry["fit"]["weights"],
+    }
+
+
+MODEL = Section("model", "The model", "Model", _fill)
+
+
+def _constant(material: Material, number: Mapping[str, Any]) -> dict[str, Any]:
+    """A constant as a row, and why it was not measured where it was not."""
+    row, why = parameter_row(number), why_not_measured(material, number)
+    return {**row, "why": why} if why else row
+
+
+def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
+    """Why the data do not tell a constant; empty where they do."""
+    name, at_bound = number["name"], number["at_bound"]
+    if not at_bound and number["low"] is not None and number["high"] is not None:
+        return ""
+    fields = [dwelled_fields(np.abs(e.field)) for e in material.rows.data.elements]
+    few = max(fields, key=lambda found: found.size if found.size else np.inf)
+    if name in _FIELD_NUMBERS and 0 < few.size < _FIELDS_FOR_A_CURVE:
+        at = " and ".join(material.field.of(float(field), 2) for field in few)
+        plural = "s" if few.size > 1 else ""
+        return f"the log dwells at {few.size} field{plural} ({at}); a curve over the field needs {_FIELDS_FOR_A_CURVE}"
+    if at_bound and number["value"] == 0.0:
+        return "the fit is best without this part"
+    if at_bound:
+        return f"the fit is best at the {at_bound} end of the range that is searched"
+    return "other constants do the same on these rows"
+
+
+def _curve_words(material: Material) -> Iterator[str]:
+    """Where the effort is monotone in the field, how far it reaches, and where curves are guesses."""
+    model, word = material.models[material.recommended], material.word
+    if model.trained_on.field[0] == model.trained_on.field[1]:
+        field = material.field.of(model.trained_on.field[1])
+        yield f"The log has one field, {field}: nothing tells how the {word} follows the field."
+        return
+    share, turn = monotone_share(model), worst_turn(model)
+    if share == 1.0:
+        yield f"At rest its {word} follows the field one way at every slip of the log, so each {word} has one field."
+    else:
+        at = " and ".join(material.slip.of(slip, 2) for slip in turn.slips)
+        yield (
+            f"Along {percent(1.0 - share, 2)} of the lines of growing field its {word} turns: most at a slip of {at}, "
+            f"by {material.effort.of(turn.back, 2)} between {material.field.bare(turn.fields[0], 3)} and "
+            f"{material.field.of(turn.fields[1], 3)}. There two fields give one {word}; an exported inverse takes the "
+            f"field nearest to zero."
+        )
+    measured = float(np.abs(material.rows.data.effort).max())
+    if abs(turn.farthest) > _FAR * measured:
+        yield (
+            f"Inside the ranges of field and slip the settled model reaches {material.effort.of(turn.farthest)}; the "
+            f"largest {word} of the log is {material.effort.of(measured)}. There it guesses."
+        )
+    dwelled = dwelled_fields(np.abs(material.rows.data.elements[0].field))
+    if 1 < dwelled.size < _FIELDS_FOR_A_CURVE:
+        at = " and ".join(material.field.of(float(field), 2) for field in dwelled)
+        yield f"Nearly all rows have the field {at}: between these fields the curves are the model’s guess."
+
+
+def _network_words(material: Material) -> Iterator[str]:
+    """What the network of a law with one adds."""
+    model = material.models[material.recommended]
+    if not isinstance(model, ResidualModel):
+        return
+    data, test = material.rows.data, material.rows.test
+    predicted = material.rows.predicted[material.recommended]
+    added = model.added(data.elements, data.clock, data.extras, exactly=False)
+    both, alone, moved, size = (
+        float(np.sqrt(np.mean(values[test] ** 2)))
+        for values in (data.effort - predicted, data.effort - predicted + added, added, data.effort)
+    )
+    yield (
+        f"The network adds {material.effort.of(moved)} RMS, {percent(moved / size if size else 0.0, 2)} of the "
+        f"{material.word}, and never more than {material.effort.of(model.correction.limit)}. Without the network the "
+        f"law errs by {material.effort.of(alone)} on the rows held out, with the network by {material.effort.of(both)}."
+    )

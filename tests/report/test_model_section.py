@@ -1,0 +1,114 @@
+"""The section of the recommended model: where it turns, what was not measured and why, what its network adds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import RunError, SettingError
+from erclutch.export.monotone import monotone_share, worst_turn
+from erclutch.report.html.model_section import MODEL, why_not_measured
+from erclutch.report.html.report_page import report_html
+from erclutch.report.html.verdict_section import RANKING, VERDICT
+from erclutch.report.numbers.flow_curves import dwelled_fields, field_curves, flow_curves
+from erclutch.report.numbers.run_material import Material
+from erclutch.runs.run_about import RunAbout, about_with, kept_about, read_about, write_about
+from tests.support.command import good, refused
+
+
+def test_fields_at_which_a_log_dwells_are_found() -> None:
+    switched = np.repeat([0.01, 2.25, 0.01, 2.25], 500) + 0.001 * np.sin(np.arange(2000))
+    assert dwelled_fields(switched) == pytest.approx([0.01, 2.25], abs=2e-3)
+    assert dwelled_fields(np.linspace(0.0, 2.0, 2000)).size == 0
+    assert dwelled_fields(np.ones(10)).tolist() == [1.0]
+
+
+def test_an_exponent_between_two_fields_was_not_measured(material: Material) -> None:
+    switched = np.repeat([0.0, 2.0], material.rows.data.rows // 2)
+    (element,) = material.rows.data.elements
+    data = replace(material.rows.data, elements=(replace(element, field=switched),))
+    two_fields = replace(material, rows=replace(material.rows, data=data))
+    exponent = {"name": "n", "value": 4.0, "low": 3.8, "high": 4.0, "at_bound": "upper"}
+    assert "the log dwells at 2 fields (0 V and 2.0 V)" in why_not_measured(two_fields, exponent).replace("\xa0", " ")
+    assert "upper end of the range" in why_not_measured(two_fields, exponent | {"name": "h_l"})
+    assert "without this part" in why_not_measured(two_fields, exponent | {"name": "T_v", "value": 0.0})
+    assert "other constants" in why_not_measured(two_fields, exponent | {"name": "r", "at_bound": None, "low": None})
+    assert why_not_measured(two_fields, exponent | {"at_bound": None}) == ""
+
+
+def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:
+    model = material.models[material.recommended]
+    (over_slip,), over_field = flow_curves(material.rows, [model], 0, 1), field_curves(material.rows, model, 0, 1)
+    for k, field in enumerate(over_slip.fields):
+        effort = model.steady([np.full(over_slip.slip.size, field)], [over_slip.slip])
+        assert np.array_equal(over_slip.effort[k], effort)
+    for k, slip in enumerate(over_field.slips):
+        effort = model.steady([over_field.field], [np.full(over_field.field.size, slip)])
+        assert np.array_equal(over_field.effort[k], effort)
+
+
+def test_a_turn_lies_where_the_effort_goes_back(material: Material) -> None:
+    """A law is monotone; the network of this run is not."""
+    law = next(model for name, model in material.laws.items() if name.startswith("bingham"))
+    assert monotone_share(law) == 1.0
+    assert worst_turn(law).back == 0.0
+    network = material.models[next(name for name in material.run.names if name.startswith("fnn"))]
+    turn = worst_turn(network)
+    assert (turn.back > 0.0) == (monotone_share(network) < 1.0)
+    if turn.back:
+        fields, slips = np.array(turn.fields), np.full(2, turn.slips[0])
+        first, last = network.steady([fields], [slips])
+        assert abs(first - last) == pytest.approx(turn.back)
+
+
+def test_the_model_stands_before_the_ranking_with_every_constant(material: Material) -> None:
+    values = MODEL.fill(material)
+    assert sum(map(len, values["halves"])) == len(material.run.entry(material.recommended)["fit"]["parameters"])
+    assert len(values["figures"]) == 3
+    html = report_html(material)
+    assert html.index('id="model"') < html.index('id="ranking"')
+
+
+def test_eight_models_are_ranked_and_the_others_folded(material: Material) -> None:
+    values = RANKING.fill(material)
+    names = [entry["name"] for entry in (*values["first"], *values["left"])]
+    assert len(values["first"]) == min(8, len(names))
+    assert sorted(names) == sorted(material.run.names)
+    last = replace(material.run, body={**material.body, "recommended": material.run.names[-1]})
+    assert material.run.names[-1] in [entry["name"] for entry in RANKING.fill(replace(material, run=last))["first"]]
+
+
+def test_a_run_without_a_recommendation_shows_the_nearest(material: Material) -> None:
+    run = replace(material.run, body={**material.body, "recommended": None})
+    html = report_html(replace(material, run=run))
+    assert "No model is recommended. The nearest" in html
+    assert '<span class="tag">nearest</span>' in html
+
+
+def test_what_is_said_of_a_run_is_kept_and_shown(kept_run: Path, tmp_path: Path, material: Material) -> None:
+    import shutil
+
+    run = Path(shutil.copytree(kept_run, tmp_path / "run"))
+    said = ("--device", "Brake 7", "--author", "A. Smith", "--note", "after the\n repair", "--date", "2026-07-31")
+    good("report", run, "--title", "Winter test", *said)
+    html = (run / "report.html").read_text(encoding="utf-8")
+    for text in ("<h1>Winter test</h1>", "Brake 7", "A. Smith", "2026-07-31", "after the repair"):
+        assert text in html
+    good("report", run, "--note", "")
+    assert kept_about(run) == RunAbout("Winter test", "Brake 7", "A. Smith", "2026-07-31")
+    assert "2026-07-31 is no date" not in refused("report", run, "--date", "31.07.2026", cwd=tmp_path)
+    write_about(run, RunAbout())
+    assert not (run / "about.json").exists()
+    assert read_about(run).date, "the day on which the run was written"
+    assert VERDICT.fill(material)["note"] == ""
+
+
+def test_a_spoilt_about_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "about.json").write_text('{"title": 3}')
+    with pytest.raises(RunError, match=r"about\.json: cannot be understood"):
+        read_about(tmp_path)
+    with pytest.raises(SettingError, match="3,000 letters"):
+        about_with(RunAbout(), note="x" * 3000)
