@@ -23,33 +23,40 @@ def named(devices: tuple[str, ...]) -> str:
 
 def _panel(series: FleetSeries, over: str) -> Panel:
     scale = chart_scale(series.unit, float(np.abs(series.value).max()))
-    value, low, high = (scale.factor * v for v in (series.value, series.low, series.high))
-    outliers = np.array([d in series.outliers for d in series.devices], bool)
-    bars = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()
-    marks: list[Any] = [Line(np.repeat(series.x, 3), bars, "whisker")]
-    known = (high - low)[np.isfinite(high - low)]
+    x = series.x
+    value, low, high = scale.factor * series.value, scale.factor * series.low, scale.factor * series.high
+    outlying = np.array([device in series.outliers for device in series.devices], bool)
+
+    whiskers = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()  # NaN parts one from the next
+    marks: list[Any] = [Line(np.repeat(x, 3), whiskers, "whisker")]
+    width = high - low
+    known = width[np.isfinite(width)]
     reach = _REACH * float(np.median(known)) if known.size else 0.0
-    ends = [value, np.clip(low, value - reach, value), np.clip(high, value, value + reach)]
-    if series.chart is not None:
-        lower, centre, upper = (scale.factor * v for v in (series.chart.lower, series.chart.centre, series.chart.upper))
+    shown = [value, np.clip(low, value - reach, value), np.clip(high, value, value + reach)]
+    chart = series.chart
+    if chart is not None:
+        lower, centre, upper = scale.factor * chart.lower, scale.factor * chart.centre, scale.factor * chart.upper
         marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
-        ends.append(np.array([lower, upper]))
-    marks.append(Dots(series.x[~outliers], value[~outliers], "series1", "device", 3.6))
-    if outliers.any():
-        marks.append(Dots(series.x[outliers], value[outliers], "series0", "stands out", 5.0))
-    least, most = float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
+        shown.append(np.array([lower, upper]))
+    marks.append(Dots(x[~outlying], value[~outlying], "series1", "device", 3.6))
+    if outlying.any():
+        marks.append(Dots(x[outlying], value[outlying], "series0", "stands out", 5.0))
+
+    every = np.concatenate(shown)
+    least, most = float(np.nanmin(every)), float(np.nanmax(every))
     slack = 0.08 * (most - least) or 0.5
-    label = {"name": "device, in the order of the names", "mtime": "days since the first log"}.get(over, over)
+    labels = {"name": "device, in the order of the names", "mtime": "days since the first log"}
+    grey = " Grey: the limits of the control chart." if chart is not None else ""
     return Panel(
-        Axis(label, whole=over == "name"),
+        Axis(labels.get(over, over), whole=over == "name"),
         Axis(series.parameter, scale.unit, least - slack, most + slack),
         marks,
         f"{series.parameter} of {len(series.devices)} devices.",
-        caption=f"{series.parameter} with 95 % intervals."
-        + (" Grey: the limits of the control chart." if series.chart is not None else ""),
+        caption=f"{series.parameter} with 95 % intervals.{grey}",
     )
 
 
 def fleet_panels(series: Sequence[FleetSeries], over: str) -> list[Panel]:
     """A chart of each number of a model over what the devices are ordered by, the error first."""
-    return [_panel(s, over) for s in sorted(series, key=lambda s: s.parameter != RMSE)]
+    error_first = sorted(series, key=lambda s: s.parameter != RMSE)
+    return [_panel(one, over) for one in error_first]

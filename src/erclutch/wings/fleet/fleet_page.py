@@ -22,8 +22,8 @@ def trend_of(series: FleetSeries) -> str:
     """The trend with its interval and the probability of chance; bold sentences are for the reader."""
     if series.trend is None:
         return "–"
-    found = series.trend
-    return f"{number(found.slope)} ({span(found.low, found.high)}), p = {found.chance:.2g}"
+    line = series.trend
+    return f"{number(line.slope)} ({span(line.low, line.high)}), p = {line.chance:.2g}"
 
 
 def beyond(series: FleetSeries) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ def fleet_html(fleet: Fleet) -> str:
         "rows": [
             (s, np.median(s.value), trend_of(s), drifting(s), named(s.outliers), named(beyond(s))) for s in series
         ],
-        "panels": fleet_panels(fleet.stands_for, fleet.over),
+        "panels": fleet_panels(series, fleet.over),
         "failed": fleet.failed,
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }

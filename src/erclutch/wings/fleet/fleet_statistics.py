@@ -61,10 +61,14 @@ def outlier_scores(values: Array, low: Array, high: Array) -> Array:
     if values.size < FEWEST:
         return np.full(values.size, np.nan)
     with np.errstate(invalid="ignore"):
-        own = (high - low) / (2.0 * _NORMAL_95)
+        own = (high - low) / (2.0 * _NORMAL_95)  # standard deviation that a device's own interval says
+    own = np.where(np.isfinite(own), own, 0.0)
     away = values - np.median(values)
-    spread = np.hypot(_SIGMA_OF_MAD * np.median(np.abs(away)), np.where(np.isfinite(own), own, 0.0))
-    return np.divide(away, spread, out=np.where(away == 0.0, 0.0, np.copysign(np.inf, away)), where=spread > 0.0)
+    of_all = _SIGMA_OF_MAD * np.median(np.abs(away))
+    spread = np.hypot(of_all, own)
+    # Where nothing spreads, a value at the median is usual and any other one stands out without limit.
+    scores = np.where(away == 0.0, 0.0, np.copysign(np.inf, away))
+    return np.divide(away, spread, out=scores, where=spread > 0.0)
 
 
 def trend(x: Array, y: Array) -> Trend | None:
@@ -73,9 +77,10 @@ def trend(x: Array, y: Array) -> Trend | None:
 
     if y.size < FEWEST or np.ptp(x) == 0.0:
         return None
-    line = theilslopes(y, x, 0.95)
-    chance = 1.0 if np.ptp(y) == 0.0 else float(kendalltau(x, y).pvalue)
-    return Trend(float(line[0]), float(line[2]), float(line[3]), chance)
+    slope, _, low, high = theilslopes(y, x, 0.95)
+    constant = np.ptp(y) == 0.0
+    chance = 1.0 if constant else float(kendalltau(x, y).pvalue)
+    return Trend(float(slope), float(low), float(high), chance)
 
 
 def control_chart(values: Array, baseline: int = 0) -> ControlChart | None:
@@ -88,8 +93,11 @@ def control_chart(values: Array, baseline: int = 0) -> ControlChart | None:
     first = values[: baseline or None]
     if first.size < FEWEST:
         return None
-    centre, reach = float(first.mean()), 3.0 * float(np.abs(np.diff(first)).mean()) / _SIGMA_OF_RANGE
-    return ControlChart(centre, centre - reach, centre + reach, np.abs(values - centre) > reach)
+    centre = float(first.mean())
+    moving_range = float(np.abs(np.diff(first)).mean())
+    reach = 3.0 * moving_range / _SIGMA_OF_RANGE
+    outside = np.abs(values - centre) > reach
+    return ControlChart(centre, centre - reach, centre + reach, outside)
 
 
 @dataclass(frozen=True)

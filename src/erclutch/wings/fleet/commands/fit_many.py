@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +15,6 @@ from erclutch.cli.quantities import SHARE
 from erclutch.errors import CheckError, require
 
 if TYPE_CHECKING:
-    from erclutch.fit.comparison import Settings
     from erclutch.wings.fleet.fleet import Fleet
 
 COMMAND = {
@@ -70,13 +68,32 @@ def fit_many(
         reading: How to read the logs.
     """
     from erclutch.fit.comparison import Settings
+    from erclutch.wings.fleet.fleet import fit_many as fit_fleet
     from erclutch.wings.fleet.fleet_page import write_fleet_report
 
     require_counts(workers, seed)
     require(5 if baseline else 0, baseline=baseline)
     settings = Settings(model_names(models), lag, test, 0, friction, offset, seed)
-    more = {"by": by, "over": over, "baseline": baseline, "cluster": cluster, "workers": workers, "force": force}
-    fleet = _fitted(logs, out, settings, reading, more)
+    with terminal.progress("fitting") as bar:
+
+        def show(done: int, total: int, name: str) -> None:
+            bar(done, total, f"fitted {name}")
+
+        fleet = fit_fleet(
+            logs,
+            settings.models,
+            out=out,
+            device=reading.device or "single",
+            reading=reading.how(),
+            settings=settings,
+            by=by,
+            over=over,
+            baseline=baseline,
+            cluster=cluster,
+            workers=workers,
+            force=force,
+            progress=show,
+        )
     report = write_fleet_report(fleet, out / "report.html")
     if json:
         terminal.say_json(_as_json(fleet))
@@ -87,18 +104,6 @@ def fit_many(
         first, why = next(iter(fleet.failed.items()))
         problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
         raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
-
-
-def _fitted(logs: Sequence[Path], out: Path, settings: Settings, reading: LogOptions, more: dict[str, Any]) -> Fleet:
-    from erclutch.wings.fleet.fleet import fit_many as fit_them
-
-    with terminal.progress("fitting") as bar:
-
-        def show(done: int, total: int, name: str) -> None:
-            bar(done, total, f"fitted {name}")
-
-        about: dict[str, Any] = {"device": reading.device or "single", "reading": reading.how(), "progress": show}
-        return fit_them(logs, settings.models, out=out, settings=settings, **about, **more)
 
 
 def _as_json(fleet: Fleet) -> dict[str, Any]:
@@ -116,16 +121,22 @@ def _as_json(fleet: Fleet) -> dict[str, Any]:
         }
         for s in fleet.stands_for
     ]
-    about = {"devices": fleet.devices, "failed": dict(fleet.failed), "model": fleet.model, "digest": fleet.digest}
-    return {**about, "folder": str(fleet.folder), "parameters": parameters}
+    return {
+        "devices": fleet.devices,
+        "failed": dict(fleet.failed),
+        "model": fleet.model,
+        "digest": fleet.digest,
+        "folder": str(fleet.folder),
+        "parameters": parameters,
+    }
 
 
 def _print(fleet: Fleet) -> None:
     from erclutch.wings.fleet.fleet_charts import named
     from erclutch.wings.fleet.fleet_page import beyond, trend_of
 
-    if made := sorted({*fleet.origins} - terminal.MEASURED):
-        terminal.tell(f"{' and '.join(made)} data: made by a computer, not a measurement")
+    if artificial := sorted({*fleet.origins} - terminal.MEASURED):
+        terminal.tell(f"{' and '.join(artificial)} data: made by a computer, not a measurement")
     done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
     for device, reason in list(fleet.failed.items())[:5]:

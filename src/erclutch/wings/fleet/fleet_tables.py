@@ -1,0 +1,212 @@
+"""What came out of each device becomes two tables, a series for each number, and a digest of all rows."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.files import whole_file
+from erclutch.runs.run_folder import unwritable
+from erclutch.signals.array import Array
+from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, control_chart, outlier_scores, trend
+
+Rows = list[dict[str, Any]]
+
+_SECONDS_A_DAY = 86400.0
+
+
+@dataclass(frozen=True)
+class FleetTables:
+    """The tables of a fleet.
+
+    Attributes:
+        parameters: a row for each number of each model of each device.
+        fits: a row for each model of each device; a device that failed has one with the reason.
+        series: each number of each model over the devices.
+        model: the model that is recommended most often.
+        digest: SHA-256 of the rows of both tables, sorted.
+    """
+
+    parameters: Rows
+    fits: Rows
+    series: tuple[FleetSeries, ...]
+    model: str | None
+    digest: str
+
+    def write(self, folder: Path) -> None:
+        """Write both tables as Parquet, each whole or not at all.
+
+        Raises:
+            RunError: the folder cannot be written.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        for name, rows in (("parameters", self.parameters), ("fits", self.fits)):
+            columns = dict.fromkeys(key for row in rows for key in row)
+            table = pa.table({key: [row.get(key) for row in rows] for key in columns})
+            with whole_file(folder / f"{name}.parquet", unwritable) as partial, partial.open("wb") as file:
+                pq.write_table(table, file)
+
+
+def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) -> FleetTables:
+    """The tables of what came out of each device (see `erclutch.wings.fleet.fleet.fit_device`).
+
+    Args:
+        devices: in the order of their names.
+        over: what they are ordered by, see `erclutch.wings.fleet.fleet.fit_many`.
+        baseline: how many of the first devices give the limits of the control charts; 0 for all.
+
+    Raises:
+        SettingError: no device has a number of this name to be ordered by.
+    """
+    fits: Rows = []
+    parameters: Rows = []
+    for order, body in zip(_order_of(devices, over), devices, strict=True):
+        place = {"device": body["device"], "order": order}
+        modified = datetime.fromtimestamp(body["modified"], UTC).isoformat(timespec="seconds")
+        about = {**place, "logs": "; ".join(body["logs"]), "modified": modified, **body["values"]}
+        run = body.get("run")
+        if run is None:
+            fits.append({**about, **_NO_FIT, "failed": body["failed"]})
+            continue
+        for model in run["ranking"]:
+            fit = _fit_row(run, model)
+            fits.append({**about, **fit, "failed": body["failed"]})
+            parameters += [{**place, **row} for row in _parameter_rows(model, fit)]
+
+    series = _series_of(parameters, baseline)
+    recommended = [row["model"] for row in fits if row["recommended"]]
+    most_often = max(sorted(set(recommended)), key=recommended.count, default=None)
+    lines = sorted(json.dumps(row, sort_keys=True) for row in fits + parameters)
+    digest = hashlib.sha256("\n".join(lines).encode()).hexdigest()
+    return FleetTables(parameters, fits, series, most_often, digest)
+
+
+def _order_of(devices: Sequence[Mapping[str, Any]], over: str) -> list[float]:
+    """Where each device stands: its place, days since the first log, or a number of its own."""
+    if over == "name":
+        return [float(i + 1) for i in range(len(devices))]
+    if over == "mtime":
+        first = min((body["modified"] for body in devices if body["modified"]), default=0.0)
+        return [(body["modified"] - first) / _SECONDS_A_DAY for body in devices]
+    if not any(over in body["values"] for body in devices):
+        remedy = f"Give --name-pattern with {{{over}}} in it, or --over name, or --over mtime"
+        raise SettingError(f"no log has a number {over!r}", remedy=remedy)
+    return [float(body["values"].get(over, np.nan)) for body in devices]
+
+
+def _fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
+    """What the table of fits says of a model of a run."""
+    test = model["test"]
+    rmse, rmse_low, rmse_high = test["rmse"]
+    return {
+        "model": model["name"],
+        "recommended": model["name"] == run["recommended"],
+        "sound": model["sound"],
+        "rmse": rmse,
+        "rmse_low": rmse_low,
+        "rmse_high": rmse_high,
+        "share": test["share"][0],
+        "train_rmse": model["train"]["rmse"][0],
+        "parameters": model["parameters_count"],
+        "train_rows": run["train_rows"],
+        "test_rows": run["test_rows"],
+        "effort_unit": run["units"]["effort"],
+        "notes": "; ".join(model["notes"]),
+    }
+
+
+#: The columns of `_fit_row` for a device that failed.
+_NO_FIT: dict[str, Any] = {
+    "model": None,
+    "recommended": False,
+    "sound": None,
+    "rmse": None,
+    "rmse_low": None,
+    "rmse_high": None,
+    "share": None,
+    "train_rmse": None,
+    "parameters": None,
+    "train_rows": None,
+    "test_rows": None,
+    "effort_unit": None,
+    "notes": None,
+}
+
+
+def _parameter_rows(model: Mapping[str, Any], fit: Mapping[str, Any]) -> Rows:
+    """A row for each parameter of a model, and one for its error on rows held out."""
+    error = {
+        "name": RMSE,
+        "value": fit["rmse"],
+        "low": fit["rmse_low"],
+        "high": fit["rmse_high"],
+        "at_bound": None,
+        "unit": fit["effort_unit"],
+    }
+    return [
+        {
+            "model": fit["model"],
+            "recommended": fit["recommended"],
+            "parameter": number["name"],
+            "value": number["value"],
+            "low": number["low"],
+            "high": number["high"],
+            "at_bound": number["at_bound"],
+            "unit": number["unit"],
+            "rmse": fit["rmse"],
+            "warnings": fit["notes"],
+        }
+        for number in (*model["fit"]["parameters"], error)
+    ]
+
+
+def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
+    """Each number of each model over the devices; its rows get their score, and whether they stand out."""
+    groups: dict[tuple[str, str, str], Rows] = {}
+    for row in parameters:
+        key = row["model"], row["parameter"], row["unit"]
+        groups.setdefault(key, []).append(row)
+
+    series: list[FleetSeries] = []
+    for (model, parameter, unit), rows in groups.items():
+        # A device without this number, or without a place in the order (NaN), is left out.
+        known = [row for row in rows if row["value"] is not None and row["order"] == row["order"]]
+        known.sort(key=itemgetter("order"))
+        order = _column(known, "order")
+        value, low, high = _column(known, "value"), _column(known, "low"), _column(known, "high")
+        scores = outlier_scores(value, low, high)
+        for row, score in zip(known, scores, strict=True):
+            row["score"] = float(score) if np.isfinite(score) else None
+            row["outlier"] = bool(abs(score) > OUTLYING)
+        series.append(
+            FleetSeries(
+                model=model,
+                parameter=parameter,
+                unit=unit,
+                devices=tuple(row["device"] for row in known),
+                x=order,
+                value=value,
+                low=low,
+                high=high,
+                score=scores,
+                trend=trend(order, value),
+                chart=control_chart(value, baseline),
+            )
+        )
+    return tuple(series)
+
+
+def _column(rows: Rows, name: str) -> Array:
+    """Numbers of some rows, NaN where there is none, shape (n,)."""
+    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)
