@@ -58,7 +58,10 @@ def write_commands(path: Path, columns: LabelledColumns, rows: Array, about: Map
     """
     if path.suffix.lower() != ".h":
         return write_log(path, columns, [rows], about, rows=len(rows))
-    lines = ("  {" + ", ".join(f"{number:.9g}" for number in row) + "}" for row in rows.tolist())
+    lines: list[str] = []
+    for row in rows.tolist():
+        numbers = ", ".join(f"{number:.9g}" for number in row)
+        lines.append(f"  {{{numbers}}}")
     text = _HEADER.format(
         about=comment(f"{about['label']}: {dict(about)}"),
         rows=len(rows),

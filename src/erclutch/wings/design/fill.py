@@ -20,14 +20,16 @@ from erclutch.wings.design.limits import RigLimits
 from erclutch.wings.design.stretches import StretchMaker, pieces_of_paper
 
 #: Cells along the field and along the slip; of the field zero has one more, and a pair has them on both sides.
-FIELD_CELLS, SLIP_CELLS = 8, 8
+FIELD_CELLS = 8
+SLIP_CELLS = 8
+#: Cells of the rates: field and slip each fall, are steady or rise.
+_RATE_CELLS = 9
 _STEADY = 0.02  # share of the fastest rate below which a field or a slip is steady
 _FAST = 2.0  # rates of a field that may step: from zero to the largest in so many milliseconds
 _CANDIDATES = 24
 
 Cells = NDArray[np.intp]
-
-
+#: Field and speed of some rows.
 Stretch = tuple[Ticks, Ticks]
 
 
@@ -47,48 +49,57 @@ class CellCounts:
     """Rows in the cells of field, slip, and whether each of the two rises, falls or is steady."""
 
     def __init__(self, bounds: Bounds, rate: float, *, signed: bool, one_way: bool) -> None:
-        self._bounds, self._signed, self._one_way = bounds, signed, one_way
+        self._bounds = bounds
+        self._signed = signed
+        self._one_way = one_way
         fastest = bounds.field * 1000.0 / (_FAST * rate)  # ticks a row
         self._steady_field = max(1.0, _STEADY * min(bounds.field_step, fastest))
         self._steady_speed = _STEADY * bounds.speed_step
-        self.counts = np.zeros((2 * FIELD_CELLS + 1) * SLIP_CELLS * 9, np.intp)
+        self.counts = np.zeros((2 * FIELD_CELLS + 1) * SLIP_CELLS * _RATE_CELLS, np.intp)
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """Growth of the sum of log(1 + rows) over the cells."""
         growths: list[float] = []
         for fields, speeds in offers:
-            cells, added = np.unique(self.cells(sequence.field, sequence.speed, fields, speeds), return_counts=True)
-            growths.append(float(np.sum(np.log1p(added / (1.0 + self.counts[cells])))))
+            of_rows = self.cells(sequence.field, sequence.speed, fields, speeds)
+            cells, added = np.unique(of_rows, return_counts=True)
+            growth = np.log1p(added / (1.0 + self.counts[cells]))  # log(1 + old + added) - log(1 + old)
+            growths.append(float(np.sum(growth)))
         return growths
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """Count the rows."""
-        np.add.at(self.counts, self.cells(sequence.field, sequence.speed, *stretch), 1)
+        fields, speeds = stretch
+        np.add.at(self.counts, self.cells(sequence.field, sequence.speed, fields, speeds), 1)
 
     def known(self, fields: Array, speeds: Array) -> None:
         """Count rows that are logged already, of those within the limits: field (signed of a pair) and speed."""
         bounds = self._bounds
-        courses = np.rint(fields * bounds.field_ticks), np.rint(speeds * bounds.speed_ticks)
-        near = (np.abs(courses[0]) <= bounds.field + 1) & (np.abs(courses[1]) <= bounds.speed + 1)
-        ticks = [course[near].astype(np.int64) for course in courses]
-        np.add.at(self.counts, self.cells(0, 0, ticks[0], ticks[1]), 1)
+        field_ticks = np.rint(fields * bounds.field_ticks)
+        speed_ticks = np.rint(speeds * bounds.speed_ticks)
+        within = (np.abs(field_ticks) <= bounds.field + 1) & (np.abs(speed_ticks) <= bounds.speed + 1)
+        cells = self.cells(0, 0, field_ticks[within].astype(np.int64), speed_ticks[within].astype(np.int64))
+        np.add.at(self.counts, cells, 1)
 
     def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
         """The cell of each row, with the field and the speed before the first."""
         bounds = self._bounds
+        # The fields' levels from the most negative to the most positive, with zero in the middle.
         size = np.minimum(np.abs(fields) * FIELD_CELLS // (bounds.field + 1), FIELD_CELLS - 1)
-        level = np.where(fields == 0, FIELD_CELLS, np.where(fields > 0, FIELD_CELLS + 1 + size, FIELD_CELLS - 1 - size))
+        signed = np.where(fields > 0, FIELD_CELLS + 1 + size, FIELD_CELLS - 1 - size)
+        level = np.where(fields == 0, FIELD_CELLS, signed)
         span = bounds.speed if self._one_way else 2 * bounds.speed
         above = speeds if self._one_way else speeds + bounds.speed
         slip = np.clip(above * SLIP_CELLS // (span + 1), 0, SLIP_CELLS - 1)
-        rates = _direction(np.diff(fields, prepend=field), self._steady_field)
-        turns = _direction(np.diff(speeds, prepend=speed), self._steady_speed)
-        return ((level * SLIP_CELLS + slip) * 9 + rates * 3 + turns).astype(np.intp)
+        field_direction = _direction(np.diff(fields, prepend=field), self._steady_field)
+        slip_direction = _direction(np.diff(speeds, prepend=speed), self._steady_speed)
+        rates = field_direction * 3 + slip_direction
+        return ((level * SLIP_CELLS + slip) * _RATE_CELLS + rates).astype(np.intp)
 
     def share(self) -> float:
         """Share of the cells that hold a row, of those that can."""
         levels = 2 * FIELD_CELLS + 1 if self._signed else FIELD_CELLS + 1
-        return float(np.count_nonzero(self.counts)) / (levels * SLIP_CELLS * 9)
+        return float(np.count_nonzero(self.counts)) / (levels * SLIP_CELLS * _RATE_CELLS)
 
 
 def _direction(change: Ticks, steady: float) -> NDArray[np.int64]:
@@ -171,7 +182,8 @@ def papers_sequence(
     while sequence.left > 0:
         piece = pieces_of_paper(bounds, rng, rate, one_way=one_way, highest=highest, lowest=settings.lowest)
         speeds = course(sequence.speed, [piece])[: sequence.left]
-        fields = _followed(sequence.field, wanted[sequence.rows : sequence.rows + speeds.size], bounds.field_step)
+        next_wanted = wanted[sequence.rows : sequence.rows + speeds.size]
+        fields = _followed(sequence.field, next_wanted, bounds.field_step)
         rows = sequence.safe(fields, speeds)
         if not rows:
             fields, speeds = sequence.stop()

@@ -51,10 +51,13 @@ class Region:
 
     def rows(self, data: Dataset) -> Mask:
         """Which rows have an element there, shape (n,)."""
+        least_field, most_field = self.field
+        least_slip, most_slip = self.slip
         inside = np.zeros(data.rows, np.bool_)
         for element in data.elements:
-            field = (self.field[0] <= element.field) & (element.field <= self.field[1])
-            inside |= field & (self.slip[0] <= element.slip) & (element.slip <= self.slip[1])
+            field = (least_field <= element.field) & (element.field <= most_field)
+            slip = (least_slip <= element.slip) & (element.slip <= most_slip)
+            inside |= field & slip
         return inside
 
 
@@ -65,13 +68,15 @@ def region_of(text: str) -> Region:
         SettingError: it is no such text.
     """
     number = r"([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)"
+    either = rf"(?:\+-\s*{number}|{number}\s*\.\.\s*{number})"
+    unit = r"(?:\s+\S+)?"
     ranges: dict[str, tuple[float, float]] = {}
     for part in text.split(","):
-        found = re.fullmatch(rf"\s*(field|slip)\s+(?:\+-\s*{number}|{number}\s*\.\.\s*{number})(?:\s+\S+)?\s*", part)
-        if found is None:
+        match = re.fullmatch(rf"\s*(field|slip)\s+{either}{unit}\s*", part)
+        if match is None:
             remedy = "Write it like --where 'field 0..2 A, slip +-5 rad/s'"
             raise SettingError(f"--where {text!r}: {part.strip()!r} is no range", remedy=remedy)
-        name, both, low, high = found.groups()
+        name, both, low, high = match.groups()
         ranges[name] = (-float(both), float(both)) if both else (float(low), float(high))
     everywhere = (-math.inf, math.inf)
     return Region(ranges.get("field", everywhere), ranges.get("slip", everywhere))
@@ -85,35 +90,39 @@ class Sensitivity:
 
     def rows(self, data: Dataset) -> Array:
         """Derivatives in each row, shape (n, k + p)."""
-        structure, reference = self.model.structure, self.model.reference
-        shapes = structure.shapes(reference.period)
-        gains = np.array(list(self.model.gains.values()))
-        none = np.zeros(gains.size, np.bool_)
-        problem = separable(data, structure, reference, shapes, slice(None))
-        at = coordinates(shapes, list(self.model.shape.values()))
-        stacked, slopes, _ = linearised(problem, at, Projection(gains, none, none, 0.0))
-        return np.hstack([slopes, stacked[:, :-1]])
+        model = self.model
+        shapes = model.structure.shapes(model.reference.period)
+        problem = separable(data, model.structure, model.reference, shapes, slice(None))
+        at = coordinates(shapes, list(model.shape.values()))
+        gains = np.array(list(model.gains.values()))
+        unbound = np.zeros(gains.size, np.bool_)
+        stacked, by_coordinates, _ = linearised(problem, at, Projection(gains, unbound, unbound, 0.0))
+        by_gains = stacked[:, :-1]  # the last column is the effort
+        return np.hstack([by_coordinates, by_gains])
 
     def of_commands(self, pieces: Sequence[tuple[Array, Array]], period: float) -> Dataset:
         """Rows of field and speed, each piece a span of its own; the output of a pair is held."""
         structure = self.model.structure
-        fields = np.concatenate([piece[0] for piece in pieces])
-        speeds = np.concatenate([piece[1] for piece in pieces])
-        ends = itertools.accumulate((piece[0].size for piece in pieces), initial=0)
+        fields = np.concatenate([field for field, _ in pieces])
+        speeds = np.concatenate([speed for _, speed in pieces])
+        rows = fields.size
+        ends = itertools.accumulate((field.size for field, _ in pieces), initial=0)
         spans = tuple(Span(start, stop, period) for start, stop in itertools.pairwise(ends))
         if structure.device == "coaxial":
-            parts = [np.maximum(fields, 0.0), np.maximum(-fields, 0.0)]
             slips = slips_of("coaxial", (speeds, np.zeros_like(speeds)))
+            first = Element(np.maximum(fields, 0.0), slips[0])
+            second = Element(np.maximum(-fields, 0.0), slips[1])
+            elements = (first, second)
         else:
-            parts, slips = [fields], [speeds]
-        further = zip(structure.extras, self.model.reference.extras, strict=True)
+            elements = (Element(fields, speeds),)
+        usual = zip(structure.extras, self.model.reference.extras, strict=True)  # further inputs stay as usual
         return Dataset(
             device=structure.device,
-            elements=tuple(Element(field, slip) for field, slip in zip(parts, slips, strict=True)),
-            effort=np.zeros(fields.size),
-            clock=Clock(np.arange(float(fields.size)) * np.float64(period), spans),
+            elements=elements,
+            effort=np.zeros(rows),
+            clock=Clock(np.arange(float(rows)) * np.float64(period), spans),
             units=self.model.units,
-            extras={name: np.full(fields.size, scale) for name, scale in further},
+            extras={name: np.full(rows, scale) for name, scale in usual},
         )
 
 
@@ -149,20 +158,27 @@ class Knowledge:
             use: rows of use among others, which bring the states; None: the rows of the fit.
             wanted: which of them are rows of use, shape (n,); None: all.
         """
-        self.sensitivity, self._rate, self._criterion = Sensitivity(model), rate, criterion
-        derivatives = self.sensitivity.rows(known)
+        self.sensitivity = Sensitivity(model)
+        self._rate = rate
+        self._criterion = criterion
+        derivatives = self.sensitivity.rows(known)  # shape (n, k + p)
         residual = known.effort - model.predict(known)
         self.noise = float(np.sqrt(np.mean(residual**2)))
+
         # Neighbours are alike: so many rows count as one, in the new rows as in the old, of the same time.
-        alike = correlated_rows(residual) * known.period
-        self._weight = 1.0 / (max(self.noise, 1e-300) ** 2 * max(alike * rate, 1.0))
-        known_weight = 1.0 / (max(self.noise, 1e-300) ** 2 * max(alike / known.period, 1.0))
-        effort = float(np.abs(known.effort).max())
+        alike = correlated_rows(residual) * known.period  # s
+        variance = max(self.noise, 1e-300) ** 2
+        self._weight = 1.0 / (variance * max(alike * rate, 1.0))  # of a new row
+        known_weight = 1.0 / (variance * max(alike / known.period, 1.0))
+
+        largest = float(np.abs(known.effort).max())
         gains = np.array(list(model.gains.values()))
         shapes = derivatives.shape[1] - gains.size
-        self._prior = np.diag(np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * effort)]) ** -2.0)
+        prior = np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * largest)])
+        self._prior = np.diag(prior**-2.0)
         self.information = self._prior + known_weight * (derivatives.T @ derivatives)
-        self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * effort)])
+        # A coordinate of a shape is a logarithm, so its error is relative already.
+        self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * largest)])
         used = derivatives if use is None else self.sensitivity.rows(use)
         self._use = used if wanted is None else used[wanted]
 
@@ -213,18 +229,18 @@ class Knowledge:
         """What each stretch adds to M, with the states that the sequence leaves."""
         bounds = sequence.bounds
         fields, speeds = sequence.last(round(_WARM_UP * self._rate))
-        pieces = [
-            (
-                np.concatenate([fields, field]) / bounds.field_ticks,
-                np.concatenate([speeds, speed]) / bounds.speed_ticks,
-            )
-            for field, speed in offers
-        ]
+        pieces: list[tuple[Array, Array]] = []
+        for field, speed in offers:
+            whole_field = np.concatenate([fields, field]) / bounds.field_ticks
+            whole_speed = np.concatenate([speeds, speed]) / bounds.speed_ticks
+            pieces.append((whole_field, whole_speed))
         derivatives = self.sensitivity.rows(self.sensitivity.of_commands(pieces, 1.0 / self._rate))
+
         added: list[Array] = []
-        first = 0
+        start = 0  # of the piece in the derivatives' rows
         for field, _ in offers:
-            new = derivatives[first + fields.size : first + fields.size + field.size]
+            stop = start + fields.size + field.size
+            new = derivatives[start + fields.size : stop]  # without the rows of warming up
             added.append(self._weight * (new.T @ new))
-            first += fields.size + field.size
+            start = stop
         return added

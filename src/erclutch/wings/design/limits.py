@@ -85,7 +85,8 @@ class RigLimits:
             ("stroke", self.stroke, motion_unit),
             ("mean power", self.heat, "W"),
         )
-        return ", ".join([*words, *(f"{name} {limit:g} {unit}" for name, limit, unit in further if limit < math.inf)])
+        words += [f"{name} {limit:g} {unit}" for name, limit, unit in further if limit < math.inf]
+        return ", ".join(words)
 
 
 def limits_of(given: Mapping[str, float | None], known: Mapping[str, float]) -> RigLimits:
@@ -135,31 +136,33 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
 
     The stroke is taken where the motion keeps coming back: its way is less than half of what the speed would run.
     """
-    slips = [element.slip for element in data.elements]
+    slip = data.elements[0].slip
     fields_of = [element.field for element in data.elements]
-    spans = data.clock.spans
-    period = data.period
-    over = max(1, round(_OVER / period))
-    changes: list[float] = []
-    rates: list[float] = []
+    period = data.period  # s
+    over = max(1, round(_OVER / period))  # rows
+    accelerations: list[float] = []  # of each span
+    field_rates: list[float] = []
     ways: list[float] = []
-    for span in spans:
-        start, stop = span.start, span.stop
-        for slip in slips[:1]:
-            if stop - start > over:
-                difference = np.abs(slip[start + over : stop] - slip[start : stop - over]) / (over * period)
-                changes.append(float(np.quantile(difference, _SURE)))
-            ways.append(float(np.ptp(np.cumsum(slip[start:stop]) * period)))
-        rates += [float(np.abs(np.diff(field[start:stop])).max(initial=0.0)) / period for field in fields_of]
-    speed = max(float(np.abs(slip).max()) for slip in slips[:1])
+    for span in data.clock.spans:
+        rows = slice(span.start, span.stop)
+        in_span = slip[rows]
+        if in_span.size > over:
+            change = np.abs(in_span[over:] - in_span[:-over]) / (over * period)
+            accelerations.append(float(np.quantile(change, _SURE)))
+        ways.append(float(np.ptp(np.cumsum(in_span) * period)))
+        for field in fields_of:
+            step = float(np.abs(np.diff(field[rows])).max(initial=0.0))
+            field_rates.append(step / period)
+
     limits = {
         "field": max(float(field.max()) for field in fields_of),
-        "field_rate": max(rates),
-        "speed": speed,
-        "acceleration": max(changes, default=0.0),
-        "heat": float(np.mean(np.abs(data.effort * slips[0]))),
+        "field_rate": max(field_rates),
+        "speed": float(np.abs(slip).max()),
+        "acceleration": max(accelerations, default=0.0),
+        "heat": float(np.mean(np.abs(data.effort * slip))),
         "effort": float(np.abs(data.effort).max()),
     }
-    if max(ways) < 0.5 * float(np.mean(np.abs(slips[0]))) * data.duration:
+    way_at_speed = float(np.mean(np.abs(slip))) * data.duration
+    if max(ways) < 0.5 * way_at_speed:
         limits["stroke"] = max(ways)
     return {name: limit for name, limit in limits.items() if limit > 0.0}

@@ -155,15 +155,23 @@ def designed_for(
         SettingError: limits that leave no sequence, or a region that they do not reach.
     """
     pair = law.pair
+    # A sequence that fills all that the limits allow stands for the use.
     everywhere = chosen_sequence(
-        limits, rate, max(_USE_SECONDS, seconds), np.random.default_rng(seed), signed=pair, one_way=one_way
+        limits,
+        rate,
+        max(_USE_SECONDS, seconds),
+        np.random.default_rng(seed),
+        signed=pair,
+        one_way=one_way,
     )
     use = Sensitivity(law.model).of_commands([(everywhere.field, everywhere.speed)], 1.0 / rate)
     wanted = np.ones(use.rows, np.bool_) if where is None else where.rows(use)
     if not wanted.any():
         raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
     knowledge = Knowledge(law.model, law.rows, rate, "D" if criterion == "fill" else criterion, use, wanted)
-    start, before, band_before = knowledge.information, knowledge.errors(), knowledge.band()
+    known = knowledge.information
+    before = knowledge.errors()
+    band_before = knowledge.band()
     commands = chosen_sequence(
         limits,
         rate,
@@ -174,15 +182,26 @@ def designed_for(
         one_way=one_way,
         candidates=_CANDIDATES,
     )
-    knowledge.information = start
-    knowledge.learn(commands)  # with its rests
-    return commands, Expectation(before, knowledge.errors(), band_before, knowledge.band(), knowledge.noise)
+    # Anew from what was known: now the whole sequence, with its rests.
+    knowledge.information = known
+    knowledge.learn(commands)
+    expected = Expectation(
+        before=before,
+        after=knowledge.errors(),
+        band_before=band_before,
+        band_after=knowledge.band(),
+        noise=knowledge.noise,
+    )
+    return commands, expected
 
 
 def _empty_cells(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, one_way: bool) -> CellCounts:
     """The worth of stretches where the rows of the run are counted already."""
     cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=law.pair, one_way=one_way)
     elements = law.rows.elements
-    field = elements[0].field - elements[1].field if law.pair else elements[0].field
-    cells.known(field, speeds_of(law.rows.device, [element.slip for element in elements])[0])
+    field = elements[0].field
+    if law.pair:  # the commands' field is signed, positive for the first clutch
+        field = field - elements[1].field
+    speeds = speeds_of(law.rows.device, [element.slip for element in elements])
+    cells.known(field, speeds[0])
     return cells

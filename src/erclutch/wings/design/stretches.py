@@ -14,7 +14,8 @@ from erclutch.wings.design.courses import Bounds, GrowingSequence, Ticks, course
 
 #: s; a stretch is at most so long, or as long as the rig needs to reach its speed.
 _LONGEST = 0.6
-_SHORTEST_HOLD, _LONGEST_HOLD = 0.005, 0.25  # s, of a field between two switches
+_SHORTEST_HOLD = 0.005  # s, of a field between two switches
+_LONGEST_HOLD = 0.25  # s
 _SLOW = 0.05  # share of the largest speed that slow turns stay within
 
 Piece = tuple[int, int, int]
@@ -41,11 +42,16 @@ class StretchMaker:
             signed: whether the field has two signs: that of a pair.
             one_way: whether the motion has one direction.
         """
-        self.sequence, self.bounds, self._rng, self._rate = sequence, sequence.bounds, rng, rate
-        self._signed, self._one_way = signed, one_way
-        reach = 1.5 * self.bounds.speed / self.bounds.speed_step  # rows, to the largest speed
-        moving = self.bounds.rows - 2 * self.bounds.rest
-        self.rows = max(8, round(min(max(_LONGEST * rate, reach), moving / 8)))
+        self.sequence = sequence
+        self.bounds = bounds = sequence.bounds
+        self._rng = rng
+        self._rate = rate
+        self._signed = signed
+        self._one_way = one_way
+        to_largest_speed = 1.5 * bounds.speed / bounds.speed_step  # rows
+        moving = bounds.rows - 2 * bounds.rest  # rows
+        longest = max(_LONGEST * rate, to_largest_speed)
+        self.rows = max(8, round(min(longest, moving / 8)))
 
     def draw(self) -> tuple[Ticks, Ticks]:
         """Field and speed of one stretch, of a kind that is drawn too."""
@@ -53,14 +59,19 @@ class StretchMaker:
         share = float(self._rng.uniform(0.3, 1.0))
         rows = max(8, round(share * self.rows))
         if kind < 0.45:
-            fields, speeds = self._switches(), self._moves(rows)
+            fields = self._switches()
+            speeds = self._moves(rows)
         elif kind < 0.65:
-            fields, speeds = self._triangles(), self._moves(rows)
+            fields = self._triangles()
+            speeds = self._moves(rows)
         elif kind < 0.85:
-            fields, speeds = [(self._level(), self._field_step(), rows)], self._slow_turns()
-        else:
-            fields, speeds = [(0, self._field_step(), rows)], self._moves(rows)
-        return self._cut(self.sequence.field, fields, rows), self._cut(self.sequence.speed, speeds, rows)
+            fields = [(self._level(), self._field_step(), rows)]
+            speeds = self._slow_turns()
+        else:  # without field: the friction
+            fields = [(0, self._field_step(), rows)]
+            speeds = self._moves(rows)
+        now = self.sequence
+        return self._cut(now.field, fields, rows), self._cut(now.speed, speeds, rows)
 
     @staticmethod
     def _cut(now: int, pieces: list[Piece], rows: int) -> Ticks:
@@ -72,18 +83,22 @@ class StretchMaker:
     def _level(self) -> int:
         """A field; each eighth is the largest, each eighth zero."""
         choice = self._rng.random()
-        size = 0 if choice < 0.125 else self.bounds.field
-        if 0.125 <= choice < 0.875:
+        if choice < 0.125:
+            size = 0
+        elif choice < 0.875:
             size = round(self.bounds.field * self._rng.random())
-        return -size if self._signed and self._rng.random() < 0.5 else size
+        else:
+            size = self.bounds.field
+        negative = self._signed and self._rng.random() < 0.5
+        return -size if negative else size
 
     def _field_step(self) -> int:
         return min(self.bounds.field_step, 2 * self.bounds.field)
 
     def _dwell(self) -> int:
         """Rows of a hold, drawn evenly over the logarithm."""
-        low, high = math.log(_SHORTEST_HOLD), math.log(_LONGEST_HOLD)
-        return max(1, round(math.exp(self._rng.uniform(low, high)) * self._rate))
+        logarithm = self._rng.uniform(math.log(_SHORTEST_HOLD), math.log(_LONGEST_HOLD))
+        return max(1, round(math.exp(logarithm) * self._rate))
 
     def _switches(self) -> list[Piece]:
         """Steps of the field as fast as the supply allows, each held for another time."""
@@ -93,37 +108,50 @@ class StretchMaker:
         """The field rises and falls evenly, each time at another rate."""
         pieces: list[Piece] = []
         for _ in range(4):
-            slowly = max(1, 2 * self.bounds.field // max(2, self._dwell()))
-            pieces.append((self._level(), min(slowly, self._field_step()), 0))
+            rows = max(2, self._dwell())  # from the largest field on one side to that on the other
+            step = max(1, 2 * self.bounds.field // rows)
+            pieces.append((self._level(), min(step, self._field_step()), 0))
         return pieces
 
     def _acceleration(self) -> int:
         """A step of the speed, from a fiftieth of the acceleration to all of it."""
-        return max(1, int(self.bounds.speed_step * 10.0 ** self._rng.uniform(-1.7, 0.0)))
+        share = 10.0 ** self._rng.uniform(-1.7, 0.0)
+        return max(1, int(self.bounds.speed_step * share))
 
     def _speed(self) -> int:
         """A speed; many are low, where the law bends, and each eighth is the largest."""
-        size = 1.0 if self._rng.random() < 0.125 else self._rng.random() ** 1.5
+        largest = self._rng.random() < 0.125
+        share = 1.0 if largest else self._rng.random() ** 1.5
+        size = round(self.bounds.speed * share)
         ahead = self._one_way or self._rng.random() < 0.5
-        return round(self.bounds.speed * size) * (1 if ahead else -1)
+        return size if ahead else -size
 
     def _moves(self, rows: int) -> list[Piece]:
         """Speeds that are gone to at a constant acceleration, and held for a while."""
-        return [(self._speed(), self._acceleration(), round(rows * self._rng.uniform(0.0, 0.5))) for _ in range(3)]
+        pieces: list[Piece] = []
+        for _ in range(3):
+            target = self._speed()
+            step = self._acceleration()
+            hold = round(rows * self._rng.uniform(0.0, 0.5))
+            pieces.append((target, step, hold))
+        return pieces
 
     def _slow_turns(self) -> list[Piece]:
         """Slowly through zero and back several times: what a memory of the slip shows in."""
-        size = max(1, round(self.bounds.speed * _SLOW * 10.0 ** self._rng.uniform(-1.0, 0.0)))
-        step = min(self.bounds.speed_step, max(1, size // max(2, self._dwell())))
-        near = (size, self.bounds.speed_step, 0)
+        share = _SLOW * 10.0 ** self._rng.uniform(-1.0, 0.0)
+        size = max(1, round(self.bounds.speed * share))
+        rows = max(2, self._dwell())  # of the way to that speed
+        step = min(self.bounds.speed_step, max(1, size // rows))
+        start = (size, self.bounds.speed_step, 0)
         back = 0 if self._one_way else -size
-        return [near, *((target, step, 0) for _ in range(4) for target in (back, size))]
+        return [start, *[(back, step, 0), (size, step, 0)] * 4]
 
 
 def pieces_of_paper(
     bounds: Bounds, rng: np.random.Generator, rate: float, *, one_way: bool, lowest: float = 2.0, highest: float = 100.0
 ) -> Piece:
     """One half period of a random square of speed, as section III-B draws its torques."""
-    hold = max(1, round(rng.uniform(0.5 / highest, 0.5 / lowest) * rate))
-    target = round(bounds.speed * rng.uniform(0.0 if one_way else -1.0, 1.0))
-    return target, bounds.speed_step, hold
+    half_period = rng.uniform(0.5 / highest, 0.5 / lowest)  # s
+    hold = max(1, round(half_period * rate))
+    share = rng.uniform(0.0 if one_way else -1.0, 1.0)
+    return round(bounds.speed * share), bounds.speed_step, hold

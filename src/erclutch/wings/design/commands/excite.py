@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,6 +15,8 @@ from erclutch.files import may_write_file
 from erclutch.wings.design.limit_options import NO_LIMITS, LimitOptions
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from erclutch.signals.array import Array
     from erclutch.wings.design.courses import Commands
     from erclutch.wings.design.information import Criterion, Region
@@ -76,7 +78,8 @@ def excite(
         torque: Smallest and largest motor torque in N m.
     """
     if seconds is None:
-        seconds = 290.0 if sequence == "paper" else 60.0 if run is None else 10.0
+        of_its_own = 60.0 if run is None else 10.0
+        seconds = 290.0 if sequence == "paper" else of_its_own
     require(0.1, 86400, " s", seconds=seconds)
     require(0, seed=seed)
     if sequence == "paper":
@@ -87,7 +90,7 @@ def excite(
                 "--sequence paper looks at no run and no limits but --largest", remedy="Leave them out, or take fill"
             )
         largest = 0.5 if limits.largest is None else limits.largest
-        _papers_commands(out, seconds, seed, rate, largest, (lowest, highest), torque, force)
+        _papers_commands(out, _Draw(rate, seconds, seed), largest, (lowest, highest), torque, force)
         return
     if run is None and (model, where, criterion) != (None, None, None):
         raise SettingError("--model, --where and --criterion are about a run", remedy="Give --run too")
@@ -101,16 +104,39 @@ def excite(
     if rate is None:
         rate = 1000.0 if law is None else law.rate
     require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
-    _designed(
-        out, force, device, (rate, seconds, seed), limits, law, region, criterion or ("I" if where else "D"), json
-    )
+    draw = _Draw(rate, seconds, seed)
+    if criterion is None:
+        criterion = "I" if where else "D"
+    _designed(out, force, device, draw, limits, law, region, criterion, json)
+
+
+@dataclass(frozen=True)
+class _Draw:
+    """A sequence as it is asked for.
+
+    Attributes:
+        rate: rows a second.
+        seconds: length.
+        seed: of what is drawn.
+    """
+
+    rate: float
+    seconds: float
+    seed: int
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Random numbers from the start."""
+        import numpy as np
+
+        return np.random.default_rng(self.seed)
 
 
 def _designed(
     out: Path,
     force: bool,
     device: DeviceKind,
-    made: tuple[float, float, int],
+    draw: _Draw,
     options: LimitOptions,
     law: LawOfRun | None,
     region: Region | None,
@@ -118,14 +144,12 @@ def _designed(
     json: bool,
 ) -> None:
     """Choose the sequence, write it, and say what it covers and what it is expected to teach."""
-    import numpy as np
-
     from erclutch.wings.design.command_file import columns_of, motion_unit, write_commands
     from erclutch.wings.design.courses import Bounds
     from erclutch.wings.design.fill import chosen_sequence
     from erclutch.wings.design.run_design import designed_for
 
-    rate, seconds, seed = made
+    rate, seconds, seed = draw.rate, draw.seconds, draw.seed
     signed = device == "pair"
     one_way = options.one_way or signed
     known = options.limits({} if law is None else law.limits, pair=signed)
@@ -133,36 +157,45 @@ def _designed(
     may_write_file(out, force)
     expected = None
     if law is None:
-        commands = chosen_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=one_way)
+        commands = chosen_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
     else:
         commands, expected = designed_for(
             law, known, rate, seconds, seed, criterion=criterion, where=region, one_way=one_way
         )
-    field_unit = options.field_unit or ("" if law is None else law.rows.units.field.replace("?", ""))
+
+    field_unit = options.field_unit
+    if not field_unit:
+        field_unit = "" if law is None else law.rows.units.field.replace("?", "")
     columns, rows = columns_of(commands, device, rate, field_unit)
-    about = {"label": "COMMANDS", "device": device, "seed": seed, "rate": rate, "seconds": seconds}
-    about["limits"] = known.line(motion_unit(device), field_unit)
+    about = {
+        "label": "COMMANDS",
+        "device": device,
+        "seed": seed,
+        "rate": rate,
+        "seconds": seconds,
+        "limits": known.line(motion_unit(device), field_unit),
+    }
     path = write_commands(out, columns, rows, about)
-    shares = _coverages(commands, known, made)
+    ours, papers = _coverages(commands, known, draw)
     if json:
-        said = about | {"file": str(path), "coverage": shares[0], "coverage_of_paper": shares[1]}
-        terminal.say_json(said | ({} if law is None or expected is None else expected.to_dict(law.estimates)))
+        teaches = {} if law is None or expected is None else expected.to_dict(law.estimates)
+        covers = {"file": str(path), "coverage": ours, "coverage_of_paper": papers}
+        terminal.say_json({**about, **covers, **teaches})
         return
-    _tell(commands, known, device, made, field_unit, shares)
+    _tell(commands, known, device, draw, field_unit, (ours, papers))
     if law is not None and expected is not None:
         _tell_expected(law, expected)
     terminal.say(path)
 
 
-def _coverages(commands: Commands, known: RigLimits, made: tuple[float, float, int]) -> tuple[float, float]:
+def _coverages(commands: Commands, known: RigLimits, draw: _Draw) -> tuple[float, float]:
     """Share of the cells that the commands visit, and that the paper's draws do."""
-    import numpy as np
-
     from erclutch.wings.design.fill import coverage_share, papers_sequence
 
-    rate, seconds, seed = made
-    signed, one_way = bool(commands.field.min() < 0.0), bool(commands.speed.min() >= 0.0)
-    papers = papers_sequence(known, rate, seconds, np.random.default_rng(seed), signed=signed, one_way=one_way)
+    rate, seconds = draw.rate, draw.seconds
+    signed = bool(commands.field.min() < 0.0)
+    one_way = bool(commands.speed.min() >= 0.0)
+    papers = papers_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
     ours, theirs = (
         coverage_share(each, known, rate, seconds, signed=signed, one_way=one_way) for each in (commands, papers)
     )
@@ -191,7 +224,7 @@ def _tell(
     commands: Commands,
     known: RigLimits,
     device: DeviceKind,
-    made: tuple[float, float, int],
+    draw: _Draw,
     field_unit: str,
     shares: tuple[float, float],
 ) -> None:
@@ -199,23 +232,22 @@ def _tell(
     from erclutch.wings.design.command_file import motion_unit
     from erclutch.wings.design.courses import Bounds
 
-    rate, seconds, seed = made
     unit = motion_unit(device)
+    rows = f"{commands.speed.size:,} rows, {draw.seconds:g} s"
+    ours, papers = shares
     terminal.tell(
-        f"COMMANDS for a {device}, seed {seed}: {commands.speed.size:,} rows, {seconds:g} s; nothing was measured",
+        f"COMMANDS for a {device}, seed {draw.seed}: {rows}; nothing was measured",
         f"Limits: {known.line(unit, field_unit)}",
-        *(f"Note: {note}" for note in Bounds.of(known, rate, seconds).notes),
+        *(f"Note: {note}" for note in Bounds.of(known, draw.rate, draw.seconds).notes),
         terminal.coverage(commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")),
-        f"Of the cells over field, slip and their directions {shares[0]:.0%} are visited; by the paper's draws of "
-        f"section III-B within the same limits {shares[1]:.0%}",
+        f"Of the cells over field, slip and their directions {ours:.0%} are visited; by the paper's draws of "
+        f"section III-B within the same limits {papers:.0%}",
     )
 
 
 def _papers_commands(
     out: Path,
-    seconds: float,
-    seed: int,
-    rate: float,
+    draw: _Draw,
     largest: float,
     frequencies: tuple[float, float],
     torque: tuple[float, float],
@@ -230,6 +262,7 @@ def _papers_commands(
     from erclutch.logs.log_writer import write_log
     from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
 
+    rate, seconds, seed = draw.rate, draw.seconds, draw.seed
     lowest, highest = frequencies
     low, high = torque
     if not 0 <= low < high:
@@ -238,18 +271,27 @@ def _papers_commands(
         raise SettingError(
             f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"
         )
-    commands = FieldSettings(largest=largest, lowest=lowest, highest=highest)
+    settings = FieldSettings(largest=largest, lowest=lowest, highest=highest)
     may_write_file(out, force)
-    rng = np.random.default_rng(seed)
+    rng = draw.rng
     rows = round(seconds * rate)
-    field = field_sequence(rows, rng, commands, rate)
+    field = field_sequence(rows, rng, settings, rate)
     motor = torque_sequence(rows, rng, low, high, rate)
+
+    time = np.arange(rows) / rate
     first, second = np.maximum(field, 0.0), np.maximum(-field, 0.0)
     columns = (("time", "s"), ("E1", ""), ("E2", ""), ("motor_torque", "N*m"))
-    about: dict[str, Any] = {"label": "COMMANDS", "seed": seed, "rate": rate, "seconds": seconds, "largest": largest}
-    about |= {"lowest": lowest, "highest": highest, "torque": list(torque)}
-    rows_of = np.column_stack([np.arange(rows) / rate, first, second, motor])
-    path = write_log(out, columns, [rows_of], about, rows=rows)
+    about: dict[str, Any] = {
+        "label": "COMMANDS",
+        "seed": seed,
+        "rate": rate,
+        "seconds": seconds,
+        "largest": largest,
+        "lowest": lowest,
+        "highest": highest,
+        "torque": list(torque),
+    }
+    path = write_log(out, columns, [np.column_stack([time, first, second, motor])], about, rows=rows)
     _show(path, field, motor, rate, f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
 
 
@@ -258,6 +300,7 @@ def _show(path: Path, field: Array, motor: Array, rate: float, line: str) -> Non
     terminal.tell(line)
     for name, values in (("E1 - E2", field), ("motor torque", motor)):
         terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
-        terminal.tell("  " + ", ".join(f"{a:g}-{b:g} Hz {s:.0%}" for a, b, s in terminal.bands(values, rate)))
+        shares = [f"{low:g}-{high:g} Hz {share:.0%}" for low, high, share in terminal.bands(values, rate)]
+        terminal.tell("  " + ", ".join(shares))
     terminal.tell(terminal.coverage(field, motor, " of the commands (torque across)"))
     terminal.say(path)
