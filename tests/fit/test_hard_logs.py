@@ -14,8 +14,11 @@ from erclutch.errors import CheckError, RunError
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.data_check import SIGN, check
 from erclutch.fit.kinds import network_alone as module
-from erclutch.fit.scoring import explains
+from erclutch.fit.standing import explains
 from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.report.html.verdict_section import _next, choice
+from erclutch.report.numbers.run_material import material_of
+from erclutch.report.printed_table import ranking_table
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.recording import Recording
 
@@ -176,6 +179,34 @@ def test_a_run_without_a_recommendation_hands_out_no_model(
     with pytest.raises(RunError, match=r"this run recommends no model: the nearest, .* explains nothing"):
         run.model()
     assert run.model(result.recommended).name
+
+
+def test_whoever_shows_a_run_says_that_it_recommends_nothing(
+    resting: tuple[Comparison, Recording], tmp_path: Path
+) -> None:
+    """Terminal, table of a paper, report and notebook ask one place; so do `export`, `live` and `tune` (above)."""
+    result, recording = resting
+    run = read_run(write_run(tmp_path / "run", result, [recording]))
+    material = material_of(run)
+    nearest = f"nearest {result.recommended}"
+    assert result.standing == run.standing
+    assert (result.standing.word, result.standing.why_none) == ("nearest", "explains nothing of the rows held out")
+    assert nearest in repr(result)
+    assert nearest in repr(run)
+    assert "no model is recommended, nearest: " in ranking_table(run).caption
+    assert choice(material).startswith("No model is recommended.")
+    assert not any("to a controller" in step["text"] for step in _next(material))
+
+
+def test_a_run_whose_sign_is_open_hands_out_no_model(friction: tuple[Array, Array], tmp_path: Path) -> None:
+    slip, torque = friction
+    recording = recorded(slip, -torque)
+    result = compare(build_dataset(recording), Settings(("bingham",), lag="none"))
+    run = read_run(write_run(tmp_path / "run", result, [recording]))
+    assert run.standing.sign_open
+    with pytest.raises(RunError, match="before the sign of the effort is settled") as caught:
+        run.model()
+    assert "Turn a sign" in str(caught.value.remedy)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
-from erclutch.fit.data_check import SIGN
-from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, explains
+from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.dataset import constant_stretches
 
 #: Models that are shown where not all of them are asked for.
@@ -58,8 +57,7 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         folds = f"{len(shown[0].folds)}-block RMSE"
         cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in shown]
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
-    chosen = comparison.entry(comparison.recommended)
-    star = "recommended" if chosen.sound and _explains(chosen) else "nearest"
+    star = comparison.standing.word
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
     made = narrowed(title, cells, less_needed, width, left=3)
     made.columns[2].no_wrap = False  # a long title breaks; a number is never cut
@@ -112,19 +110,16 @@ def verdict(comparison: Comparison) -> str:
     """The recommendation in a sentence or two."""
     chosen = comparison.entry(comparison.recommended)
     called = comparison.called(chosen.name)
-    if any(finding.subject == SIGN for finding in comparison.findings):
+    standing = comparison.standing
+    if standing.sign_open:
         return f"No model is recommended before the sign is settled: see the warning. The nearest is {called}."
-    if _explains(chosen):
+    if not standing.why_none:
         return _recommended(comparison)
     return (
-        f"No model is recommended: the nearest, {called}, explains nothing of the rows held out (R2 "
+        f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
         f"{chosen.test.r2.value:.3f}, 95 % band {chosen.test.r2.low:.3f} to {chosen.test.r2.high:.3f}; a constant "
         f"would err by {1 / chosen.test.share.value:.0%} of that)."
     )
-
-
-def _explains(entry: RankedModel) -> bool:
-    return explains(entry.test.share.value, entry.test.r2.low)
 
 
 def _recommended(comparison: Comparison) -> str:

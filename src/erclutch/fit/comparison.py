@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,8 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
-from erclutch.fit.scoring import explains, recommend
+from erclutch.fit.scoring import recommend
+from erclutch.fit.standing import Standing, standing
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset
@@ -74,11 +76,17 @@ class Comparison(Shown):
     def __repr__(self) -> str:
         chosen = self.entry(self.recommended)
         test = chosen.test
-        sound = chosen.sound and explains(test.share.value, test.r2.low)
-        standing = f"{'recommended' if sound else 'nearest'} {chosen.name}"
+        word = f"{self.standing.word} {chosen.name}"
         error = f"RMSE {test.rmse.value:.4g} {self.data.units.effort} on {test.rows} rows held out"
         share = f"{test.share.value:.1%} of the standard deviation"
-        return one_line(self, self.data.where, f"{len(self.entries)} models", standing, error, share)
+        return one_line(self, self.data.where, f"{len(self.entries)} models", word, error, share)
+
+    @property
+    def standing(self) -> Standing:
+        """Whether the chosen model is recommended, and why not."""
+        chosen = self.entry(self.recommended)
+        told = {"sound": chosen.sound, "test": chosen.test.to_dict()}
+        return standing(told, {finding.subject for finding in self.findings})
 
     def entry(self, name: str) -> RankedModel:
         """The entry of a model by its name or its id.
@@ -100,13 +108,19 @@ _NO_LAG = Finding(
 )
 
 
-def compare(data: Dataset, settings: Settings | None = None, progress: FitProgress | None = None) -> Comparison:
+def compare(
+    data: Dataset,
+    settings: Settings | None = None,
+    progress: FitProgress | None = None,
+    known: Mapping[str, AnyOutcome] = MappingProxyType({}),
+) -> Comparison:
     """Fit, score and rank models.
 
     Args:
         data: the rows.
         settings: what to do; None: all models with the defaults.
         progress: called after each fit.
+        known: fits to the same training rows, by the names of their models, which are not made again.
 
     Raises:
         CheckError: the data cannot support a fit.
@@ -120,7 +134,7 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
     if settings.lag == AUTO and steady_command(train) and not data.one_field:
         findings += (_NO_LAG,)
 
-    fitted, seen = _fit_all(settings, train, progress or silent)
+    fitted, seen = _fit_all(settings, train, progress or silent, known)
     outcomes = [each.outcome for each in fitted]
     findings = tuple(
         with_turned_fit(finding, data, test, settings, outcomes) if finding.subject == SIGN else finding
@@ -152,7 +166,9 @@ def compare(data: Dataset, settings: Settings | None = None, progress: FitProgre
     return Comparison(data, test, settings, findings, tuple(entries), best, recommended, chosen_by)
 
 
-def _fit_all(settings: Settings, train: Dataset, report: FitProgress) -> tuple[list[Fitted], tuple[Finding, ...]]:
+def _fit_all(
+    settings: Settings, train: Dataset, report: FitProgress, made: Mapping[str, AnyOutcome]
+) -> tuple[list[Fitted], tuple[Finding, ...]]:
     """All candidates of all kinds, fitted; and what was seen on the way.
 
     Raises:
@@ -167,9 +183,9 @@ def _fit_all(settings: Settings, train: Dataset, report: FitProgress) -> tuple[l
     findings: tuple[Finding, ...] = ()
     refused: list[CheckError] = []
     for (plugin, kind), candidates in zip(every, asked, strict=True):
-        fitted += _fit(plugin, kind, candidates, train, fitted, settings.workers, refused, report)
+        fitted += _fit(plugin, kind, candidates, train, fitted, settings.workers, refused, report, made)
         further = _of(plugin, kind.grown, settings, train, fitted)
-        fitted += _fit(plugin, kind, further.candidates, train, fitted, settings.workers, refused, report)
+        fitted += _fit(plugin, kind, further.candidates, train, fitted, settings.workers, refused, report, made)
         findings += further.findings
     if not fitted:
         raise refused[0]
@@ -195,6 +211,7 @@ def _fit(
     workers: int,
     refused: list[CheckError],
     report: FitProgress,
+    made: Mapping[str, AnyOutcome],
 ) -> list[Fitted]:
     """Candidates of one kind, fitted, one BLAS thread each, in their order whichever is done first.
 
@@ -204,6 +221,8 @@ def _fit(
     at_once, starts_at_once = (max(1, workers), 1) if kind.side_by_side else (1, workers)
 
     def fit(candidate: Candidate) -> AnyOutcome | None:
+        if candidate.name in made:
+            return made[candidate.name]
         try:
             with plugin.working(f"failed on {candidate.name}"):
                 return candidate.fit(train, known, starts_at_once)

@@ -277,20 +277,6 @@ def information_criteria(cost: float, rows: int, independent: float, parameters:
     }
 
 
-#: Error as a share of the standard deviation from which a model explains next to nothing.
-NEXT_TO_NOTHING = 0.95
-
-
-def explains(share: float | None, r2_low: float | None) -> bool:
-    """Whether a model explains rows that it has not seen; one that does not is never recommended.
-
-    Args:
-        share: RMSE over the standard deviation of the effort; None: not finite.
-        r2_low: lower end of the 95 % band of R2; None: not finite.
-    """
-    return share is not None and r2_low is not None and share <= NEXT_TO_NOTHING and r2_low > 0.0
-
-
 #: Share of rows at rest from which figures over those in motion are given too.
 MANY_AT_REST = 0.1
 

@@ -323,12 +323,13 @@ def _drawn(describe: Callable[..., Plot], material: Callable[[], Material], **op
 
 
 def _verdict(material: Material) -> list[str]:
+    from erclutch.fit.standing import standing_of_run
     from erclutch.report.html.verdict_section import choice, worries
-    from erclutch.report.numbers.run_material import standing
 
     told = worries(material)
     more = [f"{len(told) - _WORRIES} more worries are in the report."] if len(told) > _WORRIES else []
-    return [f"{capital(standing(material.body))}: {material.recommended}. {choice(material)}", *told[:_WORRIES], *more]
+    word = capital(standing_of_run(material.body).word)
+    return [f"{word}: {material.recommended}. {choice(material)}", *told[:_WORRIES], *more]
 
 
 def _comparison(comparison: Comparison) -> Card:

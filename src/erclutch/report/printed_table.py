@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from erclutch.errors import SettingError
 from erclutch.export.encode import latex, markdown, markup
+from erclutch.fit.standing import chosen_name, standing_of_run
 from erclutch.report.numbers.number_text import unit_text
 from erclutch.runs.run_folder import Run
 
@@ -81,13 +82,14 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     more = f" {left} more models are left out." if left > 0 else ""
     origins = {log["origin"] for log in body["logs"]} - {""}
     made = f" Data: {', '.join(sorted(origins))}." if origins else ""
-    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {_standing(run)}."
+    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {_standing_of(run)}."
     return PaperTable(header, rows, f"{caption}{more}{made}")
 
 
-def _standing(run: Run) -> str:
-    chosen = run.body["recommended"]
-    return f"recommended: {run.titles[chosen]}" if chosen else "no model is recommended"
+def _standing_of(run: Run) -> str:
+    nearest = run.titles[chosen_name(run.body)]
+    none = standing_of_run(run.body).why_none
+    return f"no model is recommended, nearest: {nearest}" if none else f"recommended: {nearest}"
 
 
 def _per_cent(figure: Sequence[float | None]) -> Interval:

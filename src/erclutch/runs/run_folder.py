@@ -30,7 +30,7 @@ from erclutch._version import __version__
 from erclutch.errors import RunError
 from erclutch.export.exported_step import named_after
 from erclutch.files import file_digest, plain_words, whole_folder
-from erclutch.fit.scoring import explains
+from erclutch.fit.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
@@ -249,13 +249,11 @@ class Run(Shown):
         chosen = self.entry(self.body["recommended"])
         rmse, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
         error = f"RMSE {rmse:.4g} {self.body['units']['effort']} on {self.body['test_rows']} rows held out"
-        sound = chosen["sound"] and explains(share, chosen["test"]["r2"][1])
-        standing = f"{'recommended' if sound else 'nearest'} {chosen['name']}"
         return one_line(
             self,
             self.folder.name,
             f"{len(self.body['ranking'])} models",
-            standing,
+            f"{self.standing.word} {chosen['name']}",
             error,
             f"{share:.1%} of the standard deviation",
         )
@@ -342,17 +340,22 @@ class Run(Shown):
         """The model that stands for the run where none is named.
 
         Raises:
-            RunError: no model of the run explains the rows that were held out.
+            RunError: the run recommends none.
         """
-        name = str(self.body["recommended"])
-        figures = self.entry(name)["test"]
-        if not explains(figures["share"][0], figures["r2"][1]):
+        name, standing = str(self.body["recommended"]), self.standing
+        if standing.why_none:
+            remedy = "Turn a sign and fit again" if standing.sign_open else "Log more of what it has to explain"
             raise RunError(
-                f"this run recommends no model: the nearest, {name}, explains nothing of the rows held out",
+                f"this run recommends no model: the nearest, {name}, {standing.why_none}",
                 where=str(self.folder),
-                remedy="Log more of what it has to explain, or name a model all the same",
+                remedy=f"{remedy}, or name a model all the same",
             )
         return name
+
+    @property
+    def standing(self) -> Standing:
+        """Whether the model that the training rows chose is recommended, and why not."""
+        return standing_of_run(self.body)
 
 
 def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:

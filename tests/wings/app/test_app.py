@@ -29,7 +29,8 @@ from hypothesis import strategies as st
 
 from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
-from erclutch.wings.app.workspace import Workspace, WorkspaceError, plain_name
+from erclutch.wings.app.workbench_server import _run_row
+from erclutch.wings.app.workspace import Entry, Workspace, WorkspaceError, plain_name
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -605,3 +606,11 @@ def test_accessible(width: int, scheme: str, served: Served, open_page: Callable
     accessible(page)
     page.goto(f"http://127.0.0.1:{served.port}{served.base}/log/none.csv")
     accessible(page)
+
+
+@pytest.mark.parametrize(("low", "shown"), [(0.9, "bingham"), (-0.1, "none; nearest bingham")])
+def test_the_overview_says_that_a_run_recommends_nothing(low: float, shown: str) -> None:
+    test = {"rmse": [1.0, 0.9, 1.1], "share": [0.3, 0.2, 0.4], "r2": [0.91, low, 0.95]}
+    entry = {"name": "bingham", "sound": True, "test": test}
+    body = {"ranking": [entry], "recommended": "bingham", "findings": [], "logs": [{"name": "bench.csv"}]}
+    assert _run_row(Entry("bench.run", 0, 0.0), {**body, "units": {"effort": "N*m"}})["model"] == shown

@@ -23,6 +23,7 @@ from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many
 from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
+from erclutch.wings.fleet.fleet_tables import _fit_row
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
 FAST = Settings(lag="none")
@@ -212,3 +213,11 @@ def test_a_fleet_takes_the_window_and_the_rate_that_were_given(tmp_path: Path) -
     task = DeviceTask("log", (str(log),), Settings(("quadratic",), lag="none"), window.how(), "single")
     found = fit_device(task)["run"]["logs"][0]
     assert (found["rows"], found["period_s"]) == (direct.rows, direct.period)
+
+
+@pytest.mark.parametrize(("low", "recommended"), [(0.9, True), (-0.1, False)])
+def test_a_log_that_no_model_explains_recommends_none(low: float, recommended: bool) -> None:
+    figures = {"rmse": [1.0, 0.9, 1.1], "share": [0.3, 0.2, 0.4], "r2": [0.91, low, 0.95]}
+    entry = {"name": "bingham", "sound": True, "test": figures, "train": figures, "parameters_count": 5, "notes": []}
+    run = {"ranking": [entry], "recommended": "bingham", "findings": [], "train_rows": 7, "test_rows": 3}
+    assert _fit_row({**run, "units": {"effort": "N*m"}}, entry)["recommended"] is recommended

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.scoring import MANY_AT_REST, NEXT_TO_NOTHING, TOLERATED, independent_rows
+from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, independent_rows
+from erclutch.fit.standing import NEXT_TO_NOTHING, standing_of_run
 from erclutch.registry import names
 from erclutch.report.html.model_section import why_not_measured
 from erclutch.report.html.parameters_section import negative_gains
@@ -16,7 +17,7 @@ from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
 from erclutch.report.numbers.number_text import capital, count, number, percent, span
-from erclutch.report.numbers.run_material import Material, standing
+from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 
 _FEW_INDEPENDENT = 0.02
@@ -119,6 +120,8 @@ def choice(material: Material) -> str:
         return str(material.body["recalibration"]["verdict"])
     if len(material.run.names) == 1:
         return "It is the only model that was fitted, so there is nothing to recommend it over."
+    if why_none := standing_of_run(material.body).why_none:
+        return f"No model is recommended. This one comes nearest, but it {why_none}."
     if not chosen["sound"]:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
     if "chosen_by" in material.body:
@@ -228,6 +231,8 @@ def _next(material: Material) -> list[dict[str, str]]:
         # The command is a wing's: without the wing there is none to give.
         fills = "excite" in names("erclutch.commands")
         steps.append((text, f"erclutch excite --run {material.run.folder.name} --criterion fill" if fills else ""))
+    if standing_of_run(body).why_none:
+        return [{"text": text, "code": code} for text, code in steps]
     name = material.run.c_name
     text = f"Take it to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
@@ -264,7 +269,7 @@ def _ranking(material: Material) -> dict[str, Any]:
         "every_row": _every_row(material),
         # One model gone wild must not flatten the bars of all others.
         "most": (min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 0.0) or 1.0,
-        "standing": standing(material.body),
+        "standing": standing_of_run(material.body).word,
         "folds": {name: (sum(f * f for f in rmse) / len(rmse)) ** 0.5 for name, rmse in folds.items()},
     }
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from erclutch.fit.scoring import explains
+from erclutch.fit.standing import chosen_name
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import (
@@ -48,11 +48,6 @@ if TYPE_CHECKING:
 Role = Literal["recommended", "best", "baseline"]
 
 
-def chosen_name(body: Mapping[str, Any]) -> str:
-    """The model that stands for a run (`run.json`): the recommended one, else the nearest."""
-    return str(body["recommended"] or body["best"])
-
-
 def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     """Models that pictures show: the recommended, the best and the plainest one of a run (`run.json`), and why."""
     ranking = body["ranking"]
@@ -65,13 +60,6 @@ def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     for role, name in picks:
         found.setdefault(name, role)
     return found
-
-
-def standing(body: Mapping[str, Any]) -> str:
-    """What the model that a run names is: recommended, or the nearest where no fit is sound or explains anything."""
-    chosen = next(entry for entry in body["ranking"] if entry["name"] == chosen_name(body))
-    told = explains(chosen["test"]["share"][0], chosen["test"]["r2"][1])
-    return "recommended" if body["recommended"] and chosen["sound"] and told else "nearest"
 
 
 def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:

@@ -251,8 +251,8 @@ class Workbench:
         return JSONResponse({**told, "lines": "\n".join(job.lines), "address": _address(job)})
 
     async def _run(self, request: Request) -> Response:
+        from erclutch.fit.standing import standing_of_run
         from erclutch.registry import names
-        from erclutch.report.numbers.run_material import standing
         from erclutch.runs.run_folder import read_run
 
         name = request.path_params["name"]
@@ -261,7 +261,7 @@ class Workbench:
         sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
         query, row = actions.query_of(run.body), _run_row(Entry(name, 0, 0.0), run.body)
         shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
-        shown |= {"run": run, "standing": standing(run.body), "singles": actions.SINGLE_TARGETS}
+        shown |= {"run": run, "standing": standing_of_run(run.body).word, "singles": actions.SINGLE_TARGETS}
         shown |= {"job": request.query_params.get("job", ""), "not_live": _not_live(run.body["units"])}
         return self._page("run", title=name, name=name, **shown)
 
@@ -462,12 +462,15 @@ def _run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     """A run in the overview: its logs, when it was written, what it recommends, and the error of that."""
     from datetime import datetime
 
+    from erclutch.fit.standing import standing_of_run
+
     row = {"name": entry.name, "logs": "", "model": "not readable", "error": ""}
     row["date"] = f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}"
     if body is not None:
         chosen = next(each for each in body["ranking"] if each["name"] == body["recommended"])
         error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
-        row["logs"], row["model"] = ", ".join(log["name"] for log in body["logs"]), chosen["name"]
+        row["logs"] = ", ".join(log["name"] for log in body["logs"])
+        row["model"] = f"none; nearest {chosen['name']}" if standing_of_run(body).why_none else chosen["name"]
         if error is not None and share is not None:
             row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
     return row

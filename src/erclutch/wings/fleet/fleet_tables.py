@@ -15,6 +15,7 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.files import whole_file
+from erclutch.fit.standing import standing_of_run
 from erclutch.runs.run_folder import unwritable
 from erclutch.signals.array import Array
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, control_chart, outlier_scores, trend
@@ -111,7 +112,7 @@ def _fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]
     rmse, rmse_low, rmse_high = test["rmse"]
     return {
         "model": model["name"],
-        "recommended": model["name"] == run["recommended"],
+        "recommended": model["name"] == run["recommended"] and not standing_of_run(run).why_none,
         "sound": model["sound"],
         "rmse": rmse,
         "rmse_low": rmse_low,
