@@ -46,7 +46,7 @@ def _fill(material: Material) -> dict[str, Any]:
         "tags": material.about.tags,
         "headline": {
             "model": material.title,
-            "recommended": standing(body) == "recommended",
+            "recommended": standing_of_run(body).word == "recommended",
             "error": effort.of(rest.rmse if matters else test["rmse"][0]),
             "share": percent(rest.share if matters else test["share"][0]),
             "word": material.word,
