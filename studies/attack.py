@@ -139,7 +139,7 @@ def sensors(until: float, count: int) -> Iterator[Row]:
     from tests.support.sensor_faults import OUTCOMES
 
     row, program = Row("faults of sensors"), str(ROOT / "studies" / "sensor_faults.py")
-    words = [sys.executable, program, "--seeds", "2"]
+    words, within = [sys.executable, program, "--seeds", "2"], 0
     try:
         said = subprocess.run(
             words, capture_output=True, check=False, timeout=max(until - time.monotonic(), 1.0)
@@ -148,12 +148,14 @@ def sensors(until: float, count: int) -> Iterator[Row]:
         said, row.note = over.stdout or b"", "the time was over"
     for line in said.decode().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) < 6 or not cells[3].isdecimal():
+        if len(cells) < 7 or not cells[3].isdecimal():
             continue
-        held, safe, not_held = map(int, cells[3:6])
-        row.tries += held + safe + not_held
+        held, safe, bounded, not_held = map(int, cells[3:7])
+        row.tries += held + safe + bounded + not_held
+        within += bounded
         for _ in range(not_held):
-            row.fail(f"{' / '.join(cells[:3])}: {OUTCOMES[2]}")
+            row.fail(f"{' / '.join(cells[:3])}: {OUTCOMES[-1]}")
+    row.note = "; ".join(filter(None, (row.note, f"{within} where nothing tells the fault: bounded")))
     yield row
 
 

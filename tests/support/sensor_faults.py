@@ -19,7 +19,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
-from erclutch.wings.live.sensor_limits import sensor_limits
+from erclutch.wings.live.sensor_limits import free_output, sensor_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopSettings
 from erclutch.wings.rig.twin.parameters import RigParameters
@@ -35,8 +35,11 @@ NEAR = 2
 #: Rows with a field that is too high, and rows until it is zero.
 MOST_ABOVE, ZERO_WITHIN = 5, 20
 LATE = 30  # rows
-#: Never too high and zero in time; never too high; too high.
-OUTCOMES = ("held", "safe", "not held")
+#: Times its sliding friction that an output at rest withstands before its motion has to answer (c/erc_plausible.c).
+REST_FRICTION = 1.2
+#: Never too high and zero in time; never too high; higher than in health, but within what nothing tells from health: a
+#: tenth above the field of the same loop without its meter, or a torque that the output withstands at rest; too high.
+OUTCOMES = ("held", "safe", "bounded", "not held")
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
 #: Control -> device, program, and settings that differ.
@@ -68,6 +71,7 @@ FAULTS: Mapping[str, Change] = {
     "stuck": _stuck,
     "reversed": lambda seen, begin, k: -float(seen[k]),
     "late": lambda seen, begin, k: float(seen[max(k - LATE, begin - 1)]),
+    "silent": lambda seen, begin, k: np.nan,
     "doubled": lambda seen, begin, k: 2.0 * float(seen[k]),
 }
 SENSORS = ("torque", "theta", "alpha")
@@ -82,12 +86,14 @@ class FaultRun:
         zero: rows from the fault to zero field for good; -1: never.
         said: events that named a sensor.
         most: largest field above the healthy one.
+        unbounded: longest run of rows that nothing bounded either.
     """
 
     above: int
     zero: int
     said: tuple[str, ...]
     most: float
+    unbounded: int
 
     @property
     def held(self) -> bool:
@@ -98,7 +104,7 @@ class FaultRun:
     def outcome(self) -> str:
         """One of `OUTCOMES`."""
         if self.above > MOST_ABOVE:
-            return "not held"
+            return "not held" if self.unbounded > MOST_ABOVE else "bounded"
         return "held" if 0 <= self.zero <= ZERO_WITHIN else "safe"
 
 
@@ -110,7 +116,8 @@ def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: st
     common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3}
     stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
     settings = rig_settings(rig, (program,), **common, **stroke)
-    return replace(settings, **sensor_limits(device, model, rig), **changes)
+    free = free_output(rig) if device == "coaxial" else {}
+    return replace(settings, **{**sensor_limits(device, model, rig), **free, **changes})
 
 
 def frames_of(
@@ -150,23 +157,57 @@ def command_of(command: Any) -> Any:
     return RigCommand(float(command["field1"]), float(command["field2"]), float(command["motor_torque"]))
 
 
-def judged(healthy: Any, faulty: Any, begin: int) -> FaultRun:
-    """What came of a fault, beside the healthy loop."""
-    well, ill = (frames["field1"] - frames["field2"] for frames in (healthy, faulty))
-    size = np.abs(well)
-    most = np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
-    above = (np.abs(ill) - (1.0 + ABOVE) * most - LEAST)[begin:]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], (above > 0).astype(int), [0]))))
+def judged(healthy: Any, faulty: Any, begin: int, without: Any = None, unseen: float = 0.0) -> FaultRun:
+    """What came of a fault, beside the healthy loop.
+
+    Args:
+        healthy, faulty: frames of both loops.
+        begin: row of the fault.
+        without: frames of the loop whose sensor falls silent at that row; None where that says nothing.
+        unseen: torque in N m by the model that does not move the output.
+    """
+    ill = np.abs(faulty["field1"] - faulty["field2"])
+    most = _near(healthy)
+    above = (ill > (1.0 + ABOVE) * most + LEAST)[begin:]
+    bounded = np.abs(faulty["estimate"]) <= unseen
+    if without is not None:
+        bounded |= ill <= (1.0 + ABOVE) * _near(without) + LEAST
     on = np.flatnonzero(ill != 0.0)
     last = int(on[-1]) if on.size else begin - 1
     bits = int(np.bitwise_or.reduce(faulty["events"][begin:]))
     named = (*_DOUBTS, "glitch", "out-of-range", "stuck", "disagrees")
     return FaultRun(
-        above=int(np.max(np.diff(edges)[::2], initial=0)),
+        above=_longest(above),
         zero=max(0, last + 1 - begin) if last + 1 < len(ill) else -1,
         said=tuple(name for name in named if bits & EVENT_BITS[name]),
-        most=float(np.max(np.abs(ill) - most)),
+        most=float(np.max(ill - most)),
+        unbounded=_longest(above & ~bounded[begin:]),
     )
+
+
+def _near(frames: Any) -> NDArray[np.float64]:
+    """The largest field within `NEAR` rows of each."""
+    size = np.abs(frames["field1"] - frames["field2"])
+    return np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
+
+
+def _longest(rows: NDArray[np.bool_]) -> int:
+    """The longest run of true rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], rows.astype(int), [0]))))
+    return int(np.max(np.diff(edges)[::2], initial=0))
+
+
+def fault_run(
+    settings: LoopSettings, model: Path, rig: RigParameters, seed: int, fault: tuple[str, str, int], healthy: Any
+) -> FaultRun:
+    """A fault beside health, and, where that is higher, beside the loop without the meter."""
+    sensor, _, begin = fault
+    faulty = frames_of(settings, model, rig, seed, fault)
+    run = judged(healthy, faulty, begin)
+    if run.outcome != "not held":
+        return run
+    without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
+    return judged(healthy, faulty, begin, without, settings.load_band + REST_FRICTION * settings.load_friction)
 
 
 def doubted(frames: Any) -> int:

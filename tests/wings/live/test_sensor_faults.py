@@ -65,6 +65,41 @@ def test_an_angle_that_cannot_be_drives_no_field(sensor: str, kind: str, pair: L
     assert f"{sensor}-doubted" in fault.said
 
 
+@pytest.mark.parametrize(
+    ("control", "sensor", "kind"),
+    [
+        ("torque", "torque", "reversed"),
+        ("torque", "torque", "doubled"),
+        ("computed torque", "torque", "reversed"),
+        ("equation 23", "alpha", "doubled"),
+        ("impedance", "torque", "doubled"),
+    ],
+)
+def test_meter_and_encoder_tell_of_each_other(control: str, sensor: str, kind: str, pair: LiveModel) -> None:
+    fault = found(pair, control, sensor, kind, seed=2)
+    assert fault.outcome in ("held", "safe"), fault
+    assert fault.zero > 0
+
+
+def test_an_output_that_a_hand_holds_is_no_fault_where_nothing_is_said_of_its_load(pair: LiveModel) -> None:
+    settings = replace(study.settings_of("impedance", pair, RIG), load_inertia=0.0)
+    frames = AcceleratedRun(settings, pair.library, RIG, seed=0, hand=np.zeros(1)).frames(2000)[0]
+    assert said(frames, "alpha-doubted").size == 0
+    assert said(frames, "trip").size == 0
+
+
+def test_a_sensor_adds_no_more_than_a_tenth_at_once(bingham: Path) -> None:
+    """The meter reads less and less than the model says, slowly enough to be believed: the device may be weaker."""
+    fields: list[float] = []
+    for observer in ("none", "sensor"):
+        still = LoopProgram("torque", Mode.TORQUE, amplitude=0.15, motor_torque=0.1)
+        core = Core(replace(SENSOR, observer=observer, torque_scale=1e-6, programs=(still,)), bingham)
+        frames = closed(core, 900, lambda k, torque: torque - (0.0006 * (k - 600) if k >= 600 else 0.0))
+        assert said(frames[:680], "trip").size == 0
+        fields.append(float(frames["field1"][680]))
+    assert 1.0 < fields[1] / fields[0] < 1.25  # Bingham's torque is no line of the field
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("control", ["torque", "computed torque", "impedance", "wall"])
 def test_no_impossible_reading_of_any_sensor_drives_the_field(control: str, pair: LiveModel) -> None:

@@ -21,6 +21,8 @@ _LEAST_BAND = 0.1
 _STILL = 0.02
 #: Share of that limit that a torque crosses in a period at most.
 _CROSSES = 0.5
+#: Of the output's dry friction: what its place and way change of it, and the ringing of a meter.
+_FRICTION = 0.7
 #: Share of the stroke beyond its end that an end stop gives way.
 _END = 1.1
 
@@ -33,6 +35,19 @@ def torque_limits(effort: float, band: float, period: float) -> dict[str, float]
         "torque_rate": _CROSSES * limit / period,
         "torque_band": max(_BANDS * band, _LEAST_BAND * effort) if band > 0.0 else 0.0,
         "torque_still": _STILL * effort,
+    }
+
+
+def free_output(rig: RigParameters) -> dict[str, float]:
+    """What a loop has to know of an output on which nothing but dry friction acts beside the measured torque.
+
+    Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
+    """
+    friction = rig.value("screw.coulomb")
+    return {
+        "load_inertia": rig.value("screw.load_inertia"),
+        "load_friction": friction,
+        "load_band": _FRICTION * friction,
     }
 
 

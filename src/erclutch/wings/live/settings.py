@@ -145,6 +145,9 @@ class LoopSettings:
     torque_rate: float = 0.0
     torque_band: float = 0.0
     torque_still: float = 0.0
+    load_inertia: float = 0.0
+    load_friction: float = 0.0
+    load_band: float = 0.0
     field_limit: float = 0.5
     motor_limit: float = 0.95
     rise_rate: float = 750.0

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#define MOMENTUM (ERC_TORQUE_DOUBTED | ERC_ALPHA_DOUBTED | ERC_DISAGREES) /* one of both is wrong */
 #define OUTSIDE 1u /* the model's flag */
 
 uint32_t erc_core_size(void) {
@@ -60,7 +61,10 @@ static uint32_t doubted(const erc_core *core) {
     const uint32_t mode = core->config.list[core->program].mode;
     const bool computed = mode == ERC_TRACK && core->config.track_bandwidth > 0.0;
     const bool torque = mode == ERC_TORQUE || mode == ERC_IMPEDANCE || mode == ERC_WALL || computed;
-    return torque && core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
+    const uint32_t meter = torque && core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
+    /* Of meter and encoder one is wrong, and which one nothing says. */
+    const uint32_t either = mode == ERC_FIELDS || mode == ERC_REST ? 0u : core->momentum.doubted;
+    return meter > either ? meter : either;
 }
 
 /* Clears the trip, and starts nothing: the fields stay at zero until a program is run. The model forgets all samples. */
@@ -71,7 +75,8 @@ static int reset(erc_core *core) {
     core->state = ERC_READY;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
-    core->meter.doubted = 0u;
+    core->meter.doubted = core->momentum.doubted = 0u;
+    core->momentum.begun = false;
     if (core->model.reset != 0) {
         core->model.reset(core->model.state);
     }
@@ -87,6 +92,7 @@ static int run(erc_core *core, double program) {
     if (core->state == ERC_READY) {
         core->state = ERC_RUNNING;
     }
+    core->momentum.doubted = 0u; /* asked anew */
     erc_control_start(core, (uint32_t)program, core->step);
     return 1;
 }
@@ -139,6 +145,9 @@ static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
     /* Zero so long before the trip that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
     const double share = erc_held_share(core->config.hold_samples, core->config.trip_samples, wrong);
     uint32_t events = 0u;
+    if (core->momentum.doubted == 1u) {
+        forget_latest(core, tick);
+    }
     if (core->missing == 0u) {
         events = erc_control(core, tick, ask);
         core->asked_motor = ask[2];
@@ -157,8 +166,10 @@ static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
         core->earlier[tick % ERC_EARLIER][1] = ask[1];
         return events;
     }
-    ask[0] = share * erc_at_most(ask[0], core->asked1);
-    ask[1] = share * erc_at_most(ask[1], core->asked2);
+    core->asked1 = erc_at_most(ask[0], core->asked1); /* what has fallen in doubt does not come back in it */
+    core->asked2 = erc_at_most(ask[1], core->asked2);
+    ask[0] = share * core->asked1;
+    ask[1] = share * core->asked2;
     return events | (share < 1.0 ? ERC_DEGRADE : ERC_HOLD);
 }
 
@@ -173,7 +184,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
     } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
     } else if (doubted(core) >= core->config.trip_samples) {
-        trip(core, core->meter.reason);
+        trip(core, core->momentum.doubted >= core->config.trip_samples ? MOMENTUM : core->meter.reason);
     } else if (late_ns > core->config.late_trip_ns) {
         trip(core, ERC_OVERRUN);
     } else if ((events & ERC_RIG_WATCHDOG) != 0u) {

@@ -56,7 +56,7 @@ enum {
     ERC_TORQUE_DOUBTED = 1u << 25, /* the measured torque cannot be; another event says why */
     ERC_OUT_OF_RANGE = 1u << 26,   /* a sensor read more than device or sensor can give: not used */
     ERC_STUCK = 1u << 27,          /* a sensor read the same while it had to change: not used */
-    ERC_DISAGREES = 1u << 28       /* the measured torque is too far from the model's: not used */
+    ERC_DISAGREES = 1u << 28       /* the measured torque is too far from the model's, or the motion from the torque */
 };
 
 /* --- ring -------------------------------------------------------------------------------------------------------- */
@@ -135,7 +135,7 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 /* --- configuration ----------------------------------------------------------------------------------------------- */
 
 #define ERC_CONFIG_MAGIC 0x47435245u /* "ERCG" */
-#define ERC_CONFIG_VERSION 2u
+#define ERC_CONFIG_VERSION 3u
 #define ERC_PROGRAMS 32u
 /* Periods from zero field to the trip: room for what the system, the wire and the last good sample were late by. */
 #define ERC_ZERO_BEFORE_TRIP 7u
@@ -192,4 +192,4 @@ typedef struct {
     uint32_t observer, crc;
 } erc_config;
 #undef ERC_SETTING
-_Static_assert(sizeof(erc_config) == 16 + 8 + 40 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 43 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

@@ -9,10 +9,19 @@
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
 #define GUESSES 5.0        /* times its band by which a model is off outside its log */
 #define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
+#define OPPOSED 0.5        /* of the band: a model's torque whose sign is known */
 #define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
 #define MOST_REPEATED 16u  /* periods for which a sensor with noise repeats itself; a coarse one does so for as long as it likes */
 #define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
 #define SURE 5u            /* periods of disagreement that no later agreement takes back */
+#define MOMENTUM_RATE 150.0 /* 1/s of the filter of torque and motion */
+#define NEAR_REST 1.0       /* rad/s at which dry friction is nearly whole */
+#define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
+#define OFF_SHARE 0.35      /* of the torque by which the inertia may be off: a torque that is doubled lacks half */
+#define HALF 0.5
+#define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
+#define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
+#define MOST_SPEED 1e6      /* rad/s */
 #define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
 
 static double distance(double a, double b) {
@@ -121,9 +130,10 @@ static bool disagrees(const erc_core *core, double torque) {
     }
     const double rings = moved(&core->meter);
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
+    const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
     const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
     const bool jumped = follows && fabs(torque - observed) > band + rings;
-    return jumped || fabs(torque - expected) > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
+    return opposes || jumped || fabs(torque - expected) > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
 }
 
 /* A good reading takes doubt away. While the model's torque is within its band each reading agrees with it: such a
@@ -172,4 +182,73 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     m->since = 0u;
     m->good = !off; /* at one speed a clutch passes on whatever is asked of it: nothing follows from that */
     return 0u;
+}
+
+/* What is left of a torque after the output's dry friction; *rests: how much of the output rests. */
+static double less_friction(const erc_core *core, double torque, double *rests) {
+    const double way = tanh(core->alpha.speed / NEAR_REST);
+    *rests = 1.0 - fabs(way);
+    return torque - core->config.load_friction * way;
+}
+
+/* The filtered torque less what the output's filtered speed has taken of it in this period. */
+static double unbalanced(erc_core *core) {
+    erc_momentum *m = &core->momentum;
+    const double by = MOMENTUM_RATE * core->dt, moves = by / (1.0 + by);
+    double rests;
+    const double passed = less_friction(core, m->torque, &rests);
+    const double faster = moves * (core->alpha.speed - m->speed);
+    m->speed += faster;
+    m->passed += moves * (passed - m->passed);
+    m->size += moves * (fabs(m->torque) - m->size);
+    m->rests += moves * (rests - m->rests);
+    return m->passed - core->config.load_inertia * faster / core->dt;
+}
+
+/* Agreement takes doubt away, unless the field already falls. Of a small torque half would not be missed: agreement on it
+ * says little. */
+static void agree(erc_momentum *m, bool says) {
+    m->little += says ? MOMENTUM_LITTLE : 1u;
+    if (m->little >= MOMENTUM_LITTLE) {
+        m->little = 0u;
+        m->doubted -= m->doubted > 0u ? 1u : 0u;
+    }
+}
+
+uint32_t erc_momentum_plausible(erc_core *core, bool placed) {
+    const uint32_t either = ERC_TORQUE_DOUBTED | ERC_ALPHA_DOUBTED | ERC_DISAGREES; /* one of both is wrong */
+    const erc_config *config = &core->config;
+    erc_momentum *m = &core->momentum;
+    const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
+    if (m->doubted > MOMENTUM_SURE) { /* no agreement takes that back: one that is doubled agrees whenever it is small */
+        m->doubted += m->doubted < MOST_PERIODS ? 2u : 0u;
+        core->meter.good = false;
+        return either;
+    }
+    const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* the meter is wrong by itself */
+    const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && !alone &&
+                       fabs(core->alpha.speed) <= MOST_SPEED;
+    if (!(config->load_inertia > 0.0) || !placed || !known) { /* an end stop, or no witness */
+        m->begun = false;
+        m->doubted = 0u; /* a meter that is known to be wrong is who disagreed */
+        return 0u;
+    }
+    if (!m->begun) {
+        m->begun = true;
+        m->speed = core->alpha.speed;
+        m->torque = core->torque;
+        m->passed = m->rests = 0.0;
+        m->size = fabs(core->torque);
+    }
+    const double off = fabs(unbalanced(core));
+    const double may = config->load_band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
+    m->torque = core->torque;
+    if (!(off > may)) {
+        agree(m, HALF * m->size > may);
+        return 0u;
+    }
+    core->meter.unlearn = core->meter.unlearn || m->doubted == 0u;
+    core->meter.good = false;
+    m->doubted++;
+    return either;
 }

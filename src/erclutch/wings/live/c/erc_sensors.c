@@ -175,9 +175,11 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
         events |= take_one(core, &samples[i], &good);
     }
     if (good) {
+        const double stroke = core->config.stroke;
         core->missing = 0u;
-        return events;
+        return events | erc_momentum_plausible(core, !(stroke > 0.0) || fabs(core->alpha.measured) < stroke);
     }
+    core->momentum.begun = false;
     if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {
         events |= ERC_SAMPLE_LOST;
         core->lost_by = ERC_SAMPLE_LOST;

@@ -40,6 +40,8 @@ typedef struct {
     uint32_t settled, ease;         /* periods on this clutch, and left in which the field changes slowly */
     double fast, late_share;        /* shares by which the filters of observer and delay move in a period */
     double per_period;              /* of the error that the integral takes in a period */
+    double usual, products, squares; /* what the sensor adds as a rule: a torque, and its share of what is asked */
+    double slow;                    /* share by which these move in a period */
     double earlier[ERC_EARLIER][2];           /* rest and integral of the last periods, by the step */
     uint64_t step;                  /* the last one */
 } erc_stages;
@@ -59,6 +61,18 @@ typedef struct {
     bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
 } erc_meter;
 
+/* What is known of the output's momentum: where nothing but dry friction acts on the output beside the measured torque,
+ * each tells what the other has to be. Torques in N m. */
+typedef struct {
+    double torque;       /* a period ago: as late as the speed that is filtered */
+    double passed;       /* the torque less friction, through a filter */
+    double speed;        /* of the output, through the same */
+    double size, rests;  /* of the torque, and the share of the time at rest, through the same */
+    uint32_t doubted;    /* how long both have disagreed, in periods; agreement takes one off */
+    uint32_t little;     /* agreements that say little */
+    bool begun;
+} erc_momentum;
+
 /* The rate of a reference through the filter of the output's speed, so that both are late by the same. */
 typedef struct {
     double at, rate, position, speed; /* at: the rate's integral, which the filter follows */
@@ -73,6 +87,7 @@ typedef struct {
     erc_encoder theta, alpha;
     double torque;
     erc_meter meter;
+    erc_momentum momentum;
     uint64_t sensor_seq, sensor_time, resync; /* resync: any sequence number is taken */
     uint32_t missing;                         /* periods in a row without a good sample */
     uint32_t lost_by;                         /* events that made the latest one bad */

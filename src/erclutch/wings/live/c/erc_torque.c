@@ -27,6 +27,8 @@
 #define LEAST_KEPT 0.5    /* of what a clutch's gain is learned from, in a period */
 #define MOST_OFF 100.0    /* of torque_scale, and TIMES the model's torque: no more is learned from or integrated */
 #define TIMES 4.0
+#define MORE 0.1          /* of what is asked, and of torque_scale: what a sensor adds at once beyond what it adds as a rule */
+#define RULE 1.0          /* s in which that rule is learned */
 #define MOST_SPEED 100.0  /* of SPEED_SCALE: beyond, nothing is learned */
 
 static double bounded(double x, double low, double high) {
@@ -66,6 +68,7 @@ void erc_torque_start(erc_core *core) {
     s.learned[0].drag = s.learned[1].drag = known_drag(core);
     s.fast = share(TWO_PI * core->config.observer_bandwidth, core->dt);
     s.late_share = core->config.torque_lag > 0.0 ? share(1.0 / core->config.torque_lag, core->dt) : 1.0;
+    s.slow = share(1.0 / RULE, core->dt);
     s.per_period = share(core->config.integral_rate, core->dt);
     core->stages = s;
 }
@@ -137,7 +140,7 @@ static void observe(erc_core *core) {
     if (known && !motion) {
         s->modelled += s->late_share * (core->estimate - s->modelled);
     }
-    if (!motion && core->meter.doubted > 0u) {
+    if ((!motion && core->meter.doubted > 0u) || core->momentum.doubted > 0u) {
         s->ease = EASE; /* back to what is asked, slowly */
     }
     if (known && !motion && !s->locked && !core->meter.good && isfinite(torque)) {
@@ -317,12 +320,33 @@ static double handed_over(erc_core *core, double field) {
     return field;
 }
 
+/* A torque that is asked for with what a sensor adds to it. A sensor takes torque away at once; but it adds no more than
+ * a tenth to what is asked without it, or asked with what it has added for a second or longer: a device changes slowly,
+ * and a sensor that is wrong within what a device may be has so much field and no more. */
+static double with_sensor(erc_core *core, double plain, double added) {
+    erc_stages *s = &core->stages;
+    const double asks = isfinite(added) ? bounded(plain + added, -MOST_TORQUE, MOST_TORQUE) : plain;
+    if (core->config.observer != ERC_BY_SENSOR || !(fabs(plain) <= MOST_TORQUE)) {
+        return asks;
+    }
+    const double share = s->squares > 0.0 ? bounded(s->products / s->squares, 1.0, 1.0 / LEAST_GAIN) : 1.0;
+    const double usual = fabs(plain + s->usual), rule = share * fabs(plain);
+    const double most = (1.0 + MORE) * (usual > rule ? usual : rule) + MORE * core->config.torque_scale;
+    if (core->meter.good) {
+        s->usual += s->slow * (asks - plain - s->usual);
+        s->products += s->slow * (asks * plain - s->products);
+        s->squares += s->slow * (plain * plain - s->squares);
+    }
+    return bounded(asks, -most, most);
+}
+
 double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *events) {
     erc_stages *s = &core->stages;
     begin_anew(core);
     observe(core);
     const double zero = without_field(core); /* the gain is the field's alone */
-    const double ask = wanted + core->config.torque_lead * rate - s->rest + s->integral - zero;
+    const double plain = wanted + core->config.torque_lead * rate - zero;
+    const double ask = with_sensor(core, plain, s->integral - s->rest);
     const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
     const double field = inverse(core, bounded(ask / gain + zero, -MOST_TORQUE, MOST_TORQUE), events);
     integrate(core, wanted, *events);

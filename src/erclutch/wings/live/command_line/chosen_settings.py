@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 #: The motor's torque of a replay, and the jumps of its angles, are what they were.
 _AS_RECORDED = {"motor_limit": 1e9}
 
+#: Of an output on which nothing acts beside the measured torque and dry friction: only the user knows that.
+_LOAD = ("load_inertia", "load_friction", "load_band")
+
 _NO_JUMPS = dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), 0.0)
 
 
@@ -90,8 +93,8 @@ def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
         problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
     for name, value in body.items():
-        if name not in TUNED or isinstance(value, bool) or not isinstance(value, int | float):
-            known = ", ".join(TUNED)
+        if name not in (*TUNED, *_LOAD) or isinstance(value, bool) or not isinstance(value, int | float):
+            known = ", ".join((*TUNED, *_LOAD))
             raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
     options = {name: value for name, value in body.items() if hasattr(control, name)}
     default = {name: value for name, value in options.items() if getattr(control, name) == getattr(DEFAULTS[1], name)}
@@ -175,12 +178,14 @@ def _sensing(
 
     A recording is as it was, and a single device is not that of the rig's file unless it is the TWIN's.
     """
-    from erclutch.wings.live.sensor_limits import sensor_limits
+    from erclutch.wings.live.sensor_limits import free_output, sensor_limits
 
     if rig.origin.startswith("RECORDING"):
         return settings
     known = device == "coaxial" or rig.origin == "TWIN"
     limits = sensor_limits(device, model, parameters if known else None, PERIOD)
+    if rig.origin == "TWIN" and device == "coaxial":  # nobody holds its output
+        limits |= free_output(parameters)
     if not known and model is not None:
         limits["least_slip"] = 0.05 * model.slip
     return replace(settings, **limits)

@@ -63,7 +63,14 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
         core->asked_motor = input->motor_torque;
         events |= erc_torque_plausible(core, input->torque);
     }
+    if (good) {
+        events |= erc_momentum_plausible(core, !(core->config.stroke > 0.0) || fabs(input->alpha) < core->config.stroke);
+    }
+    else {
+        core->momentum.begun = false;
+    }
     doubt = core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
+    doubt = doubt > core->momentum.doubted ? doubt : core->momentum.doubted;
     core->tripped = core->tripped || doubt >= @TRIP@;
     events |= core->tripped ? ERC_TRIP : 0u;
     asked = good && core->config.field_limit > 0.0 && !core->tripped;
@@ -78,8 +85,10 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     } else {
         const double share = erc_held_share(@HOLD@, @TRIP@, doubt);
         events |= share < 1.0 ? ERC_DEGRADE : ERC_HOLD;
-        ask[0] = share * erc_at_most(ask[0], core->asked[0]);
-        ask[1] = share * erc_at_most(ask[1], core->asked[1]);
+        core->asked[0] = erc_at_most(ask[0], core->asked[0]);
+        core->asked[1] = erc_at_most(ask[1], core->asked[1]);
+        ask[0] = share * core->asked[0];
+        ask[1] = share * core->asked[1];
     }
     events |= erc_interlock(&core->config, core->field, input->alpha, core->theta.speed, ask, applied);
     core->field = applied[0] - applied[1];

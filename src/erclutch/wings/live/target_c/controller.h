@@ -36,6 +36,7 @@ typedef struct {
     NAME_state model;
     erc_side theta, alpha;
     erc_meter meter;
+    erc_momentum momentum;
     double torque, estimate, asked_motor, field, dt, asked[2];
     bool tripped;
     uint64_t step;
