@@ -21,7 +21,7 @@ from erclutch.fit.networks.backprop import tables_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.models.networks import network_from_name
-from erclutch.models.networks.network_model import forward_fnn
+from erclutch.models.networks.forward import forward_fnn
 from erclutch.runs.cluster import in_order, task_pool
 from erclutch.wings.paper.sweeps import RunsRecipe, UnitRows, made
 from erclutch.wings.paper.tables import twin_runs

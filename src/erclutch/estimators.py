@@ -36,7 +36,7 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import NetworkStructure, network_from_name
-from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
+from erclutch.models.networks.forward import forward_fnn, forward_rbfn
 from erclutch.models.stages import stages_of
 from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span

@@ -115,11 +115,31 @@ def _true_range(model: Any) -> Any:
     return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
 
 
+def _at_some_slips(model: Any) -> Any:
+    """The model with training rows at all fields, but not at all slips."""
+    near = tuple((mask,) * 16 for mask in (0x0FFF, 0xFFE0))
+    return replace(
+        model, trained_on=replace(model.trained_on, near=near[: 2 if model.structure.device == "coaxial" else 1])
+    )
+
+
 def _with_gaps(model: Any) -> Any:
     """The model with a grid over field and slip that has gaps, other ones for each element."""
     masks = np.random.default_rng(11).integers(0, 1 << 16, (2 if model.structure.device == "coaxial" else 1, 16))
     near = tuple(tuple(element) for element in masks.tolist())
     return replace(model, trained_on=replace(model.trained_on, near=near))
+
+
+def with_law(network: NetworkModel, specification: str = "bingham") -> NetworkModel:
+    """The network with a law beyond its rows, that has the network's further inputs."""
+    device, extras = network.structure.device, network.structure.extras
+    structure = Structure(device, specification, law_from_name(specification, device), "none", True, True, extras)
+    shape = {p.name: {"n": 1.4, "w_s": 0.05}[p.name] for p in structure.shapes(1e-3)}
+    gains = {g.name: 0.3 + 0.07 * i for i, g in enumerate(structure.gains())}
+    reference = Reference(LARGEST, 17.1, 1e-3, (1.7,) * len(extras))
+    ranges = tuple(network.extras[name] for name in extras)
+    law = TorqueModel(structure, reference, shape, gains, UNITS, network.trained_on, extra_ranges=ranges)
+    return _true_range(replace(network, beyond=law))
 
 
 def _size(name: str, extras: tuple[str, ...]) -> float:
@@ -157,16 +177,16 @@ MODELS: dict[str, Model] = {
         law_model("rbfm-5", "coaxial", "lag"),
         law_model("rbfm-10", "coaxial"),
         law_model("rbfm-10/forward", "single", "rise-fall"),
-        _with_gaps(network_model("fnn-16")),
-        network_model("fnn-10-6", "coaxial", "lag"),
+        with_law(_at_some_slips(network_model("fnn-16"))),
+        with_law(_at_some_slips(network_model("fnn-10-6", "coaxial", "lag"))),
         network_model("fnn-3", "single", "rise-fall", past=(1, 4)),
         network_model("fnn-7", "coaxial", past=(2,), extras=("temperature", "current i_q")),
         network_model("rbfn-50"),
-        network_model("rbfn-13", "single", "lag", past=(1, 2), extras=("temperature",)),
+        with_law(network_model("rbfn-13", "single", "lag", past=(1, 2), extras=("temperature",))),
         law_model("casson", "single", CHAIN, further=("position", "bellows 2")),
         law_model("bingham/forward", "coaxial", CHAIN),
         law_model("herschel-bulkley", "single", OTHERS),
-        network_model("fnn-16", "coaxial", CHAIN),
+        with_law(_at_some_slips(network_model("fnn-16", "coaxial", CHAIN))),
         residual_model(law_model("bingham", "single"), "fnn-3", limit=0.02),
         residual_model(law_model("bingham", "single", "lag+effort-lag"), "fnn-4", (1, 3), limit=0.02),
         residual_model(law_model("hem", "coaxial", "lag"), "rbfn-5", limit=0.02),

@@ -17,14 +17,14 @@ import struct
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, partial, reduce
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.arithmetic.dual import Dual, chosen, value_of
 from erclutch.arithmetic.operand import Operand
-from erclutch.arithmetic.precision import FLOAT32, Precision
+from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 
 # fmt: off
 _H = float.fromhex
@@ -118,7 +118,25 @@ def table_entry(table: Sequence[Any], *places: Any) -> Any:
     recorder = next((x for x in places if isinstance(x, RecordingOperand)), None)
     if recorder is not None:
         return recorder.record("table", table, *places)
+    if all(isinstance(x, float) for x in places):
+        return reduce(lambda entries, x: entries[int(x)], places, table)
     return np.array(table)[tuple(np.asarray(x).astype(np.intp) for x in places)]
+
+
+def is_less(a: Any, b: Any) -> Any:
+    """Whether a < b: a truth of operands that record, else of NumPy."""
+    recorder = next((x for x in (a, b) if isinstance(x, RecordingOperand)), None)
+    return a < b if recorder is None else recorder.record("less", a, b)
+
+
+def one_where(truth: Any) -> Any:
+    """1 where a truth holds, else 0."""
+    return truth.record("choose", truth, 1.0, 0.0) if isinstance(truth, RecordingOperand) else 1.0 * truth
+
+
+def whole_number_near(x: Any) -> Any:
+    """The whole number nearest to x, for |x| below half of 2^23."""
+    return x.record("nearest", x) if isinstance(x, RecordingOperand) else nearest(format_of(FLOAT64), x)
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:

@@ -249,6 +249,10 @@ class Traced(RecordingOperand):
 
     __le__ = __gt__ = __ge__ = __lt__
 
+    def __and__(self, other: Any) -> Any:
+        """Both truths."""
+        return self.owner.both(self, other)
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         operation = _UFUNCS.get(ufunc)
         if operation is None or method != "__call__" or kwargs:
@@ -265,6 +269,8 @@ class Traced(RecordingOperand):
         if operation == "less_select":
             a, b, yes, no = arguments
             return record.choose(record.less(a, b), yes, no)
+        if operation == "less":
+            return record.less(*arguments)
         if operation == "table":
             table, *places = arguments
             kinds: dict[str, ValueKind] = {"b": "truth", "i": "bits", "f": "real"}

@@ -178,6 +178,11 @@ class ExportedStep:
         )
 
     @property
+    def notes(self) -> list[str]:
+        """What to know before the step is used: sentences without their full stops."""
+        return [note for note in (self.other_period, self.model.unbounded) if note]
+
+    @property
     def model_inputs(self) -> int:
         """How many of the inputs the model's effort depends on; behind them may come the measured effort."""
         return len(self.inputs) - self.measures

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.arithmetic.elementary import table_entry
 from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Node
@@ -121,6 +122,8 @@ class Errors:
             return arguments[0][0] < arguments[1][0]
         if node.operation == "finite":
             return np.isfinite(arguments[0][0])
+        if node.operation == "table":
+            return table_entry(node.value, *(place[0] for place in arguments))
         if node.operation in _ON_TRUTHS:
             return _ON_TRUTHS[node.operation](*arguments)
         return np.stack(np.broadcast_arrays(*_with_error(node, arguments, self.precision)))
@@ -183,6 +186,9 @@ def _with_error(node: Node, a: Sequence[Any], p: Precision) -> Uncertain:
     if name == "multiply":
         value = a[0][0] * a[1][0]
         return value, np.abs(a[0][0]) * a[1][1] + np.abs(a[1][0]) * a[0][1] + half * np.abs(value)
+    if name == "nearest":  # whatever is computed from the whole number and from what is left meets at its steps
+        value = _np.round(a[0][0])
+        return value, 0.0 * value
     if name == "divide":
         value = a[0][0] / a[1][0]
         return value, (a[0][1] + np.abs(value) * a[1][1]) / np.abs(a[1][0]) + half * np.abs(value)

@@ -26,6 +26,7 @@ from erclutch.export.exported_step import (
     ExportedStep,
     Window,
 )
+from erclutch.export.giving_way import given_way, named_groups
 from erclutch.export.stage_memory import StageMemory, kept, suffix_of
 from erclutch.models.alarms import Alarms
 from erclutch.models.band import FOLLOWER
@@ -254,7 +255,11 @@ class StepRecording:
             self.record.label(self._through("command", x, str(i)), f"fluid{i + 1}") for i, x in enumerate(commands)
         ]
         remembered = self._remembered(fluids, slips)
-        effort = self._through("effort", self._ahead(fluids, slips, remembered, extras))
+        effort = self._ahead(fluids, slips, remembered, extras)
+        if step.model.gives_way is not None:
+            again = None if step.model.past or any(remembered) else self._at_rest
+            effort = given_way(step.model.gives_way, effort, (fluids, slips, extras), again)
+        effort = self._through("effort", effort)
         correction = step.model.correction
         if correction is None:
             return effort
@@ -274,10 +279,17 @@ class StepRecording:
 
     def _ahead(self, fluids: Sequence[Any], slips: Sequence[Any], remembered: Any, extras: Sequence[Any]) -> Any:
         """The effort ahead of the stages on it."""
-        model, e = self.step.model, self.step.elements
+        model = self.step.model
         if (model.past or any(remembered)) and not self.rest:  # in one piece, so that strength of the field is shared
             further = dict(zip(model.extras, extras, strict=True))
             return model.from_fluid(FluidSignals(fluids, slips, remembered, further, self._past()))
+        return self._at_rest(self.record, fluids, slips, extras, remembered)
+
+    def _at_rest(
+        self, record: Record, fluids: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any], remembered: Any = ()
+    ) -> Any:
+        """The effort ahead of the stages on it as a function of its own: past rows are as the present one."""
+        model, e = self.step.model, self.step.elements
         states = [x for element in remembered for outputs in element for x in outputs]
 
         def rest(*signals: Any) -> Any:
@@ -286,10 +298,7 @@ class StepRecording:
             further = dict(zip(model.extras, signals[2 * e + len(states) :], strict=True))
             return model.from_fluid(FluidSignals(signals[:e], signals[e : 2 * e], memory, further))
 
-        names = [f"{letter}{i + 1}" for letter in "xw" for i in range(e)]
-        names += [f"{letter}{i + 1}" for letter, group in (("m", states), ("v", extras)) for i in range(len(group))]
-        signals = [*fluids, *slips, *states, *extras]
-        return self.record.call("rest", rest, **dict(zip(names, signals, strict=True)))
+        return record.call("rest", rest, **named_groups("xwmv", (fluids, slips, states, extras)))
 
     def _remembered(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[list[Sequence[Any]]]:
         """Outputs of the stages on the slip, for each element."""

@@ -22,6 +22,11 @@ def within(x: Any, low: float, high: float) -> Any:
     return less_select(above, high, above, high)
 
 
+def smooth(share: Any) -> Any:
+    """A share from 0 to 1 that leaves and reaches both ends without a kink, elementwise on any operand."""
+    return share * share * (3.0 - 2.0 * share)
+
+
 def grid_cell(x: Any, covered: tuple[float, float]) -> Any:
     """Number of the cell of a value along a range, less than 16, with a fraction; elementwise on any operand."""
     low, high = covered
@@ -55,8 +60,7 @@ class CoveredCells:
         """The weight from 0 to 1 for all inputs, elementwise on any operand."""
         x = [value * (1.0 / float(reach)) for value, reach in zip(inputs, self.reach, strict=True)]
         nearest = reduce(_smaller, (_beyond(x, box) for box in self._corners))
-        share = within(1.0 - nearest, 0.0, 1.0)
-        return share * share * (3.0 - 2.0 * share)
+        return smooth(within(1.0 - nearest, 0.0, 1.0))
 
 
 def _beyond(x: Sequence[Any], box: Sequence[tuple[float, float]]) -> Any:

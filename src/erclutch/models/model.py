@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.elementary import table_entry
 from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CELLS, grid_cell
+from erclutch.models.near_cells import NearCells, Nearness
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.registry import Plugin
@@ -67,8 +67,12 @@ class Range:
 
     def far(self, element: int, field: Any, slip: Any) -> Any:
         """Whether no training row of an element, from 0, was near; elementwise on any operand. It needs `near`."""
-        table = tuple(tuple(not mask >> k & 1 for k in range(CELLS)) for mask in self.near[element])
-        return table_entry(table, *self.cell(field, slip))
+        return self.near_cells(element).far(field, slip)
+
+    def near_cells(self, element: int) -> NearCells:
+        """The cells near training rows of an element, from 0; all of them where that is not known."""
+        masks = self.near[element] if self.near else (2**CELLS - 1,) * CELLS
+        return NearCells(self.field, self.slip, masks)
 
     def outside(self, data: Rows) -> NDArray[np.bool_]:
         """Rows for which a model guesses, shape (n,)."""
@@ -176,6 +180,19 @@ class Correction(Protocol):
         ...
 
 
+class GivesWay(Protocol):
+    """A network alone that gives way to a law where no training row was near."""
+
+    @property
+    def nearness(self) -> Nearness:
+        """Where training rows were, by field in the fluid, slip and further inputs."""
+        ...
+
+    def law_beyond(self, fluids: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+        """Effort of the law, elementwise on any operand: fields in the fluid, slips, further inputs of the network."""
+        ...
+
+
 class Model(Protocol):
     """Effort of a device from its fields, slips and further inputs."""
 
@@ -227,6 +244,16 @@ class Model(Protocol):
     @property
     def correction(self) -> Correction | None:
         """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    @property
+    def gives_way(self) -> GivesWay | None:
+        """The model, where it is a network alone with a law beyond its rows; else None."""
+        ...
+
+    @property
+    def unbounded(self) -> str:
+        """What to know of a network alone that has no law beyond its rows; else empty."""
         ...
 
     @property

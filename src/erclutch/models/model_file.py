@@ -204,10 +204,16 @@ def units_of(body: Mapping[str, Any]) -> Units:
 def range_of(body: Mapping[str, Any]) -> Range:
     """What a model was trained on."""
     entry = body["trained_on"]
-    near = [_masks_of(masks) for masks in entry.get("near", ())]
-    if near and len(near) != (2 if body["device"] == "coaxial" else 1):
+    near = near_of(entry.get("near", ()), body["device"])
+    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), near=near)
+
+
+def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
+    """The cells near training rows of each element; none where that is not known."""
+    near = [_masks_of(masks) for masks in values]
+    if near and len(near) != (2 if device == "coaxial" else 1):
         raise ValueError(f"cells near training rows for {len(near)} elements")
-    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), near=tuple(near))
+    return tuple(near)
 
 
 def _masks_of(values: Any) -> tuple[int, ...]:

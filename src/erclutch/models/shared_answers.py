@@ -15,6 +15,7 @@ from erclutch.arithmetic.record import Record, recorded
 from erclutch.errors import ExportError
 from erclutch.models.model import (
     FluidSignals,
+    GivesWay,
     Model,
     Rows,
     full_name,
@@ -69,6 +70,16 @@ class ModelBase(Shown):
         effort = f"effort in {self.units.effort or '1'}"
         band = "with a prediction band" if self.band else "without a prediction band"
         return one_line(self, self.name, self.structure.device, self.title, effort, band)
+
+    @property
+    def gives_way(self) -> GivesWay | None:
+        """A model with a law inside is bounded by it everywhere."""
+        return None
+
+    @property
+    def unbounded(self) -> str:
+        """A model with a law inside is bounded by it everywhere."""
+        return ""
 
     def in_units(self) -> Iterator[tuple[str, float, str, str]]:
         """Name, value in the data's units, unit and meaning of each parameter; weights have no meaning."""

@@ -14,7 +14,7 @@ from erclutch.fit.networks.exchange import exchanged
 from erclutch.fit.networks.first_weights import first_weights, new_neurons, with_best_output
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
-from erclutch.models.networks.network_model import forward_fnn
+from erclutch.models.networks.forward import forward_fnn
 
 
 def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, unpacked, weights_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, schedule_for, train
 from erclutch.fit.networks.pruning import smaller, without_least
-from erclutch.models.networks.network_model import forward_fnn
+from erclutch.models.networks.forward import forward_fnn
 
 
 def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -> tuple[WeightedRows, np.ndarray]:

@@ -81,8 +81,8 @@ def export(
     binaries = folder / "binaries.txt"
     for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
         screen.print(f"  binary {line}", markup=False)
-    if step.other_period:
-        screen.print(f"note: {step.other_period}.", markup=False)
+    for note in step.notes:
+        screen.print(f"note: {note}.", markup=False)
     screen.print(f"Check it here: erclutch verify {folder}", markup=False)
 
 

@@ -122,7 +122,8 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
     columns["outside"] = outside.astype(float), ""
     about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
     _write(out, columns, {key: value for key, value in about.items() if value})
-    return f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+    said = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+    return f"{said}\nnote: {model.unbounded}." if model.unbounded and outside.any() else said
 
 
 def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:

@@ -55,6 +55,9 @@ class Printer:
         uses.update(2 * [n.index for n in self.record.after.values()])
         uses.update(2 * [n.arguments[0].index for n in nodes if n.operation == "delay"])
         choosing = Counter(n.arguments[0].index for n in nodes if n.operation == "choose")
+        # A call that is an arm of a choice stays there, however wide: C computes the arm that it takes.
+        choices = (n for n in nodes if n.operation == "choose")
+        arms = {a.index for n in choices for a in n.arguments[1:] if a.operation == "call"}
         # A test of the bits that chooses gets a name, too: what it says of a number stands behind it.
         uses.update(2 * [n.index for n in nodes if n.operation == "finite" and n.index in choosing])
         yield from self._slots()
@@ -70,7 +73,8 @@ class Printer:
                 yield from self._table(node)
             text = self._expression(node)
             simple = node.operation in ("input", "constant") or (node.operation == "state" and node.kind == "truth")
-            folded = uses[node.index] == 1 and len(text) <= _WIDEST and not _named(node)
+            short = len(text) <= _WIDEST or node.index in arms
+            folded = uses[node.index] == 1 and short and not _named(node)
             if simple or folded:
                 self._text[node.index] = text
                 continue

@@ -56,6 +56,14 @@ def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
         parts.append(equation + c_network.network(network, n, p))
     rest = function(n, p, "rest", called["rest"], "Effort at rest, or without a memory")
     parts += [rest if network is not None else equation + rest]
+    if "away" in called:
+        inner = called["away"].calls
+        if "both" in inner:
+            parts.append(
+                function(n, p, "both", inner["both"], "The network, and the law for what is left of its share")
+            )
+        about = "Effort where training rows were not near on all sides: the law beyond them, or both"
+        parts.append(function(n, p, "away", called["away"], about))
     if "residual" in called:
         parts.append(function(n, p, "residual", called["residual"], "What the network adds to the law"))
     parts += [c_inverse.inverse(step, n), _public(step, n)]

@@ -17,12 +17,14 @@ from erclutch.fit.networks.fit_fnn import schedule_for, train
 from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
-from erclutch.fit.training_range import range_of
+from erclutch.fit.training_range import near_cells, range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
-from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_inputs import field_in_fluid, inputs_of
 from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.stages import stages_at
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.device import Element
 
 Pair = tuple[Array, Array]  # inputs (inputs, n) and effort (n,) of some rows
 
@@ -57,9 +59,15 @@ def fit_network(
     """
     times = dict(dynamics or {})
     inputs, effort = inputs_of(structure, data.elements, data.clock, data.extras, times), data.effort
+    fluids = [field_in_fluid(e.field, structure, data.clock, times) for e in data.elements]
+    elements = [Element(fluid, e.slip) for e, fluid in zip(data.elements, fluids, strict=True)]
     if kept is not None:
         data, inputs, effort = data.take(kept), inputs[:, kept], effort[kept]
-    return fit_rows(data, (inputs, effort), structure, times, seed=seed, polish=polish, workers=workers)
+        elements = [Element(e.field[kept], e.slip[kept]) for e in elements]
+    outcome = fit_rows(data, (inputs, effort), structure, times, seed=seed, polish=polish, workers=workers)
+    if not stages_at(structure.dynamics, "command"):
+        return outcome
+    return replace(outcome, model=replace(outcome.model, near=near_cells(outcome.model.trained_on, elements)))
 
 
 def fit_rows(

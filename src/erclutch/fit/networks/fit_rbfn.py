@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from erclutch.fit.centroids import Centroids
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, Stop, minimise
-from erclutch.models.networks.network_model import gaussians
+from erclutch.models.networks.forward import gaussians
 from erclutch.signals.array import Array
 
 #: Spreads that are scanned, in units of inputs normalised to [0, 1].

@@ -43,7 +43,7 @@ def inputs_of(
     Raises:
         MappingError: a further input is not there.
     """
-    fields = [_in_fluid(e.field, structure, clock, dynamics) for e in elements]
+    fields = [field_in_fluid(e.field, structure, clock, dynamics) for e in elements]
     slips = [e.slip for e in elements]
     moved = moved_of(structure, [array_as_in_c(f) for f in fields], [array_as_in_c(w) for w in slips], dynamics)
     remembered = [[_respond(stage, m, clock, dynamics) for stage in slip_stages(structure.dynamics)] for m in moved]
@@ -65,7 +65,8 @@ def _respond(stage: Stage, signal: Any, clock: Clock, numbers: Mapping[str, floa
     return stage.respond(signal, clock, [numbers[p.name] for p in stage.parameters(1.0)], slice(None))
 
 
-def _in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: Mapping[str, float]) -> Array:
+def field_in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: Mapping[str, float]) -> Array:
+    """The field of an element behind the network's stages on the command, shape (n,)."""
     signal: Any = field
     for stage in stages_at(structure.dynamics, "command"):
         signal = _respond(stage, array_as_in_c(signal), clock, numbers)

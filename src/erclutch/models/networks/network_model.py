@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic import as_in_c
 from erclutch.arithmetic.as_in_c import array_as_in_c
-from erclutch.arithmetic.elementary import elementary
-from erclutch.arithmetic.precision import FLOAT32
 from erclutch.models import model_file
 from erclutch.models.band import Band
 from erclutch.models.law_model import TorqueModel, model_from_dict
-from erclutch.models.model import FluidSignals, Pair, Range, held_window, settled_memory
+from erclutch.models.model import FluidSignals, GivesWay, Pair, Range, further_inputs, settled_memory
+from erclutch.models.near_cells import Nearness, faded
 from erclutch.models.networks import NetworkStructure, network_from_name
-from erclutch.models.networks.network_inputs import STRENGTH, inputs_from, inputs_of, moved_of
+from erclutch.models.networks.forward import forward_fnn, forward_rbfn, gaussians, last_hidden
+from erclutch.models.networks.network_inputs import STRENGTH, field_in_fluid, inputs_from, inputs_of, moved_of
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
@@ -30,6 +29,7 @@ from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
 _STEEPEST = 10.0  # exponent of the field in a memory's strength
+_GIVES_WAY = "Where no training row was near, the effort is that of a law, and a share of both in between:"
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
@@ -68,8 +68,9 @@ class NetworkModel(ModelBase):
         input_range: smallest and largest training value of each input, shape (inputs, 2).
         period: sampling period of the training data in s: how far back past rows lie. None: not known.
         band: how far the measured effort may lie from the estimate.
-        beyond: law that says how the effort changes where field or slip is far outside the training range; None: the
-            network alone says so, as in files of older versions.
+        beyond: law whose effort takes the place of the network's where no training row was near, see
+            `models.near_cells`; None: nothing bounds the network there, as in files of older versions.
+        near: cells near training rows as in `Range`, by the field in the fluid; empty: by the field itself.
     """
 
     structure: NetworkStructure
@@ -83,6 +84,7 @@ class NetworkModel(ModelBase):
     period: float | None = None
     band: Band | None = None
     beyond: TorqueModel | None = None
+    near: tuple[tuple[int, ...], ...] = ()
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
 
@@ -133,6 +135,32 @@ class NetworkModel(ModelBase):
         """Number of weights."""
         return int(sum(table.size for table in self.weights.values()))
 
+    @property
+    def gives_way(self) -> GivesWay | None:
+        """The network, where it has a law beyond its rows."""
+        return None if self.beyond is None else self
+
+    @property
+    def unbounded(self) -> str:
+        """What to know of a network alone that has no law beyond its rows; else empty."""
+        if self.beyond is not None:
+            return ""
+        return (
+            f"{self.name} has no law beyond its rows, as files of older versions: nothing bounds its effort, nor its "
+            "band, where no training row was near. Fit the log again"
+        )
+
+    @property
+    def nearness(self) -> Nearness:
+        """Where training rows were, by field in the fluid, slip and further inputs."""
+        return self._nearness
+
+    @cached_property
+    def _nearness(self) -> Nearness:
+        covered = replace(self.trained_on, near=self.near or self.trained_on.near)
+        elements = range(2 if self.structure.device == "coaxial" else 1)
+        return Nearness([covered.near_cells(i) for i in elements], list(self.extras.values()))
+
     def effort(
         self,
         elements: Sequence[Element],
@@ -141,40 +169,61 @@ class NetworkModel(ModelBase):
         *,
         exactly: bool = True,
     ) -> Array:
-        """See `ModelBase.effort`; a lone row far outside the training range takes the long road."""
-        if clock.time.size == 1 and self._held(elements) is not None:
-            return self.effort_of_rows(elements, clock, extras or {}, exactly=exactly)
+        """See `ModelBase.effort`; a lone row where the law has a share takes the long road."""
+        if clock.time.size == 1 and self.beyond is not None:
+            further = further_inputs(self.structure.extras, extras or {}).values()
+            fluids, slips = ([getattr(e, name).item() for e in elements] for name in ("field", "slip"))
+            if not self.nearness.amid(fluids, slips, [x.item() for x in further]):
+                return self.effort_of_rows(elements, clock, extras or {}, exactly=exactly)
         return super().effort(elements, clock, extras, exactly=exactly)
-
-    def _held(self, elements: Sequence[Element]) -> list[Element] | None:
-        """The signals within the window in which the network is asked; None where all are, or no law knows more."""
-        if self.beyond is None:
-            return None
-        ranges = ((e, held_window(self.trained_on.field), held_window(self.trained_on.slip)) for e in elements)
-        held = [Element(np.clip(e.field, *fields), np.clip(e.slip, *slips)) for e, fields, slips in ranges]
-        far = (np.any(a.field != b.field) or np.any(a.slip != b.slip) for a, b in zip(elements, held, strict=True))
-        return held if any(far) else None
 
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """Effort on the long road, shape (n,); see `ModelBase.effort`.
-
-        Far outside the training range it is that of the network at the edge of the window in which an exported step
-        holds its inputs, and what a law says that changes from there on.
-        """
-        held = self._held(elements)
-        inputs = inputs_of(self.structure, held or elements, clock, extras, self.dynamics)
+        """Effort on the long road, shape (n,); see `ModelBase.effort`."""
+        inputs = inputs_of(self.structure, elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
-        if held is not None and self.beyond is not None:
-            given, edge = (
-                self.beyond.effort_of_rows(each, clock, extras, exactly=exactly) for each in (elements, held)
-            )
-            effort = effort + (given - edge)
+        if self.beyond is not None:
+            fluids = [field_in_fluid(e.field, self.structure, clock, self.dynamics) for e in elements]
+            further = further_inputs(self.structure.extras, extras).values()
+            effort = self._faded(effort, (fluids, [e.slip for e in elements], list(further)), exactly=exactly)
         for stage in stages_at(self.structure.dynamics, "effort"):
             q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
             effort = np.asarray(stage.respond(array_as_in_c(effort), clock, q, slice(None)))
         return effort
+
+    def _faded(self, effort: Array, given: Sequence[Sequence[Array]], *, exactly: bool) -> Array:
+        """The network's effort, and that of the law where no training row was, shape (n,).
+
+        Args:
+            effort: of the network.
+            given: fields in the fluid, slips and further inputs.
+            exactly: with the bits of the exported C.
+        """
+        away = np.flatnonzero(~np.asarray(self.nearness.amid(*given)))
+        if not away.size:
+            return effort
+        operands = array_as_in_c if exactly else np.asarray
+        rows = [[operands(x[away]) for x in group] for group in given]
+        share, law = (np.asarray(x) for x in (self.nearness.share(*rows), self.law_beyond(*rows)))
+        mixed = effort.copy()
+        mixed[away] = np.where(share > 0.0, faded(effort[away], law, share), law)
+        return mixed
+
+    def law_beyond(self, fluids: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+        """Effort of the law that takes the network's place where no training row was, elementwise on any operand.
+
+        Args:
+            fluids: field in the fluid of each element.
+            slips: slip of each element.
+            extras: further inputs of the network.
+        """
+        law = self.beyond
+        assert law is not None
+        commands = [law.command(fluid) for fluid in fluids]
+        remembered = settled_memory(law, law.moved(commands, slips))
+        further = dict(zip(self.structure.extras, extras, strict=True))
+        return law.from_fluid(FluidSignals(commands, slips, remembered, further))
 
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
         """Effort from all inputs as they are (inputs, n), shape (n,)."""
@@ -203,7 +252,7 @@ class NetworkModel(ModelBase):
         """What the neurons of the last layer say to normalised inputs (inputs, n), shape (neurons, n), for fits."""
         if self.structure.kind == "rbfn":
             return gaussians(self.weights["centres"], self.weights["spreads"], x)
-        return _last_hidden(self.weights, x, exactly=False)
+        return last_hidden(self.weights, x, exactly=False)
 
     def as_exported(self, inputs: NDArray[Any]) -> NDArray[Any]:
         """Effort from all inputs as they are (inputs, n), shape (n,), with the bits of the C in their precision."""
@@ -215,16 +264,15 @@ class NetworkModel(ModelBase):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
-        held = self._held([Element(np.atleast_1d(f), np.atleast_1d(w)) for f, w in zip(fields, slips, strict=True)])
-        if held is not None and self.beyond is not None:
-            edge, known = ([e.field for e in held], [e.slip for e in held]), dict(zip(self.extras, extras, strict=True))
-            further = [known[name] for name in self.beyond.extras]
-            change = self.beyond.steady(fields, slips, further) - self.beyond.steady(*edge, further)
-            return self.steady(*edge, extras) + change
         remembered = settled_memory(self, self.moved(*(map(array_as_in_c, x) for x in (fields, slips))))
         further = dict(zip(self.structure.extras, extras, strict=True))
         inputs = inputs_from(self.structure, FluidSignals(fields, slips, remembered, further))
-        return self.of_inputs(np.array(inputs, np.float64))
+        rows = np.array(np.broadcast_arrays(*inputs), np.float64)
+        effort = self.of_inputs(rows)
+        if self.beyond is None:
+            return effort
+        given = [[np.broadcast_to(x, effort.shape) for x in group] for group in (fields, slips, extras)]
+        return self._faded(effort, given, exactly=True)
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the field itself."""
@@ -249,8 +297,9 @@ class NetworkModel(ModelBase):
             layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
             formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
         inputs = f"Inputs: {', '.join(s.inputs)}."
+        law = [] if self.beyond is None else ["", _GIVES_WAY, "", *self.beyond.equation()]
         first += f" {'-' if to.effort_offset < 0 else '+'} {abs(to.effort_offset):.9g}."
-        return [first, "", f"  {formula}", "", inputs, *stage_equations(s.dynamics)]
+        return [first, "", f"  {formula}", "", inputs, *stage_equations(s.dynamics), *law]
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
@@ -286,76 +335,11 @@ class NetworkModel(ModelBase):
             body["period_s"] = self.period
         if self.beyond is not None:
             body["beyond"] = self.beyond.to_dict()
+        if self.near:
+            body["near"] = [list(masks) for masks in self.near]
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return model_file.sealed(body, self.band)
-
-
-def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
-    """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,).
-
-    Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
-    """
-    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
-    a, w_out = _last_hidden(tables, x, exactly=exactly), tables["W_out"][0]
-    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
-
-
-def _last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) -> NDArray[Any]:
-    """Outputs of the last hidden layer of an FNN, shape (neurons, n)."""
-    tanh = _functions(x)["tanh"] if exactly else np.tanh
-    a, layer = x, 1
-    while f"W{layer}" in tables:
-        w, b = tables[f"W{layer}"], tables[f"b{layer}"]
-        a = tanh(_affine(w, a, b) if exactly else w @ a + b[:, None])
-        layer += 1
-    return a
-
-
-def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
-    """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,); see `forward_fnn`."""
-    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
-    centres, spread = tables["centres"], (weights["spreads"] ** 2).astype(x.dtype, copy=False)
-    square = np.zeros((len(centres), x.shape[1]), x.dtype)
-    for j in range(len(x)):
-        distance = x[j] - centres[:, j : j + 1]
-        square += distance * distance
-    exp = _functions(x)["exp"] if exactly else np.exp
-    return tables["b"][0] + _weighted(tables["w"], exp(-0.5 * square / spread[:, None]))
-
-
-def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
-    """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
-    if x.dtype == object:
-        recorded: dict[str, Any] = {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
-        return recorded
-    return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
-
-
-def _affine(weights: Array, x: Array, offset: Array) -> Array:
-    """W x + b, from left to right as in the exported C: BLAS would add in an order that nobody knows."""
-    total = np.repeat(offset[:, None], x.shape[1], axis=1)
-    for j in range(len(x)):
-        total += weights[:, j : j + 1] * x[j]
-    return total
-
-
-def _weighted(weights: Array, a: Array) -> Array:
-    """sum_i w_i a_i: four running sums side by side, then pairs, then what is left over; the order of the C."""
-    whole = len(a) // 4 * 4
-    four = [np.zeros(a.shape[1], a.dtype) for _ in range(4)]
-    for i in range(whole):
-        four[i % 4] += weights[i] * a[i]
-    total = (four[0] + four[1]) + (four[2] + four[3])
-    for i in range(whole, len(a)):
-        total = total + weights[i] * a[i]
-    return total
-
-
-def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
-    """Activations of an RBFN's neurons, shape (neurons, n): by one matrix product, for fits."""
-    square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
-    return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
 
 
 def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
@@ -385,6 +369,8 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     beyond = model_from_dict(body["beyond"]) if "beyond" in body else None
     if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
         raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
+    if beyond is not None and not set(beyond.extras) <= set(structure.extras):
+        raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
     return NetworkModel(
         structure,
         Scaling(
@@ -404,6 +390,7 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         model_file.about_of(body),
         period,
         beyond=beyond,
+        near=model_file.near_of(body.get("near", ()), structure.device),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,11 +97,15 @@ def _lines(step: ExportedStep, made: StepRecord) -> Iterator[str]:
     for name, length in record.registers().items():
         places[name], at = str(at), at + length
     texts: dict[int, str] = {}
+    tables: dict[Any, str] = {}
     nodes = record.needed()
     uses = Counter(a.index for n in nodes for a in n.arguments)
     uses.update(n.index for n in [*record.outputs, *record.after.values()])
     for node in nodes:
+        name = f"table{node.index}"
         if node.operation == "table":
+            places[name] = tables.setdefault(node.value, name)
+        if places.get(name) == name:
             rows = "; ...\n        ".join(" ".join(str(int(entry)) for entry in row) for row in node.value)
             yield f"table{node.index} = logical([{rows}]);"
         text = _expression(step, node, [texts[a.index] for a in node.arguments], places)
@@ -149,7 +154,7 @@ def _expression(step: ExportedStep, node: Node, a: list[str], places: dict[str, 
     if operation == "power":
         return f"max({a[0]}, realmin('{_class(step)}')) ^ {a[1]}"
     if operation == "table":
-        return f"table{node.index}(fix({a[0]}) + 1, fix({a[1]}) + 1)"
+        return f"{places[f'table{node.index}']}(fix({a[0]}) + 1, fix({a[1]}) + 1)"
     if operation == "network":
         return f"network([{'; '.join(a)}])"
     return f"{'abs' if operation == 'absolute' else operation}({', '.join(a)})"

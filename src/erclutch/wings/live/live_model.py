@@ -65,7 +65,7 @@ def live_model(
         digest=step.digest,
         units=model.units,
         period=period,
-        note=step.other_period,
+        note=". ".join(step.notes),
         adapts=adapt,
         effort=step.scale,
         slip=max(abs(end) for end in step.slip.range),

@@ -23,8 +23,8 @@ from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weight
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.forward import forward_fnn, forward_rbfn
 from erclutch.models.networks.network_inputs import inputs_of
-from erclutch.models.networks.network_model import forward_fnn, forward_rbfn
 from erclutch.runs.cluster import TaskPool
 from erclutch.signals.array import Array
 from erclutch.wings.paper.sweep_points import Points

@@ -1,0 +1,81 @@
+"""The forward pass of a network, from normalised inputs to the effort: with the bits of the C, or through BLAS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic import as_in_c
+from erclutch.arithmetic.elementary import elementary
+from erclutch.arithmetic.precision import FLOAT32
+from erclutch.signals.array import Array
+
+
+def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+    """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,).
+
+    Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
+    """
+    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
+    a, w_out = last_hidden(tables, x, exactly=exactly), tables["W_out"][0]
+    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
+
+
+def last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) -> NDArray[Any]:
+    """Outputs of the last hidden layer of an FNN, shape (neurons, n)."""
+    tanh = _functions(x)["tanh"] if exactly else np.tanh
+    a, layer = x, 1
+    while f"W{layer}" in tables:
+        w, b = tables[f"W{layer}"], tables[f"b{layer}"]
+        a = tanh(_affine(w, a, b) if exactly else w @ a + b[:, None])
+        layer += 1
+    return a
+
+
+def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+    """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,); see `forward_fnn`."""
+    tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
+    centres, spread = tables["centres"], (weights["spreads"] ** 2).astype(x.dtype, copy=False)
+    square = np.zeros((len(centres), x.shape[1]), x.dtype)
+    for j in range(len(x)):
+        distance = x[j] - centres[:, j : j + 1]
+        square += distance * distance
+    exp = _functions(x)["exp"] if exactly else np.exp
+    return tables["b"][0] + _weighted(tables["w"], exp(-0.5 * square / spread[:, None]))
+
+
+def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
+    """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
+    if x.dtype == object:
+        recorded: dict[str, Any] = {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
+        return recorded
+    return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
+
+
+def _affine(weights: Array, x: Array, offset: Array) -> Array:
+    """W x + b, from left to right as in the exported C: BLAS would add in an order that nobody knows."""
+    total = np.repeat(offset[:, None], x.shape[1], axis=1)
+    for j in range(len(x)):
+        total += weights[:, j : j + 1] * x[j]
+    return total
+
+
+def _weighted(weights: Array, a: Array) -> Array:
+    """sum_i w_i a_i: four running sums side by side, then pairs, then what is left over; the order of the C."""
+    whole = len(a) // 4 * 4
+    four = [np.zeros(a.shape[1], a.dtype) for _ in range(4)]
+    for i in range(whole):
+        four[i % 4] += weights[i] * a[i]
+    total = (four[0] + four[1]) + (four[2] + four[3])
+    for i in range(whole, len(a)):
+        total = total + weights[i] * a[i]
+    return total
+
+
+def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
+    """Activations of an RBFN's neurons, shape (neurons, n): by one matrix product, for fits."""
+    square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
+    return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
