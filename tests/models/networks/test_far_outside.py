@@ -171,7 +171,7 @@ def test_a_field_that_no_log_had_is_met_whatever_the_start(logs: tuple[float, ..
     for seed in range(2):
         candidate = Networks().candidates(Settings(("fnn-4",), "none", seed=seed), train)[0]
         outcome = candidate.fit(train, [], 1)
-        again = candidate.refit(train, outcome, [Fitted(candidate, outcome)])
+        again = candidate.refit(train, np.ones(train.rows, np.bool_), outcome, [Fitted(candidate, outcome)])
         for model in (outcome.model, again.model):
             assert rms(far.effort - model.predict(far)) < 0.15 * float(np.std(far.effort))
 
