@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import erclutch
-from erclutch.cli.ranking_table import verdict
+from erclutch.cli.ranking_table import held_out, verdict
 from erclutch.errors import CheckError, RunError
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.data_check import SIGN, check
@@ -169,6 +169,20 @@ def resting() -> tuple[Comparison, Recording]:
 
 def test_nothing_is_recommended_where_nothing_explains(resting: tuple[Comparison, Recording]) -> None:
     assert verdict(resting[0]).startswith("No model is recommended: the nearest,")
+
+
+def test_stretches_like_the_whole_log_are_held_out_where_its_end_is_a_rest(
+    resting: tuple[Comparison, Recording],
+) -> None:
+    result, recording = resting
+    (told,) = [finding for finding in result.findings if finding.subject == "rest"]
+    assert told.message.startswith("100% of the rows held out are at rest, of the others 1")
+    assert "--test stretches" in told.remedy
+    fair = compare(build_dataset(recording), Settings(("bingham",), lag="none", test=("stretches",)))
+    assert fair.standing.word == "recommended"
+    assert fair.entry("bingham").test.share.value < 0.02
+    assert not [finding for finding in fair.findings if finding.subject == "rest"]
+    assert held_out(fair) == "held out: 6 stretches that cover field, slip and motion as all rows do"
 
 
 def test_a_run_without_a_recommendation_hands_out_no_model(

@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from hypothesis import strategies as st
 from erclutch.errors import MappingError, SettingError
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, hold_out, time_folds
-from erclutch.signals.clock import Clock, Span
+from erclutch.logs.synthetic import synthetic_log
+from erclutch.signals.clock import Clock, Span, stretches
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
@@ -405,3 +407,26 @@ def test_an_angle_that_starts_again_is_drawn_out(first: float) -> None:
     np.testing.assert_allclose(wrapped.elements[0].slip, plain.elements[0].slip, atol=1e-9)
     assert any("position starts again after a full turn" in note for note in wrapped.notes)
     assert not any("full turn" in note for note in plain.notes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stretches_held_out_are_like_the_log_and_lie_between_rows_that_are_fitted(seed: int) -> None:
+    columns = synthetic_log(10.0, seed)
+    signals = {
+        name: columns[column][1] for name, column in (("field", "field"), ("slip", "slip"), ("effort", "torque"))
+    }
+    data = build_dataset(recording_from_arrays(signals, {"field": "V", "slip": "rad/s", "effort": "N*m"}, rate=1000.0))
+    mask = hold_out(data, ("stretches",))
+    assert mask.mean() == pytest.approx(0.3, abs=0.01)
+    assert not mask[: data.rows // 20].any()
+    held = stretches(mask)
+    assert len(held) == 6
+    assert all(start - stop >= data.rows // 20 for (_, stop), (start, _) in pairwise(held))
+    for values in (data.elements[0].field, data.elements[0].slip):
+        assert np.std(values[mask]) == pytest.approx(np.std(values), rel=0.15)
+    assert np.array_equal(mask, hold_out(replace(data, effort=-data.effort), ("stretches",)))
+
+
+def test_the_end_of_a_log_too_short_for_stretches_is_held_out() -> None:
+    data = build_dataset(recording(300))
+    assert np.array_equal(hold_out(data, ("stretches",)), hold_out(data, 0.3))

@@ -9,7 +9,9 @@ from rich.table import Table
 
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
+from erclutch.logs.covering_stretches import STRETCHES
 from erclutch.logs.dataset import constant_stretches
+from erclutch.signals.clock import stretches
 
 #: Models that are shown where not all of them are asked for.
 SHOWN = 8
@@ -165,6 +167,9 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
 def held_out(comparison: Comparison) -> str:
     """Which rows were held out, where that is not the end of each log."""
     test, data = comparison.settings.test, comparison.data
+    if test == (STRETCHES,):
+        held = sum(1 for start, _ in stretches(comparison.test) if start)
+        return f"held out: {held} stretches that cover field, slip and motion as all rows do"
     if not isinstance(test, float | int):
         logs = [name for name, (a, b) in zip(data.sources, data.source_rows, strict=True) if comparison.test[a:b].all()]
         more = f" and {len(logs) - 6} more" if len(logs) > 6 else ""

@@ -23,6 +23,9 @@ from erclutch.signals.recording import NO_FIELD
 #: Subject of the finding that the rows held out have a single field.
 ONE_FIELD = "one field"
 
+#: Share of the rows held out that are at rest from which that is told.
+_MOSTLY = 0.6
+
 #: Subject of the finding that effort opposes slip.
 SIGN = "sign"
 
@@ -87,6 +90,7 @@ def check(data: Dataset, test: NDArray[np.bool_]) -> tuple[Finding, ...]:
         lambda: _quantised(train),
         lambda: _one_field(train, data, test),
         lambda: _coverage(train, data, test),
+        lambda: _resting(data, test),
         lambda: _zero_field(train),
         lambda: _one_way(train),
         lambda: _negative_field(train),
@@ -346,6 +350,15 @@ def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding
         "Figures there are inter- or extrapolated: log those fields and slips too, or hold out other rows with --test"
     )
     return Finding("warning", "coverage", message, remedy)
+
+
+def _resting(data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
+    """Rows held out that are at rest, where every model is right, and far more of them than of the training rows."""
+    held, fitted = (float(np.mean(data.at_rest[rows])) for rows in (test, ~test))
+    if held < _MOSTLY or fitted > 0.5 * held:
+        return None
+    message = f"{held:.0%} of the rows held out are at rest, of the others {fitted:.0%}: they say little of any model"
+    return Finding("warning", "rest", message, "Hold out stretches that are like the whole log: --test stretches")
 
 
 def _unlike(data: Dataset) -> Finding | None:

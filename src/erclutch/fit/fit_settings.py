@@ -21,7 +21,7 @@ class Settings:
             it, and with memory as far as `fit.ladder` finds that the data ask for it. A model may name its own stages:
             "bingham+lag+dahl".
         test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
-            another); or patterns of the names of logs that are.
+            another); "stretches" all over each log; or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device whose slip turns, no for all others
             (the paper's form of the pair).

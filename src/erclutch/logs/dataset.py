@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, placed
+from erclutch.logs.covering_stretches import STRETCHES, covering
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
@@ -351,12 +352,12 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
 
 
 def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
-    """Rows that are kept from fitting: the last share in time, or whole logs by the pattern of their names.
+    """Rows that are kept from fitting: the last share in time, stretches all over, or whole logs by their names.
 
     Args:
         dataset: the rows.
         test: a share above 0 and below 0.9 (of each log: its last rows; of a log that was taken at one field after
-            another, of each stretch), or shell patterns such as ``*0x5A.txt``.
+            another, of each stretch), "stretches" (`covering_stretches`), or shell patterns such as ``*0x5A.txt``.
 
     Returns:
         Mask (n,), true for test rows.
@@ -374,7 +375,13 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
             for start, stop in constant_stretches(dataset, *log) or [log]:
                 mask[start + round((1 - share) * (stop - start)) : stop] = True
         return mask
-    for pattern in (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test)):
+    patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
+    if patterns == (STRETCHES,):
+        for log in dataset.source_rows:
+            for start, stop in constant_stretches(dataset, *log) or [log]:
+                mask |= covering(dataset, start, stop)
+        return mask
+    for pattern in patterns:
         hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
         if not hits:
             problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"

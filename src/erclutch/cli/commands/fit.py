@@ -66,7 +66,8 @@ def fit(
             stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
         lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
             out of `erclutch laws`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
-        test: Held out: a share (the end of each log, or of each constant field), or patterns of names. Default: 0.3.
+        test: Held out: a share (the end of each log, or of each constant field), 'stretches' (30 % all over each log,
+            like it in field, slip and motion), or patterns of names. Default: 0.3.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: Fit a constant effort. Default: as for friction.

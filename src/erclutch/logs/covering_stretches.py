@@ -1,0 +1,89 @@
+"""Stretches of a log that cover its field, slip and motion as the whole log does, to be held out of a fit.
+
+The end of a log may be a rest, or a field that nothing before had. Here a log is cut into windows. The windows that
+are held out never touch each other, so each lies between rows that are fitted. The log's first one is never held out:
+nobody knows what the fluid remembers there. Rows fall into cells by their field, their slip and the rate of the slip.
+Windows are exchanged as long as the cells of the rows held out come nearer to those of all rows. The measured effort
+has no say.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.array import Array, Mask
+
+if TYPE_CHECKING:
+    from erclutch.logs.dataset import Dataset
+
+#: The word that asks for such stretches, and the share of the rows that they are.
+STRETCHES, SHARE = "stretches", 0.3
+_WINDOWS, _FEWEST_WINDOWS, _FEWEST_ROWS = 20, 7, 50
+_LEVELS = 4  # of field, slip and its rate, each by its own quantiles
+
+
+def covering(data: Dataset, start: int, stop: int) -> Mask:
+    """The rows that are held out of the log with the rows [start, stop), shape (n,) over all rows of the data.
+
+    Of a log with fewer than 350 rows the end is held out.
+    """
+    mask = np.zeros(data.rows, np.bool_)
+    windows = min(_WINDOWS, (stop - start) // _FEWEST_ROWS)
+    if windows < _FEWEST_WINDOWS:
+        mask[start + round((1 - SHARE) * (stop - start)) : stop] = True
+        return mask
+    window = np.arange(stop - start) * windows // (stop - start)
+    for held in _alike(_counts(_cells(data, start, stop), window, windows)):
+        mask[start:stop] |= window == held
+    return mask
+
+
+def _cells(data: Dataset, start: int, stop: int) -> NDArray[np.intp]:
+    """The cell of each row, shape (stop - start,)."""
+    code = np.zeros(stop - start, np.intp)
+    for element in data.elements:
+        slip = element.slip[start:stop]
+        for values in (np.abs(element.field[start:stop]), slip, np.abs(np.diff(slip, prepend=slip[0]))):
+            code = code * _LEVELS + _level(values)
+    return np.unique(code, return_inverse=True)[1].astype(np.intp)
+
+
+def _level(values: Array) -> NDArray[np.intp]:
+    """In which of equally many rows a value lies, counted from the smallest; equal values lie together."""
+    edges = np.unique(np.quantile(values, np.arange(1, _LEVELS) / _LEVELS))
+    return np.searchsorted(edges, values, side="right")
+
+
+def _counts(cells: NDArray[np.intp], window: NDArray[np.intp], windows: int) -> Array:
+    """Rows of each window in each cell, shape (windows, cells)."""
+    width = int(cells.max()) + 1
+    return np.bincount(window * width + cells, minlength=windows * width).reshape(windows, width).astype(np.float64)
+
+
+def _alike(counts: Array) -> list[int]:
+    """The windows whose rows are together most like all rows; none is the first, and no two are neighbours."""
+    windows = len(counts)
+    wanted = SHARE * counts.sum(axis=0)
+    spread = np.linspace(1, windows - 1, round(SHARE * windows)).round().astype(int).tolist()
+    held: list[int] = spread
+    best = _unlike(counts, held, wanted)
+    while True:
+        tried = [
+            [*held[:k], new, *held[k + 1 :]]
+            for k in range(len(held))
+            for new in range(1, windows)
+            if all(abs(new - other) > 1 for other in (*held[:k], *held[k + 1 :]))
+        ]
+        nearest = min(tried, key=lambda windows: _unlike(counts, windows, wanted))
+        cost = _unlike(counts, nearest, wanted)
+        if not cost < best:
+            return sorted(held)
+        held, best = nearest, cost
+
+
+def _unlike(counts: Array, held: list[int], wanted: Array) -> float:
+    """How far the cells of some windows are from those wanted (Pearson's sum)."""
+    return float(np.sum((counts[held].sum(axis=0) - wanted) ** 2 / (wanted + 1.0)))
