@@ -7,6 +7,8 @@ prints the errors of four laws beside the paper's.
 
 `--run zero-motion`. The first table compares what training and held output show, by field. The second switches effects
 off. The third trains on other runs: what must a training run hold so that a model knows the held output?
+
+`--run pictures` draws docs/images/table3-zero-field.svg and table3-zero-motion.svg.
 """
 
 from __future__ import annotations
@@ -14,6 +16,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +44,7 @@ SWITCHED_OFF: Mapping[str, Mapping[str, float]] = {
     "rotors ahead of the meter": {"screw.rotor_inertia": 6e-6},
 }
 
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 #: A slip below which a housing and the rotor move as one, rad/s.
 STUCK = 2.0
 
@@ -208,7 +213,54 @@ def held_training(seeds: int, seconds: float) -> None:
         print(f"| {name} | {law_errors(rows, runs)} |", flush=True)
 
 
+def over(bins: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean of y between the edges of bins over x; nan where there are fewer than 30 rows."""
+    inside = [(x >= low) & (x < high) for low, high in pairwise(bins)]
+    return np.array([y[rows].mean() if rows.sum() >= 30 else np.nan for rows in inside])
+
+
+def pictures(seeds: int, seconds: float) -> None:
+    """Torque over speed at zero field, and over the command with the output held."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    matplotlib.rcParams.update({"svg.hashsalt": "erclutch", "svg.fonttype": "none", "font.size": 8})
+    train = rows_of(prepare("training", seed=1, seconds=seconds))
+    model = law_fit(train, BASE).model
+
+    speeds = np.arange(0.0, 280.0, 10.0)
+    figure = Figure(figsize=(4.2, 2.8), layout="constrained")
+    axes = figure.subplots()
+    for colour, viscosity in (("C0", default_rig().value("clutch.viscosity_2")), ("C1", 0.79)):
+        runs = zero_field(default_rig().changed({"clutch.viscosity_2": viscosity}), seeds)
+        speed = np.concatenate([0.5 * np.abs(run.elements[0].slip - run.elements[1].slip) for run in runs])
+        measured = 1e3 * over(speeds, speed, np.concatenate([run.effort for run in runs]))
+        axes.plot(speeds[:-1] + 5.0, measured, colour, label=f"measured, CH2 {viscosity:.2f} of CH1")
+        if colour == "C0":
+            said = 1e3 * over(speeds, speed, np.concatenate([model.predict(run) for run in runs]))
+            axes.plot(speeds[:-1] + 5.0, said, "k--", label="Bingham, fitted to the training run")
+    axes.set(xlabel="speed of the housings [rad/s]", ylabel="torque at the meter [mN m]", title="TWIN, no field")
+    axes.legend(frameon=False)
+    figure.savefig(IMAGES / "table3-zero-field.svg", metadata={"Date": None})
+
+    commands = np.linspace(0.0, 0.5, 21)
+    figure = Figure(figsize=(4.2, 2.8), layout="constrained")
+    axes = figure.subplots()
+    for colour, name, runs in (("C0", "output held", held(default_rig(), seeds)), ("C1", "training run", [train])):
+        fields = np.concatenate([[e.field for e in run.elements] for run in runs], axis=1)
+        way = np.where(fields[0] > fields[1], 1.0, -1.0)
+        measured = np.concatenate([run.effort for run in runs]) * way
+        axes.plot(commands[:-1], 1e3 * over(commands, fields.max(axis=0), measured), colour, label=f"measured, {name}")
+        if name == "output held":
+            said = np.concatenate([model.predict(run) for run in runs]) * way
+            axes.plot(commands[:-1], 1e3 * over(commands, fields.max(axis=0), said), "k--", label="Bingham there")
+    axes.set(xlabel="command", ylabel="mean torque at the meter [mN m]", title="TWIN")
+    axes.legend(frameon=False)
+    figure.savefig(IMAGES / "table3-zero-motion.svg", metadata={"Date": None})
+
+
 TABLES = {
+    "pictures": (pictures,),
     "zero-field": (effects, what_hides_it, one_number),
     "zero-motion": (by_field, held_effects, held_training),
 }
@@ -217,11 +269,11 @@ TABLES = {
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description="Why the laws miss table III, on the digital TWIN.")
-    parser.add_argument("--run", choices=list(TABLES), action="append", help="of table III; default both")
+    parser.add_argument("--run", choices=list(TABLES), action="append", help="default: both runs of table III")
     parser.add_argument("--seeds", type=int, default=5, help="runs that no fit saw")
     parser.add_argument("--seconds", type=float, default=60.0, help="of the training run")
     asked = parser.parse_args()
-    for run in asked.run or TABLES:
+    for run in asked.run or ("zero-field", "zero-motion"):
         print(f"TWIN; training {asked.seconds:g} s (seed 1), {asked.seeds} runs {run} of 20 s each\n")
         for table in TABLES[run]:
             table(asked.seeds, asked.seconds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ import pytest
 from erclutch.wings.rig.twin import kernel as k
 from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
 from erclutch.wings.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
-from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 from erclutch.wings.rig.twin.part_parameters import POINTS, Parts, parts_of
 from tests.support.twin_energy import stored
 
+SETS = sorted((Path(__file__).parents[3] / "examples" / "rigs").glob("*.toml"))
 STEP = default_rig().value("integration.step")
 
 
@@ -50,7 +52,27 @@ def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
     "changes", [{}, {"fluid.residual_field": 0.1, "thermal.softening": 0.01, "thermal.room": 20.0}]
 )
 def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int, changes: dict[str, float]) -> None:
-    parts = parts_of(default_rig().changed(changes))
+    energy_closes(default_rig().changed(changes), seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
+def test_further_sets_close_their_energy_and_meet_table_i(path: Path) -> None:
+    rig = load_rig(path)
+    energy_closes(rig, 1)
+    for channel in (0, 1):
+        assert held(0.05, 0.5, channel, {}, rig) == pytest.approx(
+            rig.value(f"clutch.rated_torque_{channel + 1}"), rel=0.01
+        )
+    for section, names in rig.entries.items():
+        for key, entry in names.items():
+            assert entry.low <= entry.value <= entry.high, f"{section}.{key}"
+            assert entry.meaning == default_rig().entry(f"{section}.{key}").meaning
+
+
+def energy_closes(rig: RigParameters, seed: int) -> None:
+    """The ledger of a run holds all that the parts store and lose."""
+    parts = parts_of(rig)
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
     gained = stored(x, parts, before) - start
@@ -59,10 +81,11 @@ def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int, changes: dic
     assert x[k.DISSIPATED] > 0.0
 
 
-def held(slip: float, command: float, channel: int, changes: dict[str, float]) -> float:
+def held(
+    slip: float, command: float, channel: int, changes: dict[str, float], rig: RigParameters | None = None
+) -> float:
     """Torque of one clutch at a constant slip, once it is steady: rotor held, housing driven at a speed."""
-    rig = default_rig().changed({"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, **changes})
-    parts = parts_of(rig)
+    parts = parts_of((rig or default_rig()).changed({"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, **changes}))
     clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
     field = command / parts.supply.command_limit * parts.supply.voltage_limit / clutch.gap
     torque, rate = 0.0, structure_rates(field, parts.fluid)

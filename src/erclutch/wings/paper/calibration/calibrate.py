@@ -21,10 +21,10 @@ from erclutch.fit.intervals import uncertainty
 from erclutch.runs.cluster import in_order, task_pool
 from erclutch.signals.array import Array
 from erclutch.wings.paper.calibration.calibration_search import (
-    STEP,
     Residuals,
     SearchProgress,
     difference_quotients,
+    in_rounds,
     journal_of,
     local,
     one_sided_quotients,
@@ -33,9 +33,8 @@ from erclutch.wings.paper.calibration.calibration_search import (
 from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.rig.twin.parameters import ParameterEntry, RigParameters
 
-__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate"]
+__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate", "value_at"]
 
-_LOCAL_ROUNDS = 30  # of a log, whose residuals are smooth
 #: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
 PRIOR = 0.25
 
@@ -142,10 +141,10 @@ def calibrate(
             progress(wide_count + done, cost)
 
         if target.ordered or not evaluations + rounds:
-            found, more = local(all_residuals, difference_quotients, found, _LOCAL_ROUNDS, counted)
-            slopes = difference_quotients(all_residuals, found, STEP)
+            found, more = local(all_residuals, found, counted)
+            slopes = difference_quotients(all_residuals, found)
         else:
-            found, more = local(all_residuals, one_sided_quotients, found, rounds, counted) if rounds else (found, 0)
+            found, more = in_rounds(all_residuals, found, rounds, counted)
             slopes = one_sided_quotients(all_residuals, found)
     count += more
     after = target.residuals(space.rig_at(found))
@@ -211,7 +210,7 @@ class _Space:
 
     def rig_at(self, u: Array) -> RigParameters:
         """The rig at a point."""
-        values = {p: _value(e, float(x)) for p, e, x in zip(self.paths, self.entries, u, strict=True)}
+        values = {p: value_at(e, float(x)) for p, e, x in zip(self.paths, self.entries, u, strict=True)}
         return self.rig.changed(values)
 
     def residuals(self, u: Array, target: CalibrationTarget) -> Array:
@@ -226,9 +225,9 @@ class _Space:
         for i, (path, entry) in enumerate(zip(self.paths, self.entries, strict=True)):
             low, high = (float(np.clip(u[i] + s * widths[i], 0.0, 1.0)) for s in (-1.0, 1.0))
             bound = "lower" if u[i] <= 1e-6 else "upper" if u[i] >= 1.0 - 1e-6 else None
-            value, start = _value(entry, float(u[i])), _value(entry, float(self.start[i]))
+            value, start = value_at(entry, float(u[i])), value_at(entry, float(self.start[i]))
             learnt = max(0.0, 1.0 - float(widths[i]) / (1.96 * PRIOR))
-            found.append(Calibrated(path, value, _value(entry, low), _value(entry, high), start, learnt, bound))
+            found.append(Calibrated(path, value, value_at(entry, low), value_at(entry, high), start, learnt, bound))
         values = {c.path: (c.value, c.start, c.low, c.high) for c in found}
         return Calibration(self.rig.calibrated(values), tuple(found), target, before, after, evaluations)
 
@@ -239,7 +238,8 @@ def _coordinate(entry: ParameterEntry, value: float) -> float:
     return (value - entry.low) / (entry.high - entry.low)
 
 
-def _value(entry: ParameterEntry, u: float) -> float:
+def value_at(entry: ParameterEntry, u: float) -> float:
+    """The value of a parameter at a coordinate from 0 to 1 over its range."""
     if entry.low > 0:
         value: Any = entry.low * (entry.high / entry.low) ** u
     else:

@@ -1,6 +1,7 @@
-"""A calibration searches twice: wide (CMA-ES), then local (Levenberg-Marquardt).
+"""A calibration searches twice: wide (CMA-ES), then local: Levenberg-Marquardt for samples, rounds for figures.
 
-Figures jitter, for a fit of other rows is another fit. Their slopes are quotients over wide steps.
+Figures jitter, for a fit of other rows is another fit. So a round takes slopes over wide steps, tries steps of several
+lengths side by side, and goes to the best.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ Residuals = Callable[[Sequence[Array]], list[Array]]
 SearchProgress = Callable[[int, float], None]
 
 _TOLD = 8  # evaluations after which progress is told
+_DAMPINGS = (0.0, 50.0, 200.0, 1000.0)  # of a round's steps; the prior's is 16
+_FARTHEST = 0.25  # of a round's step in one parameter, as a share of the range
 STEP = 0.04  # of a difference quotient, as a share of the range: wider than the jitter of figures
 NARROW = 0.25 * STEP  # of residuals that are smooth
 _POPULATION = 16
@@ -81,7 +84,7 @@ def _cost(r: Array) -> float:
     return float(r @ r) if np.all(np.isfinite(r)) else 1e9
 
 
-def difference_quotients(residuals: Residuals, u: Array, step: float = NARROW) -> Array:
+def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
     """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
     highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
     lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
@@ -98,41 +101,75 @@ def one_sided_quotients(residuals: Residuals, u: Array, step: float = STEP) -> A
     return np.column_stack([(value - here) / width for value, width in zip(there, steps, strict=True)])
 
 
-def local(
-    residuals: Residuals,
-    slopes: Callable[[Residuals, Array], Array],
-    start: Array,
-    rounds: int,
-    progress: SearchProgress,
-) -> tuple[Array, int]:
-    """Levenberg-Marquardt in the unit cube.
-
-    Args:
-        residuals: at several points.
-        slopes: of the residuals at a point, shape (rows, k).
-        start: where it begins.
-        rounds: steps tried at most.
-        progress: called with the evaluations done and the best cost.
+def local(residuals: Residuals, start: Array, progress: SearchProgress) -> tuple[Array, int]:
+    """Levenberg-Marquardt in the unit cube with slopes by differences, for residuals that are smooth.
 
     Returns:
         The point found and how many were evaluated.
     """
-    count, best = 0, np.inf
-
-    def counted(points: Sequence[Array]) -> list[Array]:
-        nonlocal count, best
-        found: list[Array] = []
-        for first in range(0, len(points), _TOLD):
-            found += residuals(points[first : first + _TOLD])
-            best = min([best, *(_cost(r) for r in found)])
-            count += len(found) - first
-            progress(count, best)
-        return found
+    counted = Counted(residuals, progress)
 
     def linearise(u: Array) -> Linearisation:
         r = counted([u])[0]
-        q, triangle = np.linalg.qr(slopes(counted, u))
+        q, triangle = np.linalg.qr(difference_quotients(counted, u, NARROW))
         return Linearisation(_cost(r), triangle, -(q.T @ r))
 
     problem = Problem(lambda u: _cost(counted([u])[0]), linearise, np.zeros(start.size), np.ones(start.size))
-    return minimise(problem, start, tolerance=1e-6, max_iterations=rounds, reach=0.3).point, count
+    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3).point, counted.done
+
+
+def in_rounds(residuals: Residuals, start: Array, rounds: int, progress: SearchProgress) -> tuple[Array, int]:
+    """Damped steps of several lengths in each round, in the unit cube, for figures that jitter.
+
+    Args:
+        residuals: at several points.
+        start: where it begins.
+        rounds: at most; it ends with a round that finds nothing better.
+        progress: called with the evaluations done and the best cost.
+
+    Returns:
+        The best point and how many were evaluated.
+    """
+    from scipy.optimize import lsq_linear
+
+    counted = Counted(residuals, progress)
+    best, r = start, counted([start])[0]
+    for _ in range(rounds):
+        slopes = one_sided_quotients(counted, best)
+        least, most = np.maximum(-best, -_FARTHEST), np.minimum(1.0 - best, _FARTHEST)
+        tried: list[Array] = []
+        for damping in _DAMPINGS:
+            stacked = np.vstack([slopes, np.sqrt(damping) * np.eye(best.size)])
+            wanted = np.concatenate([-r, np.zeros(best.size)])
+            step = lsq_linear(stacked, wanted, (least - 1e-9, most + 1e-9)).x
+            tried.append(np.clip(best + step, 0.0, 1.0))
+        found = counted(tried)
+        k = int(np.argmin([_cost(each) for each in found]))
+        if not _cost(found[k]) < _cost(r):
+            break
+        best, r = tried[k], found[k]
+    return best, counted.done
+
+
+class Counted:
+    """Residuals that tell how many points were evaluated so far, and the best cost.
+
+    Attributes:
+        done: points evaluated.
+    """
+
+    def __init__(self, residuals: Residuals, progress: SearchProgress) -> None:
+        self.done = 0
+        self._best = np.inf
+        self._residuals, self._progress = residuals, progress
+
+    def __call__(self, points: Sequence[Array]) -> list[Array]:
+        """Residuals at several points."""
+        found: list[Array] = []
+        for first in range(0, len(points), _TOLD):
+            more = self._residuals(points[first : first + _TOLD])
+            self.done += len(more)
+            self._best = min([self._best, *map(_cost, more)])
+            self._progress(self.done, self._best)
+            found += more
+        return found

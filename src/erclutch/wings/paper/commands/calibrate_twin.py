@@ -42,6 +42,7 @@ def calibrate_twin(
     out: Path = Path("rig.toml"),
     vary: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
     rig_file: Path | None = None,
+    go_on: Annotated[bool, Parameter(negative=())] = False,
     seed: int = 1,
     runs: int = 2,
     held: float = 1.0,
@@ -62,6 +63,7 @@ def calibrate_twin(
         out: Rig file to write.
         vary: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
         rig_file: A rig file (TOML) to start from.
+        go_on: Start from the rig's values, and not from where its last calibration started.
         seed: Seed of the search and, without a log, of the twin's first training run; the others follow.
         runs: How many training runs each evaluation takes, without a log; figures are means over them.
         held: Weight of the laws' ratios with the output held, without a log; 0 leaves them out.
@@ -82,15 +84,15 @@ def calibrate_twin(
     require(1, workers=workers, runs=runs)
     require(0.0, held=held)
     may_write_file(out, force)
-    start = load_rig(rig_file)
+    start = load_rig(rig_file).begun_here() if go_on else load_rig(rig_file)
     target = _target(log, range(seed, seed + runs), seconds, held, replace(reading, device="coaxial"))
-    names = vary or _open(start, log is not None)
+    names = vary or open_parameters(start, log is not None)
     journal = out.with_suffix(".journal")
     terminal.tell(
-        f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 2)} more. "
+        f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 4)} more. "
         f"After Ctrl-C the same command goes on from {journal}."
     )
-    total = evaluations + rounds * (len(names) + 2)
+    total = evaluations + rounds * (len(names) + 4)
     with terminal.progress("TWIN: calibrating") as bar:
 
         def told(done: int, cost: float) -> None:
@@ -125,7 +127,7 @@ def _target(
     return LogTrace(reading.read([log])[0])
 
 
-def _open(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
+def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
     """What the paper leaves open and a run can tell: all that a calibration has made before.
 
     Without a log also how commands are drawn, and ALSO_OPEN.

@@ -118,6 +118,14 @@ class RigParameters:
             made = made.with_entry(path, replace(made.entry(path), start=start, interval=(low, high)))
         return made
 
+    def begun_here(self) -> RigParameters:
+        """The same rig, whose next calibration starts from its values and not from where the last one did."""
+        made = self
+        for section, names in self.entries.items():
+            for key, entry in names.items():
+                made = made.with_entry(f"{section}.{key}", replace(entry, start=None, interval=None))
+        return made
+
     def with_entry(self, path: str, entry: ParameterEntry) -> RigParameters:
         """The same rig with another entry; nothing is checked."""
         section, _, key = path.partition(".")
